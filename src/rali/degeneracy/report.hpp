@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+
+#include "rali/geometry/types.hpp"
+
+namespace rali::degeneracy {
+
+enum class Category { kFull, kPartial, kNone };
+
+/// The paper's measure (section "Geometry-based degeneration detection").
+struct PaperDegree {
+  bool known = false;          ///< false with fewer than deg_min_normals normals
+  double degree = 0.0;         ///< lambda2 / lambda3
+  geometry::Vec3 e3_body = geometry::Vec3::Zero();  ///< eigenvector of lambda3, unit
+  int normals = 0;
+  bool degenerate = false;     ///< degree below the threshold, or not known
+};
+
+/// What one scan tells along one physical direction.
+struct DirectionInfo {
+  geometry::Vec3 direction_odom = geometry::Vec3::Zero();  ///< unit; axis for rotations
+  double information = 0.0;  ///< J_d, noise removed [1/m^2 or 1/rad^2]
+  double raw = 0.0;          ///< I_d before noise removal
+  double sigma = 0.0;        ///< J_d^-1/2 [m or rad]; infinity if J_d = 0
+  Category category = Category::kFull;
+};
+
+/// Both detectors on one scan. Source: algorithms 3.1 and 3.2.
+struct Report {
+  PaperDegree paper;
+  /// axial (least known horizontal), lateral, vertical; roll, pitch, yaw about the same axes.
+  std::array<DirectionInfo, 6> directions;
+  bool blind = false;          ///< a translation direction is kNone after hysteresis
+  double sigma_blind_m = 0.0;  ///< sigma of the worst translation direction; infinity if nothing
+  geometry::Vec3 blind_odom = geometry::Vec3::Zero();  ///< its direction, unit
+};
+
+}  // namespace rali::degeneracy

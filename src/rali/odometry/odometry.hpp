@@ -1,0 +1,64 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/base/finding.hpp"
+#include "rali/geometry/se3.hpp"
+#include "rali/odometry/keyframe.hpp"
+#include "rali/sensor/calibration.hpp"
+#include "rali/sensor/imu_sample.hpp"
+#include "rali/sensor/lidar_scan.hpp"
+
+namespace rali::odometry {
+
+enum class TrackState { kWaiting, kGood, kWeak, kPredicted, kDiverged };
+
+/// What one matched plane told about the pose; the degeneracy room reads it.
+struct PlaneContribution {
+  geometry::Vec3 n_odom = geometry::Vec3::Zero();  ///< unit normal
+  geometry::Mat3 normal_covariance = geometry::Mat3::Zero();  ///< of n_odom [rad^2]
+  double weight = 0.0;  ///< information along the normal [1/m^2], plane errors included
+  int points = 0;
+};
+
+/// Estimate of one scan. Vectors point into the odometry and hold until the next process().
+struct ScanResult {
+  Time t;  ///< of the last point
+  TrackState state = TrackState::kWaiting;
+  geometry::SE3 T_odom_body;
+  geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
+  geometry::Mat6 covariance = geometry::Mat6::Zero();       ///< of geometry::boxplus
+  geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, without prior
+  std::span<const PlaneContribution> planes;
+  std::span<const geometry::Vec3> feature_normals_body;  ///< paper's ring-neighbour normals
+  int matches = 0;
+  int iterations = 0;
+  double residual_rms_m = 0.0;
+  std::shared_ptr<const Keyframe> keyframe;  ///< set if this scan became one
+};
+
+/// LiDAR(-inertial) odometry of one vehicle. Both presets are implementations of it.
+class Odometry {
+ public:
+  virtual ~Odometry() = default;
+
+  /// Inertial samples in time order; older ones than the last are refused by the caller.
+  virtual void add_imu(const sensor::ImuSample& sample) = 0;
+
+  /// Processes one scan. The caller has delivered all IMU samples up to its end.
+  /// `findings` receives what the user should know (divergence, saturation, ...).
+  virtual ScanResult process(const sensor::LidarScan& scan, Executor& executor,
+                             FindingList& findings) = 0;
+
+  /// Gravity in odom [m/s^2] and its covariance; (0,0,-9.81) with zero covariance without IMU.
+  [[nodiscard]] virtual geometry::Vec3 gravity_odom() const = 0;
+  [[nodiscard]] virtual geometry::Mat3 gravity_covariance() const = 0;
+
+  [[nodiscard]] virtual std::uint64_t state_hash() const = 0;
+};
+
+}  // namespace rali::odometry

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "rali/geometry/se3.hpp"
+
+namespace rali::sensor {
+
+/// Where the sensors of one vehicle sit. Body = IMU unless T_body_imu says otherwise.
+struct Calibration {
+  geometry::SE3 T_body_lidar;
+  geometry::SE3 T_body_imu;
+  double lidar_time_offset_s = 0.0;  ///< added to LiDAR stamps
+};
+
+}  // namespace rali::sensor

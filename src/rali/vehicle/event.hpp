@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "rali/base/finding.hpp"
+#include "rali/base/ids.hpp"
+#include "rali/degeneracy/report.hpp"
+#include "rali/geometry/se3.hpp"
+#include "rali/odometry/keyframe.hpp"
+#include "rali/sensor/imu_sample.hpp"
+#include "rali/sensor/lidar_scan.hpp"
+#include "rali/sensor/range_sample.hpp"
+
+namespace rali::vehicle {
+
+/// The recording has ended: process what is still waiting for inertial data.
+struct EndOfData {};
+
+/// What a vehicle can be told. Order of arrival is the order of the calls.
+using Event = std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>,
+                           sensor::RangeSample, sensor::RadioSample, EndOfData>;
+
+/// How well the pose of one scan is known.
+enum class PoseQuality { kGood, kWeak, kPredicted, kDiverged };
+
+/// The pose at the last point of one sweep, as known when the sweep was processed.
+struct PoseEstimate {
+  VehicleId vehicle;
+  Time t;
+  geometry::SE3 T_odom_body;
+  geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
+  geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
+  PoseQuality quality = PoseQuality::kGood;
+  degeneracy::Report degeneracy;
+  int matches = 0;           ///< points with a plane
+  double residual_rms_m = 0.0;
+};
+
+/// A new keyframe: an immutable fact.
+struct KeyframeAdded {
+  KeyframeId id;
+  std::shared_ptr<const odometry::Keyframe> keyframe;
+};
+
+/// Gravity in odom changed enough to matter for the frame in which results are written.
+struct GravityEstimate {
+  VehicleId vehicle;
+  Time t;
+  geometry::Vec3 g_odom_mps2 = geometry::Vec3::Zero();
+  geometry::Mat3 covariance = geometry::Mat3::Zero();
+};
+
+using Output = std::variant<PoseEstimate, KeyframeAdded, GravityEstimate, Finding>;
+using OutputList = std::vector<Output>;
+
+}  // namespace rali::vehicle
