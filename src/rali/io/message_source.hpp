@@ -12,15 +12,14 @@
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
 #include "rali/base/time.hpp"
+#include "rali/wire/encoding.hpp"
 
 namespace rali::io {
-
-enum class Encoding { kRos1, kCdr, kOther };
 
 struct Topic {
   std::string name;
   std::string type;        ///< as in the file, e.g. "sensor_msgs/PointCloud2" or ".../msg/..."
-  Encoding encoding = Encoding::kOther;
+  wire::Encoding encoding = wire::Encoding::kOther;
   std::string encoding_name;  ///< as in the file
   std::string definition;  ///< message definition text if the file has it
   std::optional<std::uint64_t> messages;  ///< count, where an index tells
