@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rali/base/finding.hpp"
+#include "rali/base/time.hpp"
+#include "rali/geometry/se3.hpp"
+#include "rali/wire/cloud_format.hpp"
+
+namespace rali::drive {
+
+enum class AccelUnit { kAuto, kMps2, kG };
+enum class GyroUnit { kAuto, kRadps, kDegps };
+
+/// How strictly the extrinsics are compared with the data (checks.extrinsics).
+enum class ExtrinsicsCheck { kError, kWarn, kOff };
+
+/// What the user fixed about one vehicle's input; the rest is found from the data.
+struct InputOptions {
+  std::string vehicle = "v1";
+  std::string lidar_topic = "auto";
+  std::string imu_topic = "auto";  ///< "none": LiDAR only
+  wire::CloudFormatOptions cloud;
+  AccelUnit accel_unit = AccelUnit::kAuto;
+  GyroUnit gyro_unit = GyroUnit::kAuto;
+  std::optional<geometry::SE3> T_body_lidar;  ///< empty: auto
+  std::string lidar_tf_frame;                 ///< from_tf of T_body_lidar; empty: not asked for
+  geometry::SE3 T_body_imu;
+  std::string imu_tf_frame;          ///< from_tf of T_body_imu; empty: not asked for
+  double lidar_time_offset_s = 0.0;  ///< added to LiDAR stamps
+  double start_s = 0.0;              ///< after the first event
+  double duration_s = 0.0;           ///< 0: to the end
+  ExtrinsicsCheck extrinsics = ExtrinsicsCheck::kError;
+};
+
+/// What was missing or left out of one vehicle's input. Counts of samples unless named otherwise.
+struct InputGaps {
+  std::uint64_t jumps = 0;     ///< clock jumps that were closed
+  double missing_s = 0.0;      ///< time without sweeps, beyond two sweep periods
+  double imu_missing_s = 0.0;  ///< time without inertial samples
+  std::uint64_t late = 0;      ///< came later than the ordering window
+  std::uint64_t repeated = 0;  ///< same stamp as the one before
+  std::uint64_t nan_points = 0;
+  std::uint64_t no_time_points = 0;  ///< points of sweeps without point times
+  std::uint64_t imu_invalid = 0;     ///< NaN, infinite or absurd inertial samples
+  std::uint64_t imu_saturated = 0;   ///< values that repeat the largest value seen, exactly
+  std::uint64_t undecodable = 0;     ///< messages or files that could not be read
+  std::uint64_t bytes_lost = 0;      ///< behind the end of a cut file
+  bool damaged = false;              ///< the run ends with exit code 3
+};
+
+/// Everything that was decided about one vehicle's input, for settings.yaml and the report.
+struct InputReport {
+  std::string vehicle;
+  std::vector<std::string> files;
+  std::string lidar_topic, imu_topic;  ///< empty: none
+  std::string lidar_frame, imu_frame;
+  wire::CloudFormat cloud_format;
+  bool has_imu = false;
+  double accel_scale = 1.0;  ///< to m/s^2
+  double gyro_scale = 1.0;   ///< to rad/s
+  geometry::SE3 T_body_lidar;
+  std::string T_body_lidar_origin;  ///< "settings", "/tf_static", "maker", "ground", "assumed zero"
+  geometry::SE3 T_body_imu;
+  std::string lidar_stamp = "header";  ///< or "record"
+  std::string imu_stamp = "header";
+  double lidar_time_offset_s = 0.0;
+  Time t_begin, t_end;  ///< of the events handed out
+  std::uint64_t sweeps = 0;
+  std::uint64_t imu_samples = 0;
+  InputGaps gaps;
+  FindingList findings;
+};
+
+}  // namespace rali::drive

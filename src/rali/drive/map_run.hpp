@@ -1,0 +1,106 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/drive/input/input_report.hpp"
+#include "rali/vehicle/settings.hpp"
+
+namespace rali::drive {
+
+/// One vehicle of a mapping job: where its data is and how to read it.
+struct VehicleJob {
+  std::vector<std::string> inputs;  ///< recordings in order, or one folder of scans
+  std::string imu_file;             ///< CSV beside a folder of scans; empty: imu.csv of the folder
+  InputOptions input;               ///< input.vehicle is the vehicle's name
+  vehicle::VehicleSettings settings;
+};
+
+/// Makes the text of settings.yaml when everything about the input is known.
+using SettingsText = std::function<std::string(const std::vector<InputReport>&)>;
+
+/// What `rali map` was asked to do.
+struct MapJob {
+  std::vector<VehicleJob> vehicles;
+  std::string out_dir = "out";
+  bool overwrite = false;
+  bool strict = false;      ///< the first gap ends the run
+  int threads = 0;          ///< 0: one per core; results do not depend on it
+  std::string ranges_file;  ///< read and reported; not used for the poses
+  std::vector<std::string> formats = {"pcd", "ply"};  ///< of map.*: pcd ply las
+  double map_voxel_m = 0.05;                          ///< 0 keeps every point
+  double grid_cell_m = 0.05;
+  double grid_z_min_m = 0.15, grid_z_max_m = 1.5;  ///< above the ground, in map
+  bool remove_moving = true;
+  bool write_mcap = true;
+  bool write_keyframes = true;  ///< false: removed again when the map is made
+  std::string command_line;     ///< for run.log
+  SettingsText settings_text;   ///< empty: settings.yaml is left out
+};
+
+/// How far a run is.
+struct Progress {
+  std::string vehicle;
+  double share = 0.0;  ///< 0 to 1
+  double speed = 0.0;  ///< seconds of data per second
+  double path_m = 0.0;
+  double blind_share = 0.0;  ///< of the way
+  Time t;                    ///< data time
+  std::string stage;         ///< "odometry", "map", "files"
+};
+
+/// Who is told what happens during a run; called from the thread that called run_map.
+class ProgressSink {
+ public:
+  virtual ~ProgressSink() = default;
+  virtual void progress(const Progress& progress) = 0;
+  virtual void finding(const Finding& finding) = 0;
+};
+
+enum class RunStatus { kComplete, kPartial, kInterrupted, kFailed };
+
+/// What one vehicle's run came to.
+struct VehicleSummary {
+  std::string name;
+  InputReport input;
+  double path_m = 0.0;
+  std::size_t sweeps = 0;
+  std::size_t sweeps_dropped = 0;
+  std::size_t keyframes = 0;
+  double blind_share = 0.0;  ///< of the way
+  double sigma_median_m = 0.0;
+  double sigma_max_m = 0.0;
+  Time t_sigma_max;
+  double diverged_s = 0.0;
+  geometry::SE3 T_map_odom;
+  double tilt_sigma_rad = 0.0;  ///< of T_map_odom about the horizontal axes
+};
+
+/// What a run came to; the command line prints it.
+struct MapSummary {
+  RunStatus status = RunStatus::kComplete;
+  std::vector<VehicleSummary> vehicles;
+  std::size_t map_points = 0;
+  std::size_t removed_points = 0;
+  double map_thickness_m = 0.0;
+  FindingList findings;      ///< all, in the order in which they came up
+  std::string metrics_json;  ///< text of metrics.json
+  std::string out_dir;
+  bool gaps = false;  ///< exit code 3
+};
+
+/// Runs the vehicles over their recordings and writes the outputs of docs/outputs. Each vehicle
+/// gets a frame of its own, levelled by gravity; `map.*` holds the one with the most keyframes.
+/// @param stop set from outside: the run ends at the data time reached, outputs are finished.
+/// Errors: kUsage (folder not empty), kInput (unfit input), kMachine (disk); what is whole is kept.
+[[nodiscard]] Result<MapSummary> run_map(const MapJob& job, ProgressSink& sink,
+                                         const std::atomic<bool>& stop);
+
+/// `rali map --dry-run`: opens the inputs, decides how to read them, writes nothing.
+[[nodiscard]] Result<std::vector<InputReport>> plan_map(const MapJob& job);
+
+}  // namespace rali::drive
