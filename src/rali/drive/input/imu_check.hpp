@@ -1,0 +1,57 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "rali/base/finding.hpp"
+#include "rali/base/result.hpp"
+#include "rali/drive/input/input_report.hpp"
+#include "rali/sensor/imu_sample.hpp"
+
+namespace rali::drive {
+
+/// What a stretch of inertial data says about itself, in the units of the file.
+struct ImuStretch {
+  geometry::Vec3 accel_mean = geometry::Vec3::Zero();
+  geometry::Vec3 gyro_mean = geometry::Vec3::Zero();
+  double accel_norm_median = 0.0;
+  double accel_std_share = 0.0;  ///< spread of |a| / |a|
+  double gyro_std = 0.0;         ///< largest of the three axes
+  Time t_begin, t_end;
+  bool at_rest = false;
+};
+
+/// The quietest half second (or all, if shorter) of the samples.
+[[nodiscard]] ImuStretch quietest_stretch(std::span<const sensor::ImuSample> samples);
+
+/// Factors to m/s^2 and rad/s.
+struct ImuUnits {
+  double accel_scale = 1.0;
+  double gyro_scale = 1.0;
+  FindingList findings;  ///< D08, D09
+};
+
+/// Finds the units by value: |a| near 1 is g, near 9.8 is m/s^2; a gyro that turns by tens of
+/// degrees per second while the accelerometer says "at rest" counts in degrees.
+/// Source: users.md U11; LIO_SAM_6AXIS#91, livox_ros_driver#63.
+/// Errors: kInput if gravity was removed from the data (|a| near 0), since nothing can be levelled.
+[[nodiscard]] Result<ImuUnits> decide_imu_units(std::span<const sensor::ImuSample> first,
+                                                const InputOptions& options,
+                                                const std::string& topic);
+
+/// Compares the gyro's turning with the LiDAR's over the run: a ratio near 57.3 is deg/s read as
+/// rad/s. Rotations of less than 0.2 rad in sum say nothing.
+class GyroRatio {
+ public:
+  void add_gyro(double angle_rad) { gyro_rad_ += angle_rad; }
+
+  void add_lidar(double angle_rad) { lidar_rad_ += angle_rad; }
+
+  /// Gyro / LiDAR; 0 as long as too little has been turned.
+  [[nodiscard]] double ratio() const;
+
+ private:
+  double gyro_rad_ = 0.0, lidar_rad_ = 0.0;
+};
+
+}  // namespace rali::drive

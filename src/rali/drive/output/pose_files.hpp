@@ -1,0 +1,62 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/drive/output/growing_file.hpp"
+#include "rali/vehicle/event.hpp"
+
+namespace rali::drive {
+
+/// What stays in memory of each sweep until the end of the run: 400 bytes, 14 MB per hour.
+struct PoseRecord {
+  Time t;
+  geometry::SE3 T_odom_body;
+  geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
+  vehicle::PoseQuality quality = vehicle::PoseQuality::kGood;
+  bool blind = false;
+  double sigma_blind_m = 0.0;
+  geometry::Vec3 blind_odom = geometry::Vec3::Zero();
+};
+
+/// "stamp_s x y z qx qy qz qw\n": nine decimals of stamp and quaternion, six of position. The
+/// stamp is written from its nanoseconds, without rounding; qw is never negative.
+[[nodiscard]] std::string tum_line(Time t, const geometry::SE3& T_outer_body);
+
+/// "stamp_s,c00..c55\n": upper triangle of the covariance in the order x y z rx ry rz about the
+/// fixed axes of the outer frame. Numbers that are not finite are left empty.
+[[nodiscard]] std::string covariance_line(Time t, const geometry::Mat6& cov_boxplus,
+                                          const geometry::Mat3& R_outer_body);
+
+/// Seconds with nine decimals from whole nanoseconds.
+[[nodiscard]] std::string stamp_text(Time t);
+
+/// odometry/<v>.tum and .cov.csv: each pose as it was known when its sweep was processed. Reaches
+/// the disk at most kFlushDataS of data late, so that a kill leaves it readable.
+class OdometryFiles {
+ public:
+  static constexpr double kFlushDataS = 5.0;
+
+  [[nodiscard]] static Result<OdometryFiles> create(const std::string& out_dir,
+                                                    const std::string& vehicle);
+  [[nodiscard]] Status add(const PoseRecord& pose);
+  [[nodiscard]] Status close();
+
+ private:
+  GrowingFile poses_, covariances_;
+  Time t_flushed_;
+  bool started_ = false;
+};
+
+/// Text of trajectory/<v>.tum: T_map_body of each pose, diverged stretches left out and named.
+[[nodiscard]] std::string trajectory_text(const std::vector<PoseRecord>& poses,
+                                          const geometry::SE3& T_map_odom,
+                                          const std::string& vehicle);
+[[nodiscard]] std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
+                                                     const geometry::SE3& T_map_odom);
+
+/// Way travelled [m], diverged poses left out.
+[[nodiscard]] double path_length_m(const std::vector<PoseRecord>& poses);
+
+}  // namespace rali::drive
