@@ -15,6 +15,8 @@ struct PaperDegree {
   geometry::Vec3 e3_body = geometry::Vec3::Zero();  ///< eigenvector of lambda3, unit
   int normals = 0;
   bool degenerate = false;     ///< degree below the threshold, or not known
+  bool direction_known = false;  ///< false where setting deg_direction refuses one
+  geometry::Vec3 direction_body = geometry::Vec3::Zero();  ///< unit, what to correct along
 };
 
 /// What one scan tells along one physical direction.

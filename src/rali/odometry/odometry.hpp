@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -7,6 +8,8 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/base/finding.hpp"
+#include "rali/degeneracy/evidence.hpp"
+#include "rali/degeneracy/report.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/odometry/keyframe.hpp"
 #include "rali/sensor/calibration.hpp"
@@ -17,14 +20,6 @@ namespace rali::odometry {
 
 enum class TrackState { kWaiting, kGood, kWeak, kPredicted, kDiverged };
 
-/// What one matched plane told about the pose; the degeneracy room reads it.
-struct PlaneContribution {
-  geometry::Vec3 n_odom = geometry::Vec3::Zero();  ///< unit normal
-  geometry::Mat3 normal_covariance = geometry::Mat3::Zero();  ///< of n_odom [rad^2]
-  double weight = 0.0;  ///< information along the normal [1/m^2], plane errors included
-  int points = 0;
-};
-
 /// Estimate of one scan. Vectors point into the odometry and hold until the next process().
 struct ScanResult {
   Time t;  ///< of the last point
@@ -33,7 +28,9 @@ struct ScanResult {
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
   geometry::Mat6 covariance = geometry::Mat6::Zero();       ///< of geometry::boxplus
   geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, without prior
-  std::span<const PlaneContribution> planes;
+  std::span<const degeneracy::PlaneEvidence> planes;
+  /// Axial, lateral, vertical, roll, pitch, yaw of this scan, where the odometry knows them.
+  std::optional<std::array<degeneracy::DirectionInfo, 6>> directions;
   std::span<const geometry::Vec3> feature_normals_body;  ///< paper's ring-neighbour normals
   int matches = 0;
   int iterations = 0;

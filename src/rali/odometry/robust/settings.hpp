@@ -1,13 +1,139 @@
 #pragma once
 
 #include "rali/base/settings.hpp"
+#include "rali/degeneracy/information.hpp"
+#include "rali/imu/rest.hpp"
+#include "rali/odometry/robust/matcher.hpp"
+#include "rali/odometry/robust/plane_map.hpp"
 
 namespace rali::odometry {
 
+/// Which points of a sweep are used.
+struct SamplingSettings {
+  double update_voxel_m = 0.4;
+  double insert_voxel_m = 0.1;
+  int update_points_max = 3000;
+  int insert_points_max = 12000;
+
+  template <class V>
+  void visit(V& v) {
+    v("update_voxel_m", update_voxel_m, 0.02, 5.0, "one point per voxel moves the pose");
+    v("insert_voxel_m", insert_voxel_m, 0.01, 5.0, "one point per voxel goes into the map");
+    v("update_points_max", update_points_max, 100, 1000000, "more are thinned evenly");
+    v("insert_points_max", insert_points_max, 100, 1000000, "more are thinned evenly");
+  }
+};
+
+/// The iterated update (algorithms 2.4).
+struct UpdateSettings {
+  int iterations_max = 5;
+  double stop_m = 0.0005;
+  double stop_deg = 0.005;
+  double rematch_m = 0.02;
+  int matches_min = 30;
+
+  template <class V>
+  void visit(V& v) {
+    v("iterations_max", iterations_max, 1, 50, "iterations of one update");
+    v("stop_m", stop_m, 1e-6, 0.1, "stop when the step is shorter");
+    v("stop_deg", stop_deg, 1e-5, 1.0, "and turns less");
+    v("rematch_m", rematch_m, 0.0, 1.0, "look for planes again after a longer step");
+    v("matches_min", matches_min, 6, 10000, "fewer matches: the scan tells nothing");
+  }
+};
+
+/// Motion without inertial data (algorithms 2.7).
+struct ConstantVelocitySettings {
+  double accel_mps2_rthz = 1.0;
+  double rate_radps2_rthz = 1.0;
+  double start_speed_mps = 3.0;
+  double start_rate_radps = 0.5;
+
+  template <class V>
+  void visit(V& v) {
+    v("accel_mps2_rthz", accel_mps2_rthz, 0.01, 100.0, "how fast the velocity may change");
+    v("rate_radps2_rthz", rate_radps2_rthz, 0.01, 100.0, "how fast the turn rate may change");
+    v("start_speed_mps", start_speed_mps, 0.01, 100.0, "sigma of the speed at the first scan");
+    v("start_rate_radps", start_rate_radps, 0.01, 20.0, "sigma of the turn rate at the first scan");
+  }
+};
+
+/// How gravity and biases are found (algorithms 1.4).
+struct InitialisationSettings {
+  imu::RestSettings rest;
+  double window_s = 1.0;
+  int scans_min = 10;
+  double give_up_s = 15.0;
+  double rest_travel_max_m = 0.03;
+  double gyro_bias_bound_radps = 0.05;
+  double accel_bias_bound_mps2 = 0.5;
+  double gravity_mps2 = 9.81;
+
+  template <class V>
+  void visit(V& v) {
+    v.group("rest", rest, "when the sensor stands still");
+    v("window_s", window_s, 0.2, 60.0, "data needed before gravity is solved for");
+    v("scans_min", scans_min, 3, 1000, "scans needed before gravity is solved for");
+    v("give_up_s", give_up_s, 1.0, 600.0, "after this the best guess of gravity is taken");
+    v("rest_travel_max_m", rest_travel_max_m, 1e-3, 1.0, "more motion by LiDAR is no rest");
+    v("gyro_bias_bound_radps", gyro_bias_bound_radps, 1e-4, 1.0, "larger biases are refused");
+    v("accel_bias_bound_mps2", accel_bias_bound_mps2, 1e-3, 5.0, "larger biases are refused");
+    v("gravity_mps2", gravity_mps2, 9.7, 9.9, "norm of gravity");
+  }
+};
+
+/// Knowledge about how ground vehicles move; each switches itself off where it does not hold.
+struct ConstraintSettings {
+  bool standstill = true;
+  bool non_holonomic = true;
+  double rest_after_s = 0.7;
+
+  template <class V>
+  void visit(V& v) {
+    v("standstill", standstill, "hold the pose while nothing moves");
+    v("non_holonomic", non_holonomic, "no sideways motion, once the data have shown that it holds");
+    v("rest_after_s", rest_after_s, 0.2, 10.0, "stillness needed before the pose is held");
+  }
+};
+
+/// When a sweep becomes a keyframe.
+struct KeyframeSettings {
+  double distance_m = 0.5;
+  double angle_deg = 20.0;
+  double voxel_m = 0.05;
+
+  template <class V>
+  void visit(V& v) {
+    v("distance_m", distance_m, 0.01, 100.0, "after so much travel");
+    v("angle_deg", angle_deg, 1.0, 180.0, "or turn");
+    v("voxel_m", voxel_m, 0.0, 1.0, "one point per voxel is kept; 0 keeps all");
+  }
+};
+
 /// Settings of preset `robust`.
 struct RobustSettings {
+  SamplingSettings sampling;
+  MatchSettings match;
+  UpdateSettings update;
+  PlaneMapSettings map;
+  degeneracy::AwareSettings aware;
+  ConstantVelocitySettings constant_velocity;
+  InitialisationSettings initialisation;
+  ConstraintSettings constraints;
+  KeyframeSettings keyframe;
+
   template <class V>
-  void visit(V& /*v*/) {}
+  void visit(V& v) {
+    v.group("sampling", sampling, "which points of a sweep are used");
+    v.group("match", match, "noise of points, outliers");
+    v.group("update", update, "the iterated update");
+    v.group("map", map, "planes in voxels");
+    v.group("aware", aware, "noise-aware detector of blind directions");
+    v.group("constant_velocity", constant_velocity, "motion model without inertial data");
+    v.group("initialisation", initialisation, "gravity and biases at the start");
+    v.group("constraints", constraints, "how ground vehicles move");
+    v.group("keyframe", keyframe, "which sweeps are kept");
+  }
 };
 
 }  // namespace rali::odometry

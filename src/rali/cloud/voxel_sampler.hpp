@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace rali::cloud {
+
+/// Points as three flat arrays of one length.
+struct PointSpan {
+  const float* x_m = nullptr;
+  const float* y_m = nullptr;
+  const float* z_m = nullptr;
+  std::size_t size = 0;
+};
+
+/// Key of the cell that holds a point; cells beyond +-2^20 are clamped to the border cell.
+[[nodiscard]] inline std::uint64_t voxel_key(int ix, int iy, int iz) {
+  constexpr int kOffset = 1 << 20;
+  constexpr int kMax = (1 << 21) - 1;
+  const auto clamp = [](int v) {
+    const int shifted = v + kOffset;
+    return static_cast<std::uint64_t>(shifted < 0 ? 0 : (shifted > kMax ? kMax : shifted));
+  };
+  return (clamp(ix) << 42) | (clamp(iy) << 21) | clamp(iz);
+}
+
+/// floor() to int that is inlined (std::floor is a call on baseline x86-64). |v| must be < 2^30.
+[[nodiscard]] inline int floor_to_int(float v) {
+  const int i = static_cast<int>(v);
+  return i - static_cast<int>(static_cast<float>(i) > v);
+}
+
+[[nodiscard]] inline int floor_to_int(double v) {
+  const int i = static_cast<int>(v);
+  return i - static_cast<int>(static_cast<double>(i) > v);
+}
+
+/// Spreads the bits of a key over a table (finaliser of MurmurHash3).
+[[nodiscard]] inline std::uint64_t hash_key(std::uint64_t key) {
+  key ^= key >> 33;
+  key *= 0xff51afd7ed558ccdULL;
+  key ^= key >> 33;
+  return key;
+}
+
+/// Keeps one point per voxel: the one nearest to the voxel's centre. The choice does not depend on
+/// the order of points (decimation by order can keep 4 of 16 rings); the memory is reused.
+class VoxelSampler {
+ public:
+  /// Appends to `out` the indices of the kept points, ascending. `candidates` empty: all points.
+  /// Points must be finite and within +-2^20 voxels.
+  void sample(const PointSpan& points, std::span<const std::uint32_t> candidates, double voxel_m,
+              std::vector<std::uint32_t>& out);
+
+ private:
+  struct Slot {
+    std::uint64_t key = 0;
+    std::uint32_t generation = 0;
+    std::uint32_t index = 0;
+    float distance2 = 0.0F;
+  };
+
+  std::vector<Slot> slots_;
+  std::uint32_t generation_ = 0;
+};
+
+}  // namespace rali::cloud

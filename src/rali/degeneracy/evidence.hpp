@@ -1,0 +1,16 @@
+#pragma once
+
+#include "rali/geometry/types.hpp"
+
+namespace rali::degeneracy {
+
+/// What the points on one plane of the map told about the pose.
+struct PlaneEvidence {
+  geometry::Vec3 n_odom = geometry::Vec3::Zero();      ///< unit normal
+  geometry::Vec3 lever_odom_m = geometry::Vec3::Zero();  ///< from the body to the points' centre
+  geometry::Mat3 normal_covariance = geometry::Mat3::Zero();  ///< of n_odom [rad^2]
+  double weight = 0.0;  ///< information along the normal [1/m^2], errors of the plane included
+  int points = 0;
+};
+
+}  // namespace rali::degeneracy

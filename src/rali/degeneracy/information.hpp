@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "rali/degeneracy/evidence.hpp"
+#include "rali/degeneracy/report.hpp"
+#include "rali/geometry/se3.hpp"
+
+namespace rali::degeneracy {
+
+/// The noise-aware detector (algorithms 3.2, 3.3 with the findings of 3.6).
+struct AwareSettings {
+  double kappa = 5.0;
+  double full_m = 0.02, none_m = 0.10;
+  double full_deg = 0.1, none_deg = 0.5;
+  int scans_to_worse = 2, scans_to_better = 5;
+  double axis_ratio_min = 4.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("kappa", kappa, 0.0, 100.0, "how many times the information expected from noise is removed");
+    v("full_m", full_m, 1e-4, 1.0, "sigma below: a direction is fully known");
+    v("none_m", none_m, 1e-3, 10.0, "sigma above: a direction is blind");
+    v("full_deg", full_deg, 1e-3, 10.0, "sigma below: a rotation is fully known");
+    v("none_deg", none_deg, 1e-2, 90.0, "sigma above: a rotation is blind");
+    v("scans_to_worse", scans_to_worse, 1, 100, "scans in a row before a class gets worse");
+    v("scans_to_better", scans_to_better, 1, 100, "scans in a row before a class gets better");
+    v("axis_ratio_min", axis_ratio_min, 1.0, 100.0,
+      "horizontal information must differ by this factor, else the last axes are kept");
+  }
+};
+
+/// Axial (least known horizontal), lateral and vertical, unit, right-handed, in odom. Columns.
+using Axes = geometry::Mat3;
+
+/// The physical directions of a scan. @param previous kept where no horizontal direction stands
+/// out. @param I information of the scan alone, boxplus order.
+[[nodiscard]] Axes physical_axes(const geometry::Mat6& I, const geometry::Vec3& g_odom_mps2,
+                                 const Axes& previous, const AwareSettings& settings);
+
+/// Information along the six physical directions, what noise alone would give removed.
+/// Order: axial, lateral, vertical; roll, pitch, yaw. Category is that of this scan alone.
+[[nodiscard]] std::array<DirectionInfo, 6> direction_information(
+    const geometry::Mat6& I, std::span<const PlaneEvidence> planes,
+    const geometry::Mat3& R_odom_body, const Axes& axes, const AwareSettings& settings);
+
+/// Takes the spurious part out of a Gauss-Newton system: afterwards the information along each
+/// direction is its J and what is I-orthogonal to it is untouched; I stays positive
+/// semidefinite (algorithms 2.4).
+void remove_spurious(geometry::Mat6& I, geometry::Vec6& b, const geometry::Mat3& R_odom_body,
+                     std::span<const DirectionInfo, 6> directions);
+
+/// Classes over time: worse after a few scans, better after more (algorithms 3.3).
+class CategoryFilter {
+ public:
+  explicit CategoryFilter(const AwareSettings& settings) : settings_(settings) {}
+
+  /// Replaces the categories by the filtered ones and fills blind, sigma and direction.
+  void apply(Report& report);
+
+ private:
+  struct Track {
+    Category category = Category::kFull;
+    int pending = 0;
+    bool started = false;
+  };
+
+  AwareSettings settings_;
+  std::array<Track, 6> tracks_;
+};
+
+}  // namespace rali::degeneracy

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "rali/base/settings.hpp"
+
+namespace rali::degeneracy {
+
+/// What becomes of the sign of the normals, which one plane leaves open (finding F4).
+enum class NormalSign {
+  kGiven,  ///< as the odometry delivers them (its setting paper.normal_sign: sensor or raw)
+  kFree    ///< second moment without mean: n and -n count alike
+};
+inline constexpr ChoiceNames<2> kNormalSignNames{"given", "free"};
+
+/// Which eigenvalues, l1 >= l2 >= l3, make the degree.
+enum class DegreeRatio { kL2L3, kL1L3, kL1L2 };
+inline constexpr ChoiceNames<3> kDegreeRatioNames{"l2_l3", "l1_l3", "l1_l2"};
+
+/// What is taken as the blind direction.
+enum class DegreeDirection {
+  kE3Xy,          ///< e3 projected on the horizontal plane; none if less than half is left
+  kE3,            ///< e3 as it is
+  kMinHorizontal  ///< smallest eigenvector of the horizontal 2x2 block
+};
+inline constexpr ChoiceNames<3> kDegreeDirectionNames{"e3_xy", "e3", "min_horizontal"};
+
+/// The paper's detector: each open point of its text is a setting (algorithms.md table 0.2).
+struct PaperDegreeSettings {
+  NormalSign normal_sign = NormalSign::kGiven;
+  DegreeRatio deg_ratio = DegreeRatio::kL2L3;
+  double deg_below = 3.0;
+  double deg_above = 0.0;
+  DegreeDirection deg_direction = DegreeDirection::kE3Xy;
+  int deg_min_normals = 50;
+
+  template <class V>
+  void visit(V& v) {
+    v.choice("normal_sign", normal_sign, kNormalSignNames,
+             "given: covariance of the normals; free: second moment, sign does not matter");
+    v.choice("deg_ratio", deg_ratio, kDegreeRatioNames, "eigenvalues that make the degree");
+    v("deg_below", deg_below, 0.0, 1e6, "degenerate if the degree is below; 0 switches it off");
+    v("deg_above", deg_above, 0.0, 1e6,
+      "degenerate if the degree is above; 0 switches it off (for 32 and more rings)");
+    v.choice("deg_direction", deg_direction, kDegreeDirectionNames, "what is the blind direction");
+    v("deg_min_normals", deg_min_normals, 0, 100000, "with fewer normals the degree is unknown");
+  }
+};
+
+}  // namespace rali::degeneracy

@@ -1,0 +1,39 @@
+#include "rali/imu/rest.hpp"
+
+#include "rali/geometry/so3.hpp"
+
+namespace rali::imu {
+
+using geometry::Vec3;
+
+ImuStatistics statistics(std::span<const sensor::ImuSample> samples) {
+  ImuStatistics out;
+  out.samples = static_cast<int>(samples.size());
+  if (samples.empty()) return out;
+  const double n = static_cast<double>(samples.size());
+  for (const sensor::ImuSample& s : samples) {
+    out.gyro_mean_radps += s.gyro_radps / n;
+    out.accel_mean_mps2 += s.accel_mps2 / n;
+  }
+  Vec3 gyro2 = Vec3::Zero();
+  Vec3 accel2 = Vec3::Zero();
+  for (const sensor::ImuSample& s : samples) {
+    gyro2 += (s.gyro_radps - out.gyro_mean_radps).cwiseAbs2() / n;
+    accel2 += (s.accel_mps2 - out.accel_mean_mps2).cwiseAbs2() / n;
+  }
+  out.gyro_sd_radps = gyro2.cwiseSqrt();
+  out.accel_sd_mps2 = accel2.cwiseSqrt();
+  return out;
+}
+
+bool is_rest(const ImuStatistics& stats, const RestSettings& settings) {
+  return stats.samples >= 10 && stats.gyro_sd_radps.maxCoeff() < settings.gyro_sd_max_radps &&
+         stats.accel_sd_mps2.maxCoeff() < settings.accel_sd_max_mps2 &&
+         stats.gyro_mean_radps.norm() < settings.gyro_mean_max_radps;
+}
+
+geometry::Mat3 level(const Vec3& accel_mean_mps2) {
+  return geometry::rotation_between(accel_mean_mps2, Vec3::UnitZ());
+}
+
+}  // namespace rali::imu

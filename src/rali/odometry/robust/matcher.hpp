@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "rali/geometry/se3.hpp"
+#include "rali/odometry/deskew.hpp"
+#include "rali/odometry/odometry.hpp"
+#include "rali/odometry/robust/plane_map.hpp"
+
+namespace rali::odometry {
+
+/// Noise of one LiDAR point and how outliers are treated (algorithms 2.3, 2.4).
+struct MatchSettings {
+  double range_sigma_m = 0.02;
+  double beam_sigma_rad = 0.0017;
+  double rough_sigma_m = 0.01;
+  double cauchy_scale = 3.0;
+  double gate_sigma = 3.0;
+  double gate_min_m = 0.05;
+  double gate_max_m = 1.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("range_sigma_m", range_sigma_m, 1e-4, 1.0, "noise of a range");
+    v("beam_sigma_rad", beam_sigma_rad, 0.0, 0.1, "noise of a beam's direction");
+    v("rough_sigma_m", rough_sigma_m, 0.0, 1.0, "roughness of surfaces");
+    v("cauchy_scale", cauchy_scale, 0.5, 100.0, "knee of the robust weight, in sigma");
+    v("gate_sigma", gate_sigma, 1.0, 20.0, "farther points are no match, in sigma");
+    v("gate_min_m", gate_min_m, 0.0, 1.0, "the gate is never narrower");
+    v("gate_max_m", gate_max_m, 0.05, 10.0, "the gate is never wider");
+  }
+};
+
+/// Gauss-Newton system of one iteration in boxplus order (rotation, position), errors of planes
+/// accounted once for all points of a plane (algorithms 2.4).
+struct LidarSystem {
+  geometry::Mat6 I = geometry::Mat6::Zero();
+  geometry::Vec6 b = geometry::Vec6::Zero();
+  int matches = 0;
+  double residual_sum2_m2 = 0.0;  ///< of matched points, robustly weighted
+  double weight_sum = 0.0;
+};
+
+/// Matches the points of a scan with the planes of the map and sums what they tell.
+class Matcher {
+ public:
+  explicit Matcher(const MatchSettings& settings) : settings_(settings) {}
+
+  /// Sets the points of the scan (body frame); `p_body_lidar` is where the rays start.
+  void set_points(const BodyPoints& points, const geometry::Vec3& p_body_lidar);
+
+  /// Finds a plane for each point. @param P_pose covariance of the pose, for the gate.
+  /// @param wide look also into neighbouring cells: for a poor guess.
+  void match(const PlaneMap& map, const geometry::SE3& T_odom_body, const geometry::Mat6& P_pose,
+             bool wide);
+
+  /// Sums residuals at the given pose over the matches of the last match().
+  [[nodiscard]] LidarSystem accumulate(const PlaneMap& map, const geometry::SE3& T_odom_body);
+
+  /// What each plane told in the last accumulate().
+  [[nodiscard]] const std::vector<degeneracy::PlaneEvidence>& evidence() const {
+    return evidence_;
+  }
+
+ private:
+  /// Weighted moments of the points of one plane: sum w [p;1][p;1]^T, upper triangle.
+  struct Group {
+    int plane = -1;
+    int points = 0;
+    double m[10] = {};
+  };
+
+  struct Point {
+    float x, y, z;        // body
+    float dx, dy, dz;     // unit ray in body
+    float beam_var_m2;    // (range * beam sigma)^2
+    int plane = -1;
+  };
+
+  [[nodiscard]] double point_variance(const Point& p, double cos_incidence,
+                                      double plane_var_m2) const;
+  void add_group(const Group& group, const PlaneMap& map, const geometry::SE3& T_odom_body,
+                 LidarSystem& system);
+
+  MatchSettings settings_;
+  std::vector<Point> points_;
+  std::vector<Group> groups_;
+  std::vector<int> group_of_plane_;  ///< by plane index, -1 = none yet
+  std::vector<degeneracy::PlaneEvidence> evidence_;
+};
+
+}  // namespace rali::odometry

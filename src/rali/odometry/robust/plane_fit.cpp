@@ -1,0 +1,49 @@
+#include "rali/odometry/robust/plane_fit.hpp"
+
+#include <algorithm>
+
+namespace rali::odometry {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+Mat3 PointSums::covariance() const {
+  const double inverse = 1.0 / n;
+  const Vec3 m = sum * inverse;
+  Mat3 C;
+  C(0, 0) = products[0] * inverse - m.x() * m.x();
+  C(1, 0) = products[1] * inverse - m.x() * m.y();
+  C(2, 0) = products[2] * inverse - m.x() * m.z();
+  C(1, 1) = products[3] * inverse - m.y() * m.y();
+  C(2, 1) = products[4] * inverse - m.y() * m.z();
+  C(2, 2) = products[5] * inverse - m.z() * m.z();
+  C(0, 1) = C(1, 0);
+  C(0, 2) = C(2, 0);
+  C(1, 2) = C(2, 1);
+  return C;
+}
+
+bool fit_plane(const PointSums& sums, const Vec3& origin, const PlaneSettings& settings,
+               Plane& plane) {
+  if (sums.n < settings.points_min) return false;
+  const geometry::Pca3 pca = geometry::pca3(sums.covariance());
+  const double l3 = std::max(0.0, pca.values[2]);
+  if (l3 > settings.thickness_max_m * settings.thickness_max_m) return false;
+  if (pca.values[1] < settings.width_min_m * settings.width_min_m) return false;
+  if (pca.values[1] < 4.0 * l3) return false;  // as thick as it is wide: no plane
+  const double n = sums.n;
+  const double floor = settings.sigma_floor_m * settings.sigma_floor_m;
+  const double s2 = std::max(floor, l3 * n / (n - 3.0));
+  const double tilt = settings.tilt_systematic_rad * settings.tilt_systematic_rad;
+  plane.q = origin + sums.sum / n;
+  plane.e1 = pca.vectors.col(0);
+  plane.e2 = pca.vectors.col(1);
+  plane.n = pca.vectors.col(2);
+  plane.var_tilt1 = s2 / (n * pca.values[0]) + tilt;
+  plane.var_tilt2 = s2 / (n * pca.values[1]) + tilt;
+  plane.var_offset = s2 / n + settings.sigma_systematic_m * settings.sigma_systematic_m;
+  plane.var_normal = s2;
+  return true;
+}
+
+}  // namespace rali::odometry

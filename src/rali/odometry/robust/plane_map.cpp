@@ -1,0 +1,233 @@
+#include "rali/odometry/robust/plane_map.hpp"
+
+#include <bit>
+#include <cmath>
+
+#include "rali/base/assert.hpp"
+#include "rali/cloud/voxel_sampler.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using cloud::floor_to_int;
+using cloud::hash_key;
+using cloud::voxel_key;
+using geometry::Vec3;
+
+struct CellIndex {
+  int x, y, z;
+};
+
+CellIndex cell_of(const Vec3& p, double inverse) {
+  return {floor_to_int(p.x() * inverse), floor_to_int(p.y() * inverse),
+          floor_to_int(p.z() * inverse)};
+}
+
+Vec3 center_of(int ix, int iy, int iz, double voxel_m) {
+  return {(ix + 0.5) * voxel_m, (iy + 0.5) * voxel_m, (iz + 0.5) * voxel_m};
+}
+
+int octant(const Vec3& p, const Vec3& center) {
+  return (p.x() >= center.x() ? 1 : 0) | (p.y() >= center.y() ? 2 : 0) |
+         (p.z() >= center.z() ? 4 : 0);
+}
+
+Vec3 child_center(const Vec3& center, double half_m, int child) {
+  const double q = 0.5 * half_m;
+  return center + Vec3((child & 1) ? q : -q, (child & 2) ? q : -q, (child & 4) ? q : -q);
+}
+
+}  // namespace
+
+PlaneMap::PlaneMap(const PlaneMapSettings& settings) : settings_(settings), slots_(1 << 12) {}
+
+int PlaneMap::root_cell(int ix, int iy, int iz) const {
+  const std::uint64_t key = voxel_key(ix, iy, iz);
+  const std::uint64_t mask = slots_.size() - 1;
+  for (std::uint64_t s = hash_key(key) & mask; slots_[s].cell >= 0; s = (s + 1) & mask) {
+    if (slots_[s].key == key) return slots_[s].cell;
+  }
+  return -1;
+}
+
+int PlaneMap::find_or_make_root(int ix, int iy, int iz) {
+  const std::uint64_t key = voxel_key(ix, iy, iz);
+  std::uint64_t mask = slots_.size() - 1;
+  std::uint64_t s = hash_key(key) & mask;
+  while (slots_[s].cell >= 0) {
+    if (slots_[s].key == key) return slots_[s].cell;
+    s = (s + 1) & mask;
+  }
+  const int cell = static_cast<int>(cells_.size());
+  cells_.emplace_back().refit_at = settings_.plane.points_min;
+  slots_[s] = {key, cell};
+  if (++roots_ * 2 > slots_.size()) grow();
+  return cell;
+}
+
+void PlaneMap::grow() {
+  std::vector<Slot> old(slots_.size() * 2);
+  old.swap(slots_);
+  const std::uint64_t mask = slots_.size() - 1;
+  for (const Slot& slot : old) {
+    if (slot.cell < 0) continue;
+    std::uint64_t s = hash_key(slot.key) & mask;
+    while (slots_[s].cell >= 0) s = (s + 1) & mask;
+    slots_[s] = slot;
+  }
+}
+
+void PlaneMap::insert(const Vec3& p_odom_m) {
+  const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
+  const int cell = find_or_make_root(i.x, i.y, i.z);
+  insert_at(cell, center_of(i.x, i.y, i.z, settings_.voxel_m), 0.5 * settings_.voxel_m, 0,
+            p_odom_m);
+}
+
+void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level, const Vec3& p) {
+  Vec3 center = origin;
+  while (cells_[static_cast<std::size_t>(index)].children >= 0) {
+    const int child = octant(p, center);
+    index = cells_[static_cast<std::size_t>(index)].children + child;
+    center = child_center(center, half_m, child);
+    half_m *= 0.5;
+    ++level;
+  }
+  Cell& cell = cells_[static_cast<std::size_t>(index)];
+  if (cell.frozen) return;
+  const Vec3 d = p - center;
+  cell.sums.add(d.x(), d.y(), d.z());
+  if (cell.sums.n >= cell.refit_at) refit(index, center, level);
+}
+
+void PlaneMap::refit(int index, const Vec3& origin, int level) {
+  Cell& cell = cells_[static_cast<std::size_t>(index)];
+  Plane plane;
+  const bool is_plane = fit_plane(cell.sums, origin, settings_.plane, plane);
+  cell.refit_at = std::max(cell.sums.n + 1,
+                           static_cast<int>(std::ceil(cell.sums.n * settings_.refit_growth)));
+  if (is_plane) {
+    if (cell.plane < 0) {
+      cell.plane = static_cast<int>(planes_.size());
+      planes_.push_back(plane);
+    } else {
+      planes_[static_cast<std::size_t>(cell.plane)] = plane;
+    }
+    cell.frozen = cell.sums.n >= settings_.freeze_points;
+    return;
+  }
+  const geometry::Pca3 pca = geometry::pca3(cell.sums.covariance());
+  const double thickness2 = settings_.plane.thickness_max_m * settings_.plane.thickness_max_m;
+  const bool thick = pca.values[2] > thickness2;
+  if (thick && level + 1 < kLevels) {
+    // What it held is forgotten: its points cannot be told apart any more, and more will come.
+    const int children = static_cast<int>(cells_.size());
+    for (int k = 0; k < 8; ++k) cells_.emplace_back().refit_at = settings_.plane.points_min;
+    Cell& parent = cells_[static_cast<std::size_t>(index)];  // the vector may have moved
+    parent.children = children;
+    parent.plane = -1;
+    return;
+  }
+  if (cell.plane >= 0 && thick) cell.plane = -1;
+  cell.frozen = cell.sums.n >= 2 * settings_.freeze_points;  // never a plane: stop trying
+}
+
+int PlaneMap::descend(int index, const Vec3& origin, const Vec3& p) const {
+  Vec3 center = origin;
+  double half_m = 0.5 * settings_.voxel_m;
+  while (cells_[static_cast<std::size_t>(index)].children >= 0) {
+    const int child = octant(p, center);
+    index = cells_[static_cast<std::size_t>(index)].children + child;
+    center = child_center(center, half_m, child);
+    half_m *= 0.5;
+  }
+  return cells_[static_cast<std::size_t>(index)].plane;
+}
+
+int PlaneMap::find(const Vec3& p_odom_m) const {
+  const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
+  const int root = root_cell(i.x, i.y, i.z);
+  if (root < 0) return -1;
+  return descend(root, center_of(i.x, i.y, i.z, settings_.voxel_m), p_odom_m);
+}
+
+void PlaneMap::consider(int ix, int iy, int iz, const Vec3& p, int& best, double& best_m) const {
+  const int root = root_cell(ix, iy, iz);
+  if (root < 0) return;
+  // In a neighbour cell the child nearest to the point is asked.
+  const Vec3 center = center_of(ix, iy, iz, settings_.voxel_m);
+  const double inside = 0.499 * settings_.voxel_m;
+  const Vec3 clamped = (p - center).cwiseMax(-inside).cwiseMin(inside) + center;
+  const int index = descend(root, center, clamped);
+  if (index < 0) return;
+  const Plane& candidate = plane(index);
+  const double distance_m = std::abs(candidate.n.dot(p - candidate.q));
+  if (best < 0 || distance_m < best_m) {
+    best = index;
+    best_m = distance_m;
+  }
+}
+
+int PlaneMap::find_near(const Vec3& p_odom_m) const {
+  const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
+  int best = -1;
+  double best_m = 0.0;
+  const Vec3 d = p_odom_m - center_of(i.x, i.y, i.z, settings_.voxel_m);
+  const int sx = d.x() >= 0.0 ? 1 : -1;
+  const int sy = d.y() >= 0.0 ? 1 : -1;
+  const int sz = d.z() >= 0.0 ? 1 : -1;
+  for (int k = 0; k < 8; ++k) {
+    consider(i.x + ((k & 1) ? sx : 0), i.y + ((k & 2) ? sy : 0), i.z + ((k & 4) ? sz : 0),
+             p_odom_m, best, best_m);
+  }
+  return best;
+}
+
+std::size_t PlaneMap::prune(const Vec3& center_odom_m) {
+  if (roots_ <= static_cast<std::size_t>(settings_.roots_max)) return 0;
+  PlaneMap kept(settings_);
+  const double radius2 = settings_.keep_radius_m * settings_.keep_radius_m;
+  const std::size_t before = roots_;
+  // Slots in table order: the table depends only on what was inserted and when.
+  for (const Slot& slot : slots_) {
+    if (slot.cell < 0) continue;
+    constexpr std::uint64_t kMask = (1ULL << 21) - 1;
+    constexpr int kOffset = 1 << 20;
+    const int ix = static_cast<int>((slot.key >> 42) & kMask) - kOffset;
+    const int iy = static_cast<int>((slot.key >> 21) & kMask) - kOffset;
+    const int iz = static_cast<int>(slot.key & kMask) - kOffset;
+    const Vec3 center = center_of(ix, iy, iz, settings_.voxel_m);
+    if ((center - center_odom_m).squaredNorm() > radius2) continue;
+    kept.copy_tree(*this, slot.cell, kept.find_or_make_root(ix, iy, iz));
+  }
+  *this = std::move(kept);
+  return before - roots_;
+}
+
+void PlaneMap::copy_tree(const PlaneMap& from, int source, int target) {
+  const Cell cell = from.cells_[static_cast<std::size_t>(source)];
+  Cell copy = cell;
+  if (cell.plane >= 0) {
+    copy.plane = static_cast<int>(planes_.size());
+    planes_.push_back(from.plane(cell.plane));
+  }
+  if (cell.children >= 0) {
+    copy.children = static_cast<int>(cells_.size());
+    cells_.resize(cells_.size() + 8);
+    for (int k = 0; k < 8; ++k) copy_tree(from, cell.children + k, copy.children + k);
+  }
+  cells_[static_cast<std::size_t>(target)] = copy;
+}
+
+std::uint64_t PlaneMap::hash() const {
+  std::uint64_t h = 0x9e3779b97f4a7c15ULL ^ cells_.size();
+  for (const Plane& p : planes_) {
+    for (int k = 0; k < 3; ++k) {
+      h = hash_key(h ^ std::bit_cast<std::uint64_t>(p.q[k]));
+      h = hash_key(h ^ std::bit_cast<std::uint64_t>(p.n[k]));
+    }
+  }
+  return h;
+}
+
+}  // namespace rali::odometry

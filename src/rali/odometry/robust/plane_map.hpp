@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "rali/odometry/robust/plane_fit.hpp"
+
+namespace rali::odometry {
+
+struct PlaneMapSettings {
+  double voxel_m = 0.8;      ///< edge of a root cell; split twice where it holds no plane
+  int freeze_points = 400;   ///< a plane of so many points takes no more
+  double refit_growth = 1.25;  ///< fit again when the number of points has grown so much
+  int roots_max = 400000;    ///< beyond: cells far from the vehicle are forgotten
+  double keep_radius_m = 150.0;  ///< what is nearer is never forgotten
+  PlaneSettings plane;
+
+  template <class V>
+  void visit(V& v) {
+    v("voxel_m", voxel_m, 0.1, 10.0, "edge of a root cell, split twice where it holds no plane");
+    v("freeze_points", freeze_points, 20, 100000, "a plane of so many points takes no more");
+    v("refit_growth", refit_growth, 1.01, 4.0, "fit again when points have grown by this factor");
+    v("roots_max", roots_max, 1000, 20000000, "more cells: those far away are forgotten");
+    v("keep_radius_m", keep_radius_m, 1.0, 10000.0, "cells nearer than this are never forgotten");
+    v.group("plane", plane, "what counts as a plane");
+  }
+};
+
+/// The map of the filter: planes with covariance in a sparse octree of three levels
+/// (0.8, 0.4, 0.2 m) over an open-addressing hash of root cells, all in odom.
+///
+/// A cell gathers sums of points; when they form a plane it is one, refitted as points come and
+/// frozen when it has enough; when they do not, its eight children gather instead. Wide planes
+/// with a measured thickness are what keeps the information honest (algorithms 2.2, 2.3).
+class PlaneMap {
+ public:
+  explicit PlaneMap(const PlaneMapSettings& settings);
+
+  void insert(const geometry::Vec3& p_odom_m);
+
+  /// Index of the plane in whose cell the point lies, -1 if none.
+  [[nodiscard]] int find(const geometry::Vec3& p_odom_m) const;
+
+  /// As find(), but also looks into the root cells beyond the nearest faces and takes the plane
+  /// with the smallest distance along its normal: for a guess that may be half a cell off.
+  [[nodiscard]] int find_near(const geometry::Vec3& p_odom_m) const;
+
+  [[nodiscard]] const Plane& plane(int index) const {
+    return planes_[static_cast<std::size_t>(index)];
+  }
+
+  [[nodiscard]] std::size_t plane_count() const { return planes_.size(); }
+
+  [[nodiscard]] std::size_t root_count() const { return roots_; }
+
+  [[nodiscard]] bool empty() const { return roots_ == 0; }
+
+  /// Forgets root cells farther than the keep radius from `center` if there are too many.
+  /// @return number of root cells forgotten.
+  std::size_t prune(const geometry::Vec3& center_odom_m);
+
+  [[nodiscard]] const PlaneMapSettings& settings() const { return settings_; }
+
+  [[nodiscard]] std::uint64_t hash() const;
+
+ private:
+  static constexpr int kLevels = 3;
+
+  struct Cell {
+    PointSums sums;
+    int plane = -1;      ///< index into planes_
+    int children = -1;   ///< index of the first of eight cells
+    int refit_at = 0;
+    bool frozen = false;
+  };
+
+  struct Slot {
+    std::uint64_t key = 0;
+    int cell = -1;
+  };
+
+  int root_cell(int ix, int iy, int iz) const;
+  int find_or_make_root(int ix, int iy, int iz);
+  void grow();
+  void insert_at(int cell, const geometry::Vec3& origin, double half_m, int level,
+                 const geometry::Vec3& p);
+  void refit(int cell, const geometry::Vec3& origin, int level);
+  int descend(int cell, const geometry::Vec3& origin, const geometry::Vec3& p) const;
+  void copy_tree(const PlaneMap& from, int source, int target);
+  void consider(int ix, int iy, int iz, const geometry::Vec3& p, int& best, double& best_m) const;
+
+  PlaneMapSettings settings_;
+  std::vector<Slot> slots_;
+  std::vector<Cell> cells_;
+  std::vector<Plane> planes_;
+  std::size_t roots_ = 0;
+};
+
+}  // namespace rali::odometry

@@ -1,0 +1,112 @@
+#include "rali/odometry/robust/update.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+namespace rali::odometry {
+
+using geometry::Mat3;
+using geometry::Mat6;
+using geometry::Vec3;
+using geometry::Vec6;
+
+namespace {
+
+constexpr double kRadian = 180.0 / std::numbers::pi;
+
+/// LiDAR system expressed in the error about the prediction instead of about the iterate.
+void move_to_prior(const Vec3& theta, LidarSystem& system) {
+  const Mat3 J = geometry::so3_right_jacobian(theta);
+  system.I.topRows<3>() = (J.transpose() * system.I.topRows<3>()).eval();
+  system.I.leftCols<3>() = (system.I.leftCols<3>() * J).eval();
+  system.b.head<3>() = (J.transpose() * system.b.head<3>()).eval();
+}
+
+void symmetrise(StateCov& P) { P = 0.5 * (P + P.transpose()).eval(); }
+
+/// Covariance after the update, moved from the prediction's tangent space to the estimate's.
+StateCov posterior(const StateCov& P, const Mat6& I, const Vec3& theta) {
+  const Mat6 S = Mat6::Identity() + I * P.topLeftCorner<6, 6>();
+  const Mat6 gain = S.partialPivLu().solve(I);
+  StateCov out = P - P.leftCols<6>() * gain * P.topRows<6>();
+  const Mat3 J = geometry::so3_right_jacobian(theta);
+  out.topRows<3>() = (J * out.topRows<3>()).eval();
+  out.leftCols<3>() = (out.leftCols<3>() * J.transpose()).eval();
+  symmetrise(out);
+  return out;
+}
+
+}  // namespace
+
+UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneMap& map,
+                              const RobustSettings& settings, const degeneracy::Axes& axes_before,
+                              bool wide_gate) {
+  const FilterState predicted = state;
+  const Mat6 P66 = predicted.P.topLeftCorner<6, 6>();
+  UpdateResult result;
+  result.axes = axes_before;
+  StateVec delta = StateVec::Zero();
+  LidarSystem system;
+  bool rematch = true;
+  for (int k = 0; k < settings.update.iterations_max; ++k) {
+    if (k < 2 || rematch) {
+      const bool wide = wide_gate && k + 2 < settings.update.iterations_max;
+      matcher.match(map, state.T_odom_body, P66, wide);
+    }
+    system = matcher.accumulate(map, state.T_odom_body);
+    result.iterations = k + 1;
+    result.matches = system.matches;
+    if (system.matches < settings.update.matches_min) {
+      state = predicted;
+      return result;
+    }
+    result.axes = degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, settings.aware);
+    result.directions = degeneracy::direction_information(
+        system.I, matcher.evidence(), state.T_odom_body.R, result.axes, settings.aware);
+    degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
+    result.information = system.I;
+
+    const Vec6 before = delta.head<6>();
+    move_to_prior(before.head<3>(), system);
+    const Mat6 A = Mat6::Identity() + system.I * P66;
+    const Vec6 y = A.partialPivLu().solve(system.I * before - system.b);
+    delta = predicted.P.leftCols<6>() * y;
+    state = predicted;
+    add_error(state, delta);
+
+    const double step_m = (delta.segment<3>(kPos) - before.tail<3>()).norm();
+    const double step_deg = kRadian * (delta.segment<3>(kTheta) - before.head<3>()).norm();
+    rematch = step_m > settings.update.rematch_m || step_deg > 0.2;
+    result.converged = step_m < settings.update.stop_m && step_deg < settings.update.stop_deg;
+    if (result.converged && k > 0) break;
+  }
+  state.P = posterior(predicted.P, system.I, delta.segment<3>(kTheta));
+  if (system.weight_sum > 0.0) {
+    result.residual_rms_m = std::sqrt(system.residual_sum2_m2 / system.weight_sum);
+  }
+  return result;
+}
+
+template <int D>
+void update_linear(FilterState& state, const Eigen::Matrix<double, D, kStateDim>& H,
+                   const Eigen::Matrix<double, D, 1>& residual,
+                   const Eigen::Matrix<double, D, D>& R) {
+  const Eigen::Matrix<double, kStateDim, D> PHt = state.P * H.transpose();
+  const Eigen::Matrix<double, D, D> S = H * PHt + R;
+  const Eigen::Matrix<double, kStateDim, D> K = PHt * S.inverse();
+  const StateCov A = StateCov::Identity() - K * H;
+  state.P = A * state.P * A.transpose() + K * R * K.transpose();  // Joseph: stays positive
+  symmetrise(state.P);
+  add_error(state, K * residual);
+}
+
+template void update_linear<3>(FilterState&, const Eigen::Matrix<double, 3, kStateDim>&,
+                               const Eigen::Matrix<double, 3, 1>&,
+                               const Eigen::Matrix<double, 3, 3>&);
+template void update_linear<2>(FilterState&, const Eigen::Matrix<double, 2, kStateDim>&,
+                               const Eigen::Matrix<double, 2, 1>&,
+                               const Eigen::Matrix<double, 2, 2>&);
+
+}  // namespace rali::odometry

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+
+#include "rali/degeneracy/information.hpp"
+#include "rali/odometry/robust/matcher.hpp"
+#include "rali/odometry/robust/settings.hpp"
+#include "rali/odometry/robust/state.hpp"
+
+namespace rali::odometry {
+
+/// What one iterated update did.
+struct UpdateResult {
+  int iterations = 0;
+  int matches = 0;
+  bool converged = false;
+  double residual_rms_m = 0.0;
+  geometry::Mat6 information = geometry::Mat6::Zero();  ///< LiDAR alone, spurious part removed
+  degeneracy::Axes axes = degeneracy::Axes::Identity();
+  std::array<degeneracy::DirectionInfo, 6> directions;
+};
+
+/// Moves the state to where prior and LiDAR agree (iterated Kalman filter in information form;
+/// the LiDAR's 6x6 information may be singular: blind directions keep the prior).
+/// @param axes_before the physical directions of the last scan.
+/// @param wide_gate the prior is poor: look into neighbouring cells in the first iterations.
+/// With fewer than matches_min matches the state is left as predicted.
+[[nodiscard]] UpdateResult update_with_scan(FilterState& state, Matcher& matcher,
+                                            const PlaneMap& map, const RobustSettings& settings,
+                                            const degeneracy::Axes& axes_before, bool wide_gate);
+
+/// Ordinary Kalman update with one linear measurement of dimension D.
+/// @param H Jacobian (D x 17), @param residual z - h(x), @param R covariance.
+template <int D>
+void update_linear(FilterState& state, const Eigen::Matrix<double, D, kStateDim>& H,
+                   const Eigen::Matrix<double, D, 1>& residual,
+                   const Eigen::Matrix<double, D, D>& R);
+
+extern template void update_linear<3>(FilterState&, const Eigen::Matrix<double, 3, kStateDim>&,
+                                      const Eigen::Matrix<double, 3, 1>&,
+                                      const Eigen::Matrix<double, 3, 3>&);
+extern template void update_linear<2>(FilterState&, const Eigen::Matrix<double, 2, kStateDim>&,
+                                      const Eigen::Matrix<double, 2, 1>&,
+                                      const Eigen::Matrix<double, 2, 2>&);
+
+}  // namespace rali::odometry
