@@ -1,0 +1,55 @@
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/base/settings.hpp"
+
+namespace rali::sim {
+
+enum class Lidar { kRs16, kVlp16, kHdl32e, kHdl64e, kOs1_64, kOs0_128, kLivox };
+inline constexpr ChoiceNames<7> kLidarNames{"rs16",   "vlp16",   "hdl32e", "hdl64e",
+                                            "os1_64", "os0_128", "livox"};
+
+/// Beam pattern of one sweep. Angles in the sensor frame: azimuth from +x towards +y, elevation
+/// up, [rad].
+struct Beam {
+  float cos_elevation_cos_azimuth, cos_elevation_sin_azimuth, sin_elevation;
+};
+
+/// A sensor as a list of firings; within a firing the lasers fire one after another.
+class LidarModel {
+ public:
+  explicit LidarModel(Lidar kind);
+
+  [[nodiscard]] int rings() const { return rings_; }
+
+  [[nodiscard]] int firings() const { return firings_; }
+
+  [[nodiscard]] double sweep_s() const { return 0.1; }
+
+  /// Direction of laser `ring` in firing `firing` of sweep number `sweep` (a spinning sensor
+  /// repeats itself, a rosette does not), unit vector in the sensor frame.
+  [[nodiscard]] Beam beam(int ring, int firing, std::int64_t sweep) const;
+
+  /// When it fires, in units of one firing period after the start of the firing, in [0, 1).
+  [[nodiscard]] double phase(int ring) const;
+
+  /// Elevation of each ring of a spinning sensor [rad], lowest first; empty for a rosette.
+  [[nodiscard]] const std::vector<double>& elevations_rad() const { return elevations_rad_; }
+
+ private:
+  [[nodiscard]] Beam rosette(int line, int firing, std::int64_t sweep) const;
+
+  Lidar kind_;
+  int rings_ = 16;
+  int firings_ = 1800;
+  std::vector<double> elevations_rad_;
+  std::vector<float> cos_elevation_, sin_elevation_;
+  std::vector<float> cos_azimuth_, sin_azimuth_;
+};
+
+[[nodiscard]] Result<Lidar> lidar_of(std::string_view name);
+
+}  // namespace rali::sim

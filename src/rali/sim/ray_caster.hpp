@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "rali/sim/mesh.hpp"
+
+namespace rali::sim {
+
+/// Where a ray ends.
+struct Hit {
+  float range_m = 0.0F;        ///< 0: nothing within reach
+  float cos_incidence = 0.0F;  ///< of the angle to the surface normal, 0..1
+  float reflectivity = 0.0F;
+};
+
+/// Casts rays against a fixed mesh (Embree). Not for concurrent use.
+class RayCaster {
+ public:
+  explicit RayCaster(const TriangleMesh& mesh);
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+  RayCaster& operator=(RayCaster&&) noexcept;
+
+  /// First surface from `origin` along the unit vector `direction` within max_range_m.
+  [[nodiscard]] Hit cast(const geometry::Vec3& origin, const geometry::Vec3& direction,
+                         double max_range_m) const;
+
+  /// Distance of a point to the nearest surface, at most `limit_m`, else limit_m. Slow: looks at
+  /// every triangle; for checks of few points.
+  [[nodiscard]] double distance_to_surface(const geometry::Vec3& point, double limit_m) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rali::sim

@@ -1,0 +1,173 @@
+#include "rali/sim/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "rali/sim/pedestrians.hpp"
+
+namespace rali::sim {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+namespace {
+
+/// Where the sensors sit on the simulated vehicle: LiDAR ahead and up with a small turn, the IMU
+/// aside and turned by 90 deg, so that a forgotten extrinsic shows.
+sensor::Calibration mounting() {
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  sensor::Calibration c;
+  c.T_body_lidar = {geometry::rotation_from_rpy(0.4 * kDegree, -0.6 * kDegree, 1.5 * kDegree),
+                    Vec3(0.10, 0.0, 0.35)};
+  c.T_body_imu = {geometry::rotation_from_rpy(0.0, 0.0, 90.0 * kDegree), Vec3(-0.05, 0.03, 0.08)};
+  return c;
+}
+
+Vec3 unit3(Rng& rng) {
+  const double x = rng.normal();
+  const double y = rng.normal();
+  const double z = rng.normal();
+  return Vec3(x, y, z).normalized();
+}
+
+sensor::Calibration measured_by_hand(const sensor::Calibration& truth, const SimOptions& o) {
+  Rng rng(o.seed, "calibration");
+  sensor::Calibration c = truth;
+  c.T_body_lidar.p += o.calibration_error_m * unit3(rng);
+  const double angle = o.calibration_error_deg * std::numbers::pi / 180.0;
+  c.T_body_lidar.R = c.T_body_lidar.R * geometry::so3_exp(angle * unit3(rng));
+  return c;
+}
+
+}  // namespace
+
+struct Simulation::Impl {
+  explicit Impl(const SimOptions& o)
+      : options(o),
+        world(make_world(o.scene, o.seed)),
+        caster(world.mesh),
+        route(world.route, world.rounding_m),
+        trajectory(make_trajectory(route, o.motion, o.seed)),
+        people(route, o.pedestrians, world.free_width_m, o.seed),
+        lidar(o.lidar, o.ranging, o.seed),
+        imu(o.imu, o.seed),
+        calibration_true(mounting()),
+        calibration_nominal(measured_by_hand(calibration_true, o)),
+        duration_s(o.duration_s > 0.0 ? o.duration_s : trajectory.duration_s()) {}
+
+  [[nodiscard]] double imu_time_s() const {
+    return static_cast<double>(imu_count) / options.imu.rate_hz;
+  }
+
+  sensor::ImuSample next_imu() {
+    const double t_s = imu_time_s();
+    ++imu_count;
+    const MotionState state = trajectory.at(t_s);
+    const Time t = options.start + Duration::from_s(t_s);
+    return imu.measure(ideal_imu(t, state, calibration_true.T_body_imu), state.v_world_mps.norm());
+  }
+
+  std::shared_ptr<const sensor::LidarScan> next_scan() {
+    const auto pose_at = [this](double t_s) {
+      return trajectory.pose_at(t_s) * calibration_true.T_body_lidar;
+    };
+    const double t_s = static_cast<double>(scan_count) * lidar.model().sweep_s();
+    return lidar.sweep(scan_count++, options.start + Duration::from_s(t_s), pose_at, caster,
+                       people);
+  }
+
+  SimOptions options;
+  World world;
+  RayCaster caster;
+  Route route;
+  Trajectory trajectory;
+  Pedestrians people;
+  LidarSensor lidar;
+  ImuModel imu;
+  sensor::Calibration calibration_true, calibration_nominal;
+  double duration_s;
+  std::int64_t imu_count = 0;
+  std::int64_t scan_count = 0;
+};
+
+Simulation::Simulation(const SimOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+
+Simulation::~Simulation() = default;
+
+std::optional<Message> Simulation::next() {
+  Impl& s = *impl_;
+  const double sweep_s = s.lidar.model().sweep_s();
+  const double scan_end_s = static_cast<double>(s.scan_count + 1) * sweep_s;
+  const bool scan_left = scan_end_s <= s.duration_s + 1e-9;
+  // The sample at the very end of a sweep comes after it.
+  const bool imu_left = s.options.with_imu && s.imu_time_s() <= s.duration_s + 1e-9;
+  if (imu_left && (!scan_left || s.imu_time_s() < scan_end_s - 1e-9)) return s.next_imu();
+  if (scan_left) return s.next_scan();
+  return std::nullopt;
+}
+
+Truth Simulation::truth(Time t) const {
+  return {t, impl_->trajectory.at(seconds_between(impl_->options.start, t))};
+}
+
+Time Simulation::t_begin() const { return impl_->options.start; }
+
+Time Simulation::t_end() const {
+  return impl_->options.start + Duration::from_s(impl_->duration_s);
+}
+
+double Simulation::way_m() const { return impl_->trajectory.length_m(); }
+
+const sensor::Calibration& Simulation::calibration_true() const { return impl_->calibration_true; }
+
+const sensor::Calibration& Simulation::calibration_nominal() const {
+  return impl_->calibration_nominal;
+}
+
+const World& Simulation::world() const { return impl_->world; }
+
+const RayCaster& Simulation::ray_caster() const { return impl_->caster; }
+
+namespace {
+
+/// Checks numbers against the ranges declared in visit().
+struct RangeCheck {
+  std::string bad;
+
+  void operator()(const char* key, double value, double low, double high, const char*) {
+    if (!(value >= low && value <= high) && bad.empty()) bad = key;
+  }
+
+  void operator()(const char*, bool, const char*) {}
+
+  template <class E, std::size_t N>
+  void choice(const char* key, E value, const ChoiceNames<N>&, const char*) {
+    if (static_cast<std::size_t>(value) >= N && bad.empty()) bad = key;
+  }
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Simulation>> make_simulation(const SimOptions& options) {
+  SimOptions o = options;
+  RangeCheck check;
+  o.motion.visit(check);
+  o.ranging.visit(check);
+  o.imu.visit(check);
+  check("duration_s", o.duration_s, 0.0, 36000.0, "");
+  check("pedestrians", o.pedestrians, 0.0, 1000.0, "");
+  check("calibration_error_m", o.calibration_error_m, 0.0, 1.0, "");
+  check("calibration_error_deg", o.calibration_error_deg, 0.0, 45.0, "");
+  check.choice("scene", o.scene, kSceneNames, "");
+  check.choice("lidar", o.lidar, kLidarNames, "");
+  if (o.start.ns < 0 || o.start.ns > 8'000'000'000'000'000'000) check.bad = "start";
+  if (!check.bad.empty()) {
+    return fail(ErrorCode::kUsage, check.bad, "this option of the simulation is outside its range",
+                "`rali simulate --help` lists the ranges.");
+  }
+  return std::make_unique<Simulation>(o);
+}
+
+}  // namespace rali::sim

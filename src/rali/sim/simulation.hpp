@@ -1,0 +1,79 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <variant>
+
+#include "rali/base/result.hpp"
+#include "rali/sensor/calibration.hpp"
+#include "rali/sensor/imu_sample.hpp"
+#include "rali/sensor/lidar_scan.hpp"
+#include "rali/sim/imu_model.hpp"
+#include "rali/sim/lidar_sensor.hpp"
+#include "rali/sim/motion.hpp"
+#include "rali/sim/world.hpp"
+
+namespace rali::sim {
+
+/// One recording of one vehicle. Same options: same bytes.
+struct SimOptions {
+  Scene scene = Scene::kLoop;
+  std::uint64_t seed = 1;  ///< changes place, motion and noise
+  Lidar lidar = Lidar::kRs16;
+  double duration_s = 0.0;  ///< 0: the whole route; longer: standing at its end
+  int pedestrians = 0;
+  Time start = Time::from_ns(1'700'000'000'000'000'000);
+  bool with_imu = true;
+  double calibration_error_m = 0.002;  ///< of the nominal T_body_lidar, random direction
+  double calibration_error_deg = 0.05;
+  MotionOptions motion;
+  LidarOptions ranging;
+  ImuOptions imu;
+};
+
+/// What the sensors send.
+using Message = std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>>;
+
+/// True motion at one time.
+struct Truth {
+  Time t;
+  MotionState state;  ///< body, in the world frame
+};
+
+/// Pulls a recording out of a world, message by message.
+class Simulation {
+ public:
+  explicit Simulation(const SimOptions& options);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  /// The next message in the order of arrival (a sweep arrives after the inertial sample at or
+  /// before its last point), nothing at the end.
+  [[nodiscard]] std::optional<Message> next();
+
+  /// Exact motion; t is clamped to the recording.
+  [[nodiscard]] Truth truth(Time t) const;
+  [[nodiscard]] Time t_begin() const;
+  [[nodiscard]] Time t_end() const;
+  [[nodiscard]] double way_m() const;  ///< driven in the whole route
+
+  [[nodiscard]] const sensor::Calibration& calibration_true() const;
+  /// As a user would write it down: off by the options' errors.
+  [[nodiscard]] const sensor::Calibration& calibration_nominal() const;
+
+  [[nodiscard]] const World& world() const;
+
+  [[nodiscard]] const TriangleMesh& mesh() const { return world().mesh; }
+
+  [[nodiscard]] const RayCaster& ray_caster() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Checks the options and builds the world. Errors name the option.
+[[nodiscard]] Result<std::unique_ptr<Simulation>> make_simulation(const SimOptions& options);
+
+}  // namespace rali::sim

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vector>
+
+#include "rali/geometry/se3.hpp"
+
+namespace rali::sim {
+
+/// Where a vehicle is and how it moves, exactly.
+struct MotionState {
+  geometry::SE3 T_world_body;
+  geometry::Vec3 v_world_mps = geometry::Vec3::Zero();
+  geometry::Vec3 a_world_mps2 = geometry::Vec3::Zero();
+  geometry::Vec3 omega_body_radps = geometry::Vec3::Zero();
+  geometry::Vec3 alpha_body_radps2 = geometry::Vec3::Zero();  ///< derivative of omega_body
+};
+
+/// Motion as a uniform cubic B-spline over (x, y, z, roll, pitch, yaw): twice continuously
+/// differentiable, so rates and specific force are exact derivatives of the pose. The spline *is*
+/// the truth; whatever made the control points needs no derivative of its own.
+/// Pitch must stay away from +-90 deg.
+class Trajectory {
+ public:
+  using Control = geometry::Vec6;  ///< x y z [m], roll pitch yaw [rad, unwrapped]
+
+  /// Control point i acts around i * spacing_s. Before the first and after the last second
+  /// control point the motion stands still. Needs at least four control points.
+  Trajectory(std::vector<Control> controls, double spacing_s);
+
+  /// State t_s seconds after the start; t_s is clamped to [0, duration_s()].
+  [[nodiscard]] MotionState at(double t_s) const;
+  /// Pose only; cheaper.
+  [[nodiscard]] geometry::SE3 pose_at(double t_s) const;
+
+  [[nodiscard]] double duration_s() const;
+  /// Length of the driven way [m].
+  [[nodiscard]] double length_m() const;
+
+ private:
+  struct Place {
+    std::size_t index;  ///< first of the four control points
+    double u;           ///< 0..1 within the span
+  };
+
+  [[nodiscard]] Place place(double t_s) const;
+
+  std::vector<Control> controls_;
+  double spacing_s_;
+};
+
+}  // namespace rali::sim
