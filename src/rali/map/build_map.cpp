@@ -1,0 +1,56 @@
+#include "rali/map/build_map.hpp"
+
+#include "rali/map/map_builder.hpp"
+#include "rali/map/motion_filter.hpp"
+
+namespace rali::map {
+namespace {
+
+void add_grid(const GridBuilder& builder, MapResult& out, FindingList& findings) {
+  Result<OccupancyGrid> grid = builder.finish();
+  if (grid) {
+    out.grid = std::move(*grid);
+    return;
+  }
+  Finding finding;
+  finding.id = "map.grid";
+  finding.text = grid.error().what;
+  finding.effect = "there is no 2-D grid";
+  finding.remedy = grid.error().remedy;
+  findings.push_back(std::move(finding));
+}
+
+}  // namespace
+
+Result<MapResult> build_map(const KeyframeStream& keyframes, const MapSettings& settings,
+                            Executor& executor, FindingList& findings) {
+  MapResult out;
+  MapBuilder builder(settings);
+  GridBuilder grid(settings.grid);
+  MotionFilter motion(settings.dynamic);
+  const Status first = keyframes([&](const KeyframeView& keyframe) {
+    ++out.keyframes;
+    builder.add(keyframe);
+    if (settings.grid.make) grid.add(keyframe);
+    if (settings.dynamic.remove) motion.collect(keyframe);
+  });
+  if (!first) return tl::make_unexpected(first.error());
+  if (out.keyframes == 0) {
+    return fail(ErrorCode::kInput, "", "there is no keyframe to make a map of");
+  }
+  if (settings.dynamic.remove) {
+    const Status second =
+        keyframes([&](const KeyframeView& keyframe) { motion.look(keyframe, executor); });
+    if (!second) return tl::make_unexpected(second.error());
+    motion.decide(findings);
+  }
+  MapBuilder::Parts parts = builder.finish(
+      [&motion](const geometry::Vec3& p_map) { return motion.is_removed(p_map); }, findings);
+  out.map = std::move(parts.map);
+  out.removed = std::move(parts.removed);
+  if (settings.grid.make) add_grid(grid, out, findings);
+  out.thickness = wall_thickness(out.map);
+  return out;
+}
+
+}  // namespace rali::map

@@ -1,0 +1,163 @@
+#include "rali/map/motion_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "rali/base/assert.hpp"
+#include "rali/map/plane_grid.hpp"
+
+namespace rali::map {
+namespace {
+
+constexpr double kTile_m = 4.0;
+constexpr double kTileRadius_m = 3.4642;  ///< half the diagonal of a tile
+
+/// 1-sigma of the position of a place 10 m away, from the keyframe's own covariance: a badly known
+/// pose needs a wider margin before it may call a place empty.
+double pose_sigma_m(const KeyframeView& keyframe) {
+  const double position_m2 = keyframe.covariance.bottomRightCorner<3, 3>().trace();
+  const double rotation_rad2 = keyframe.covariance.topLeftCorner<3, 3>().trace();
+  return std::sqrt(std::max(position_m2 + 100.0 * rotation_rad2, 0.0) / 3.0);
+}
+
+}  // namespace
+
+MotionFilter::MotionFilter(const DynamicSettings& settings) : settings_(settings) {}
+
+void MotionFilter::collect(const KeyframeView& keyframe) {
+  if (!is_usable(keyframe)) return;
+  RALI_ASSERT(tiles_.empty());  // the first pass ends with the first look()
+  for (std::size_t i = 0; i < keyframe.size(); ++i) {
+    const geometry::Vec3 p_map = keyframe.T_map_body * keyframe.point_body(i);
+    const VoxelKey key = voxel_key(p_map, settings_.voxel_m);
+    if (key == kNoVoxel) continue;
+    const VoxelIndex::Slot slot = index_.insert(key);
+    if (slot.is_new) places_.emplace_back().key = key;
+    Place& place = places_[slot.index];
+    ++place.points;
+    const geometry::Vec3f offset = (p_map - voxel_corner(key, settings_.voxel_m)).cast<float>();
+    const auto n = static_cast<float>(place.points);
+    place.x_m += (offset.x() - place.x_m) / n;
+    place.y_m += (offset.y() - place.y_m) / n;
+    place.z_m += (offset.z() - place.z_m) / n;
+  }
+}
+
+geometry::Vec3 MotionFilter::position(const Place& place) const {
+  return voxel_corner(place.key, settings_.voxel_m) +
+         geometry::Vec3{static_cast<double>(place.x_m), static_cast<double>(place.y_m),
+                        static_cast<double>(place.z_m)};
+}
+
+void MotionFilter::sort_into_tiles() {
+  std::vector<VoxelKey> tile_of(places_.size());
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    tile_of[i] = voxel_key(position(places_[i]), kTile_m);
+  }
+  std::vector<std::uint32_t> order(places_.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return tile_of[a] < tile_of[b]; });
+  std::vector<Place> sorted(places_.size());
+  rank_.resize(places_.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    sorted[i] = places_[order[i]];
+    rank_[order[i]] = static_cast<std::uint32_t>(i);
+    const VoxelKey tile = tile_of[order[i]];
+    if (tiles_.empty() || tiles_.back().key != tile) tiles_.push_back({tile, i, i});
+    tiles_.back().end = i + 1;
+  }
+  places_ = std::move(sorted);
+}
+
+void MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
+  if (!is_usable(keyframe) || places_.empty()) return;
+  if (tiles_.empty()) sort_into_tiles();
+  if (!has_time_) t_first_ = keyframe.t;
+  has_time_ = true;
+  image_.build(keyframe);
+  const geometry::SE3 T_map_lidar = keyframe.T_map_body * keyframe.T_body_lidar;
+  const geometry::SE3 T_lidar_map = T_map_lidar.inverse();
+  const double margin_m = settings_.margin_m + 3.0 * pose_sigma_m(keyframe);
+  const auto t_s = static_cast<float>(seconds_between(t_first_, keyframe.t));
+  const auto near_tile = [&](const Tile& tile) {
+    const geometry::Vec3 middle =
+        voxel_corner(tile.key, kTile_m) + geometry::Vec3::Constant(0.5 * kTile_m);
+    return (middle - T_map_lidar.p).norm() < settings_.range_m + kTileRadius_m;
+  };
+  // Each tile is written by one block only, so the order of the blocks does not matter.
+  executor.for_blocks(tiles_.size(), 16, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!near_tile(tiles_[i])) continue;
+      for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
+        look_at(places_[k], T_lidar_map, margin_m, t_s);
+      }
+    }
+  });
+}
+
+void MotionFilter::look_at(Place& place, const geometry::SE3& T_lidar_map, double margin_m,
+                           float t_s) const {
+  const SightLimits limits{settings_.range_m, margin_m, 0.5 * settings_.voxel_m, settings_.thin_m};
+  const Sight sight = image_.look(T_lidar_map * position(place), limits);
+  if (sight == Sight::kHit && place.hits < 0xffff) ++place.hits;
+  if (sight != Sight::kPassed || place.passes == 0xffff) return;
+  if (place.passes++ == 0) place.first_pass_s = t_s;
+  place.last_pass_s = t_s;
+}
+
+bool MotionFilter::is_empty_place(const Place& place) const {
+  const double passes = place.passes;
+  const double looks = passes + place.hits;
+  const double apart_s = static_cast<double>(std::abs(place.last_pass_s - place.first_pass_s));
+  const bool long_enough = settings_.passes_min < 2.0 || apart_s >= settings_.separation_s;
+  return passes >= settings_.passes_min && passes > settings_.pass_share * looks && long_enough;
+}
+
+double MotionFilter::plane_share_lost() const {
+  PlaneGrid grid;
+  for (const Place& place : places_) grid.add(position(place));
+  const std::vector<std::uint8_t> planes = grid.planes();
+  std::size_t on_planes = 0, lost = 0;
+  for (const Place& place : places_) {
+    const auto cube = grid.find(position(place));
+    if (!cube || planes[*cube] == 0) continue;
+    ++on_planes;
+    if (place.removed) ++lost;
+  }
+  return on_planes == 0 ? 0.0 : static_cast<double>(lost) / static_cast<double>(on_planes);
+}
+
+void MotionFilter::decide(FindingList& findings) {
+  removed_ = 0;
+  for (Place& place : places_) {
+    place.removed = is_empty_place(place);
+    if (place.removed) ++removed_;
+  }
+  const double share = plane_share_lost();
+  if (removed_ == 0 || share <= settings_.plane_share_max) return;
+  for (Place& place : places_) place.removed = false;
+  removed_ = 0;
+  Finding finding;
+  finding.id = "map.dynamic";
+  finding.text = fmt::format(
+      "moving objects were not removed: {:.1f} % of the walls would have "
+      "gone with them (limit {:.1f} %)",
+      100.0 * share, 100.0 * settings_.plane_share_max);
+  finding.effect = "people and vehicles stay in the map";
+  finding.remedy = "Walls seen through mean wrong poses: look at the walls for double sheets.";
+  finding.value = share;
+  finding.limit = settings_.plane_share_max;
+  findings.push_back(std::move(finding));
+}
+
+bool MotionFilter::is_removed(const geometry::Vec3& p_map_m) const {
+  const auto number = index_.find(voxel_key(p_map_m, settings_.voxel_m));
+  if (!number) return false;
+  return places_[rank_.empty() ? *number : rank_[*number]].removed;
+}
+
+}  // namespace rali::map

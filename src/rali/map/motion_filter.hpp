@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/base/finding.hpp"
+#include "rali/map/keyframe_view.hpp"
+#include "rali/map/range_image.hpp"
+#include "rali/map/settings.hpp"
+#include "rali/map/voxel_index.hpp"
+
+namespace rali::map {
+
+/// Finds the places that were occupied for a while only: people, other vehicles.
+///
+/// Two passes over the keyframes. The first collects the places (cubes of 0.1 m with their mean
+/// point), the second asks each keyframe's rays about each place near it. A place is taken out if
+/// enough keyframes, over enough time, looked through it and few found it occupied. A place that
+/// nobody looked through again is kept: without evidence nothing is removed.
+class MotionFilter {
+ public:
+  explicit MotionFilter(const DynamicSettings& settings);
+
+  /// First pass.
+  void collect(const KeyframeView& keyframe);
+  /// Second pass, after all keyframes were collected.
+  void look(const KeyframeView& keyframe, Executor& executor);
+  /// Decides. Removes nothing, with a Finding, if more than `plane_share_max` of the walls would
+  /// go: then the poses are wrong, not the walls.
+  void decide(FindingList& findings);
+
+  /// After decide(): was this place occupied for a while only?
+  [[nodiscard]] bool is_removed(const geometry::Vec3& p_map_m) const;
+
+  [[nodiscard]] std::size_t places() const { return places_.size(); }
+
+  [[nodiscard]] std::size_t removed() const { return removed_; }
+
+ private:
+  struct Place {
+    VoxelKey key = kNoVoxel;
+    float x_m = 0.0F, y_m = 0.0F, z_m = 0.0F;  ///< mean point, offset from the corner
+    std::uint32_t points = 0;
+    std::uint16_t hits = 0, passes = 0;  ///< keyframes
+    float first_pass_s = 0.0F, last_pass_s = 0.0F;
+    bool removed = false;
+  };
+
+  /// Places of one 4 m cube lie together: a keyframe skips the cubes it cannot see.
+  struct Tile {
+    VoxelKey key = kNoVoxel;
+    std::size_t begin = 0, end = 0;
+  };
+
+  [[nodiscard]] geometry::Vec3 position(const Place& place) const;
+  void sort_into_tiles();
+  void look_at(Place& place, const geometry::SE3& T_lidar_map, double margin_m, float t_s) const;
+  [[nodiscard]] bool is_empty_place(const Place& place) const;
+  [[nodiscard]] double plane_share_lost() const;
+
+  DynamicSettings settings_;
+  VoxelIndex index_;                 ///< key -> number in `rank_`
+  std::vector<Place> places_;        ///< by first sight, by tile after the first pass
+  std::vector<std::uint32_t> rank_;  ///< number by first sight -> place
+  std::vector<Tile> tiles_;
+  RangeImage image_;
+  Time t_first_;
+  bool has_time_ = false;
+  std::size_t removed_ = 0;
+};
+
+}  // namespace rali::map

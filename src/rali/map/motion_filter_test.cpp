@@ -1,0 +1,163 @@
+#include "rali/map/motion_filter.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rali/map/build_map.hpp"
+#include "rali/map/test_world.hpp"
+
+namespace rali::map {
+namespace {
+
+using test::Cylinder;
+using test::Room;
+using test::Sweep;
+
+/// A vehicle drives 0.5 m per second along a room while a person (0.5 m wide, 1.7 m tall) crosses
+/// its way; a pole of 6 cm stands beside.
+struct Drive {
+  static constexpr Cylinder kPole{9.0, 7.0, 0.03, 2.5};
+  std::vector<Sweep> sweeps;
+
+  explicit Drive(bool with_person) {
+    for (int k = 0; k < 12; ++k) {
+      Room room;
+      room.cylinders.push_back(kPole);
+      if (with_person) room.cylinders.push_back({8.5, 1.5 + 0.6 * k, 0.25, 1.7});
+      sweeps.push_back(test::look_around(room, test::pose_at(2.0 + 0.5 * k, 4.0, 0.6), k));
+    }
+  }
+
+  [[nodiscard]] KeyframeStream stream() const {
+    return [this](const KeyframeVisitor& visit) -> Status {
+      for (const Sweep& s : sweeps) visit(s.view());
+      return {};
+    };
+  }
+};
+
+MapSettings without_grid() {
+  MapSettings s;
+  s.grid.make = false;
+  return s;
+}
+
+MapResult mapped(const Drive& drive, const MapSettings& settings = without_grid()) {
+  SerialExecutor executor;
+  FindingList findings;
+  Result<MapResult> result = build_map(drive.stream(), settings, executor, findings);
+  EXPECT_TRUE(result.has_value());
+  EXPECT_TRUE(findings.empty());
+  return std::move(*result);
+}
+
+std::size_t points_near(const MapCloud& cloud, double x, double y, double radius_m,
+                        double z_min_m) {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const double dx = static_cast<double>(cloud.x_m[i]) - x;
+    const double dy = static_cast<double>(cloud.y_m[i]) - y;
+    n += std::hypot(dx, dy)<radius_m&& static_cast<double>(cloud.z_m[i])> z_min_m ? 1U : 0U;
+  }
+  return n;
+}
+
+TEST(MotionFilter, nothing_is_removed_from_a_room_in_which_nothing_moves) {
+  const MapResult result = mapped(Drive(false));
+  EXPECT_GT(result.map.size(), 10000U);
+  EXPECT_EQ(result.removed.size(), 0U);
+}
+
+TEST(MotionFilter, a_walking_person_goes_and_the_thin_pole_stays) {
+  const Drive drive(true);
+  MapSettings keep_all = without_grid();
+  keep_all.dynamic.remove = false;
+  const MapResult before = mapped(drive, keep_all);
+  const MapResult after = mapped(drive);
+  std::size_t person_before = 0, person_after = 0;
+  for (int k = 0; k < 12; ++k) {
+    person_before += points_near(before.map, 8.5, 1.5 + 0.6 * k, 0.3, 0.1);
+    person_after += points_near(after.map, 8.5, 1.5 + 0.6 * k, 0.3, 0.1);
+  }
+  EXPECT_GT(person_before, 300U);
+  EXPECT_LT(static_cast<double>(person_after), 0.35 * static_cast<double>(person_before));
+  EXPECT_EQ(points_near(after.map, 9.0, 7.0, 0.1, 0.1),
+            points_near(before.map, 9.0, 7.0, 0.1, 0.1));
+}
+
+TEST(MotionFilter, only_the_person_is_removed_no_wall_and_no_floor) {
+  const MapResult result = mapped(Drive(true));
+  ASSERT_GT(result.removed.size(), 100U);
+  std::size_t elsewhere = 0;
+  for (std::size_t i = 0; i < result.removed.size(); ++i) {
+    const bool on_path = std::abs(result.removed.x_m[i] - 8.5F) < 0.35F;
+    const bool in_air = result.removed.z_m[i] > 0.05F;
+    elsewhere += on_path && in_air ? 0U : 1U;
+  }
+  EXPECT_LT(static_cast<double>(elsewhere), 0.02 * static_cast<double>(result.removed.size()));
+}
+
+TEST(MotionFilter, wrong_poses_do_not_eat_the_walls) {
+  Drive drive(false);
+  // Every third sweep believes to be 1.5 m farther right: the others look through its left wall.
+  for (std::size_t k = 0; k < drive.sweeps.size(); k += 3) drive.sweeps[k].T_map_body.p.y() -= 1.5;
+  MapSettings settings = without_grid();
+  settings.dynamic.plane_share_max = 0.005;  // one wall of a small room
+  SerialExecutor executor;
+  FindingList findings;
+  const Result<MapResult> result = build_map(drive.stream(), settings, executor, findings);
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->removed.size(), 0U);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].id, "map.dynamic");
+}
+
+TEST(MotionFilter, an_uncertain_pose_removes_nothing) {
+  Drive drive(true);
+  for (Sweep& s : drive.sweeps) s.covariance.diagonal().setConstant(9.0);
+  EXPECT_EQ(mapped(drive).removed.size(), 0U);
+}
+
+/// Blocks in reverse order: what threads might do.
+class BackwardExecutor final : public Executor {
+ public:
+  void for_blocks(std::size_t n, std::size_t block,
+                  const std::function<void(std::size_t, std::size_t, std::size_t)>& f) override {
+    for (std::size_t i = (n + block - 1) / block; i-- > 0;) {
+      f(i, i * block, std::min(n, (i + 1) * block));
+    }
+  }
+};
+
+TEST(MotionFilter, the_order_of_the_blocks_does_not_change_the_map) {
+  const Drive drive(true);
+  const MapResult forward = mapped(drive);
+  BackwardExecutor executor;
+  FindingList findings;
+  const Result<MapResult> backward = build_map(drive.stream(), without_grid(), executor, findings);
+  ASSERT_TRUE(backward.has_value());
+  EXPECT_EQ(forward.map.x_m, backward->map.x_m);
+  EXPECT_EQ(forward.map.sigma_m, backward->map.sigma_m);
+  EXPECT_EQ(forward.removed.y_m, backward->removed.y_m);
+}
+
+TEST(BuildMap, no_keyframe_is_an_error_not_an_empty_map) {
+  SerialExecutor executor;
+  FindingList findings;
+  const auto result =
+      build_map([](const KeyframeVisitor&) -> Status { return {}; }, {}, executor, findings);
+  ASSERT_FALSE(result.has_value());
+  EXPECT_EQ(result.error().code, ErrorCode::kInput);
+}
+
+TEST(BuildMap, an_unreadable_keyframe_file_is_passed_on) {
+  SerialExecutor executor;
+  FindingList findings;
+  const auto result = build_map(
+      [](const KeyframeVisitor&) -> Status { return fail(ErrorCode::kInput, "5.pcd", "cut"); }, {},
+      executor, findings);
+  ASSERT_FALSE(result.has_value());
+  EXPECT_EQ(result.error().where, "5.pcd");
+}
+
+}  // namespace
+}  // namespace rali::map

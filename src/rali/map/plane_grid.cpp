@@ -1,0 +1,68 @@
+#include "rali/map/plane_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rali/geometry/pca3.hpp"
+
+namespace rali::map {
+namespace {
+
+constexpr std::uint64_t kPointsMin = 10;
+/// Smallest to middle eigenvalue of a plane (algorithms_fleet section 12).
+constexpr double kFlatness = 0.1;
+/// The middle axis must reach over a good part of the cube, or a pole counts as a plane.
+constexpr double kWidthMin_m = 0.05;
+
+}  // namespace
+
+void PlaneGrid::add(const geometry::Vec3& p_m) {
+  const VoxelKey key = voxel_key(p_m, kSide_m);
+  if (key == kNoVoxel) return;
+  const VoxelIndex::Slot slot = index_.insert(key);
+  if (slot.is_new) voxels_.emplace_back();
+  Voxel& voxel = voxels_[slot.index];
+  const geometry::Vec3 offset = p_m - voxel_corner(key, kSide_m);
+  ++voxel.points;
+  voxel.sum_m += offset;
+  voxel.square_m2 += offset * offset.transpose();
+}
+
+double PlaneGrid::plane_thickness_m(const Voxel& voxel) {
+  if (voxel.points < kPointsMin) return -1.0;
+  const auto n = static_cast<double>(voxel.points);
+  const geometry::Vec3 mean = voxel.sum_m / n;
+  const geometry::Pca3 pca = geometry::pca3(voxel.square_m2 / n - mean * mean.transpose());
+  const double smallest = std::max(pca.values(2), 0.0);
+  const bool plane =
+      smallest < kFlatness * pca.values(1) && pca.values(1) > kWidthMin_m * kWidthMin_m;
+  return plane ? std::sqrt(smallest) : -1.0;
+}
+
+std::vector<std::uint8_t> PlaneGrid::planes() const {
+  std::vector<std::uint8_t> flags;
+  flags.reserve(voxels_.size());
+  for (const Voxel& voxel : voxels_) {
+    flags.push_back(plane_thickness_m(voxel) >= 0.0 ? std::uint8_t{1} : std::uint8_t{0});
+  }
+  return flags;
+}
+
+Thickness wall_thickness(const MapCloud& cloud) {
+  PlaneGrid grid;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    grid.add({static_cast<double>(cloud.x_m[i]), static_cast<double>(cloud.y_m[i]),
+              static_cast<double>(cloud.z_m[i])});
+  }
+  std::vector<double> thickness_m;
+  for (const PlaneGrid::Voxel& voxel : grid.voxels()) {
+    const double t = PlaneGrid::plane_thickness_m(voxel);
+    if (t >= 0.0) thickness_m.push_back(t);
+  }
+  if (thickness_m.empty()) return {};
+  std::sort(thickness_m.begin(), thickness_m.end());
+  const std::size_t n = thickness_m.size();
+  return {thickness_m[n / 2], thickness_m[std::min(n * 95 / 100, n - 1)], n};
+}
+
+}  // namespace rali::map

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "rali/map/keyframe_view.hpp"
+
+namespace rali::map {
+
+/// What a keyframe says about one place.
+enum class Sight {
+  kUnknown,  ///< nothing: not looked at, hidden, or the rays are too sparse to tell
+  kHit,      ///< something is there
+  kPassed    ///< a ray went through it and on
+};
+
+struct SightLimits {
+  double range_m = 25.0;
+  double margin_m = 0.3;   ///< depth difference that separates the place from what is behind it
+  double radius_m = 0.05;  ///< half the size of the place; the passing ray must touch it
+  double thin_m = 0.06;    ///< rays spread wider than this may miss a pole
+};
+
+/// The rays of one keyframe as a picture around the LiDAR: rows as many as there are lasers,
+/// columns of 0.4 degrees, each pixel the nearest return in it with its exact direction.
+class RangeImage {
+ public:
+  /// Reuses the memory of the picture before.
+  void build(const KeyframeView& keyframe);
+
+  /// What the rays say about a place given in the LiDAR frame.
+  ///
+  /// Passed is said only if a ray touched the place and ended `margin_m` behind it while no
+  /// neighbouring ray ended before or at it: beside a silhouette, on a floor or along a wall at
+  /// grazing incidence one of the neighbours does, and the place is kept.
+  [[nodiscard]] Sight look(const geometry::Vec3& p_lidar_m, const SightLimits& limits) const;
+
+  /// Mean angle between neighbouring rays of one laser [rad]; infinity without points.
+  [[nodiscard]] double ray_spacing_rad() const { return ray_spacing_rad_; }
+
+  [[nodiscard]] int rows() const { return rows_; }
+
+ private:
+  struct Pixel {
+    float range_m = 0.0F;  ///< 0: no return
+    float azimuth_rad = 0.0F, elevation_rad = 0.0F;
+  };
+
+  static constexpr int kColumns = 900;
+
+  void fit(const KeyframeView& keyframe);
+  [[nodiscard]] int row_of(float elevation_rad) const;
+  [[nodiscard]] static int column_of(float azimuth_rad);
+
+  int rows_ = 0;
+  float elevation_min_rad_ = 0.0F;
+  float row_pitch_rad_ = 1.0F;
+  double ray_spacing_rad_ = 0.0;
+  std::vector<Pixel> pixels_;
+  std::vector<Pixel> rays_;  ///< scratch: one per point
+};
+
+}  // namespace rali::map
