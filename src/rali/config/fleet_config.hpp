@@ -1,0 +1,170 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/base/settings.hpp"
+#include "rali/config/field.hpp"
+#include "rali/config/room_settings.hpp"
+#include "rali/geometry/se3.hpp"
+
+namespace rali::config {
+
+/// A pose of a sensor in the body, as the user gave it. `auto`: not given.
+struct Extrinsics {
+  enum class Source { kAuto, kGiven, kFromTf };
+  Source source = Source::kAuto;
+  geometry::SE3 T;       ///< T_body_sensor, valid if kGiven
+  std::string tf_frame;  ///< the sensor's frame in /tf_static, if kFromTf
+};
+
+/// How point times are stored; same order as wire::PointTime.
+enum class PointTime {
+  kAuto,
+  kAbsoluteS,
+  kAbsoluteNs,
+  kRelativeS,
+  kRelativeMs,
+  kRelativeUs,
+  kRelativeNs,
+  kAzimuth,
+  kNone
+};
+inline constexpr ChoiceNames<9> kPointTimeNames{"auto",        "absolute_s",  "absolute_ns",
+                                                "relative_s",  "relative_ms", "relative_us",
+                                                "relative_ns", "azimuth",     "none"};
+
+/// Which end of the sweep a header stamp names; same order as wire::HeaderStamp.
+enum class HeaderStamp { kAuto, kStart, kEnd };
+inline constexpr ChoiceNames<3> kHeaderStampNames{"auto", "start", "end"};
+
+enum class Returns { kAuto, kSingle, kStrongest, kLast };
+inline constexpr ChoiceNames<4> kReturnsNames{"auto", "single", "strongest", "last"};
+
+struct LidarConfig {
+  std::string topic = "auto";  ///< auto: the only cloud topic
+  std::string model = "auto";
+  PointTime point_time = PointTime::kAuto;
+  HeaderStamp header_stamp = HeaderStamp::kAuto;
+  bool deskewed = false;
+  Returns returns = Returns::kAuto;
+  std::array<double, 2> range_m = {0.4, 100.0};
+  Extrinsics T_body_lidar;
+  std::optional<double> time_offset_s;  ///< added to LiDAR stamps; empty = auto
+};
+
+enum class AccelUnit { kAuto, kMps2, kG };
+inline constexpr ChoiceNames<3> kAccelUnitNames{"auto", "m_s2", "g"};
+enum class GyroUnit { kAuto, kRadps, kDegps };
+inline constexpr ChoiceNames<3> kGyroUnitNames{"auto", "rad_s", "deg_s"};
+
+/// What the user knows better than the table of IMU models; empty = from the table.
+struct ImuNoiseConfig {
+  std::optional<double> accel_mps2_rthz, gyro_radps_rthz, accel_walk_mps3_rthz,
+      gyro_walk_radps2_rthz;
+};
+
+struct ImuConfig {
+  std::string topic = "auto";  ///< auto: the only one; none: LiDAR alone
+  std::string file;            ///< a CSV of inertial data instead of a topic; empty = none
+  std::string model = "generic_mems";
+  AccelUnit accel_unit = AccelUnit::kAuto;
+  GyroUnit gyro_unit = GyroUnit::kAuto;
+  ImuNoiseConfig noise;
+  std::optional<double> vibration_factor;                        ///< empty = auto
+  Extrinsics T_body_imu = {Extrinsics::Source::kGiven, {}, {}};  ///< body = IMU unless given
+};
+
+struct AntennaConfig {
+  std::string name;
+  geometry::Vec3 p_body_m = geometry::Vec3::Zero();
+};
+
+/// One vehicle: its recording and its sensors.
+struct VehicleConfig {
+  std::string name = "v1";
+  std::vector<std::string> recordings;  ///< paths as this process can open them, read in order
+  double start_s = 0.0;                 ///< seconds of data left out at the beginning
+  double duration_s = 0.0;              ///< seconds of data used, 0 = all
+  LidarConfig lidar;
+  ImuConfig imu;
+  std::vector<AntennaConfig> antennas = {{"uwb", geometry::Vec3::Zero()}};
+  /// xmin,xmax,ymin,ymax,zmin,zmax in body [m]: own structure, its points are left out.
+  std::optional<std::array<double, 6>> self_box_m;
+};
+
+/// Who a radio number is: a vehicle and one of its antennas (empty = the first).
+struct RadioName {
+  std::string vehicle, antenna;
+};
+
+struct RangeSource {
+  std::string file, topic, serial_log;  ///< exactly one is set
+  std::string vehicle;                  ///< of a serial log: who recorded it
+  std::map<std::int64_t, RadioName> ids;
+};
+
+enum class StampSource { kAuto, kDevice, kRecord };
+inline constexpr ChoiceNames<3> kStampSourceNames{"auto", "device", "record"};
+
+struct RangesConfig {
+  std::vector<RangeSource> sources;
+  StampSource stamp = StampSource::kAuto;
+  std::optional<double> latency_s;  ///< empty = auto
+  double sigma_m = 0.10;
+  /// bias_m: neither set = estimate.
+  std::optional<double> bias_m;
+  std::map<std::string, double> pair_bias_m;  ///< "v1-v2" -> m
+  std::array<double, 2> limits_m = {0.2, 200.0};
+};
+
+enum class Clock { kSynchronised, kOffset, kSeparate };
+inline constexpr ChoiceNames<3> kClockNames{"synchronised", "offset", "separate"};
+
+/// A known start pose of one vehicle in another one's first pose.
+struct PriorConfig {
+  std::string vehicle, relative_to;
+  geometry::Vec3 p_m = geometry::Vec3::Zero();
+  double yaw_deg = 0.0;
+  double sigma_m = 0.2, sigma_deg = 3.0;
+};
+
+enum class OutputFrame { kBody, kLidar, kImu };
+inline constexpr ChoiceNames<3> kOutputFrameNames{"body", "lidar", "imu"};
+
+struct OutputConfig {
+  OutputFrame frame = OutputFrame::kBody;
+  double map_voxel_m = 0.05;  ///< 0 keeps every point
+  double grid_cell_m = 0.05;
+  std::array<double, 2> grid_z_m = {0.15, 1.5};
+  std::string georeference;  ///< CSV of marks; empty = none
+};
+
+/// fleet.yaml, complete: what was not given has its default.
+struct FleetConfig {
+  int schema = 1;
+  std::string preset = "robust";
+  std::vector<VehicleConfig> vehicles;
+  RangesConfig ranges;
+  std::string radio_file;  ///< empty = none
+  Clock clock = Clock::kSynchronised;
+  std::vector<PriorConfig> priors;
+  std::string rounds = "auto";  ///< auto, off, or a CSV file
+  OutputConfig output;
+  RoomSettings settings;
+  Origins origins;  ///< of every value that is not a default
+};
+
+/// The same configuration with this vehicle alone (its index in `vehicles`), as each vehicle is
+/// mapped today.
+[[nodiscard]] FleetConfig single_vehicle(const FleetConfig& fleet, std::size_t index);
+
+/// Every field of fleet.yaml as a flat list that points into `config`. Paths are encoded
+/// relative to `base_dir` and decoded against it; "" leaves them alone.
+[[nodiscard]] FieldList fleet_fields(FleetConfig& config, const std::string& base_dir);
+
+}  // namespace rali::config

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rali::config {
+
+/// The candidate that `word` most probably meant; empty if none is near. Ties: the first.
+[[nodiscard]] std::string nearest_name(std::string_view word,
+                                       const std::vector<std::string>& candidates);
+
+/// "Did you mean 'voxel_m'?" or "Known here: a, b, c." or "".
+[[nodiscard]] std::string suggestion(std::string_view word,
+                                     const std::vector<std::string>& candidates);
+
+}  // namespace rali::config

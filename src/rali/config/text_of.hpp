@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rali/config/field.hpp"
+
+namespace rali::config {
+
+/// The fields as nested YAML, each value with its origin as a comment. Valid input again.
+[[nodiscard]] std::string dump_yaml(const FieldList& fields, const Origins& origins);
+
+/// FNV-1a over keys and values, in the order of the list: equal settings, equal number. Origins
+/// do not count.
+[[nodiscard]] std::uint64_t hash_fields(const FieldList& fields);
+
+/// A Markdown table: key, default, what is allowed, meaning.
+[[nodiscard]] std::string manual_table(const FieldList& fields);
+
+/// One line per field for a terminal: "odometry.preset = robust   (robust, paper)  which ...".
+[[nodiscard]] std::string help_text(const FieldList& fields);
+
+}  // namespace rali::config
