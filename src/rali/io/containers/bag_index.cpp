@@ -1,0 +1,127 @@
+#include "rali/io/containers/bag_index.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "rali/io/containers/codec.hpp"
+
+namespace rali::io {
+namespace {
+
+constexpr std::size_t kSearchBlock = 1U << 20;
+constexpr std::string_view kChunkMark = "compression=";
+// "op", "size" and the lengths around "compression=" fit easily.
+constexpr std::uint32_t kChunkHeaderMax = 256;
+
+/// Takes one chunk info record; false if damaged.
+bool add_chunk_info(const BagRecord& record, BagIndex& index) {
+  const auto offset = record.fields.u64("chunk_pos");
+  const auto first = record.fields.time("start_time");
+  const auto last = record.fields.time("end_time");
+  if (!offset || !first || !last) return false;
+  Cursor cursor(record.data);
+  std::uint64_t messages = 0;
+  while (cursor.left() > 0) {
+    const std::uint32_t connection = cursor.u32();
+    const std::uint32_t count = cursor.u32();
+    if (!cursor.ok()) return false;
+    index.counts[connection] += count;
+    messages += count;
+  }
+  index.chunks.emplace_back(*offset, messages);
+  if (messages == 0) return true;
+  if (!index.span) index.span = {*first, *last};
+  index.span->first = std::min(index.span->first, *first);
+  index.span->second = std::max(index.span->second, *last);
+  return true;
+}
+
+bool add_index_record(const BagRecord& record, BagIndex& index) {
+  if (record.fields.op() == BagOp::kChunkInfo) return add_chunk_info(record, index);
+  if (record.fields.op() != BagOp::kConnection) return false;
+  auto connection = bag_connection(record);
+  if (!connection) return false;
+  index.connections.push_back(std::move(*connection));
+  return true;
+}
+
+/// True if the bytes start with a record header that describes a chunk.
+bool is_chunk_header(std::span<const std::byte> bytes) {
+  Cursor cursor(bytes);
+  const std::uint32_t header_bytes = cursor.u32();
+  if (header_bytes > kChunkHeaderMax) return false;
+  const auto header = cursor.bytes(header_bytes);
+  if (!cursor.ok()) return false;
+  const auto fields = BagFields::parse(header);
+  return fields && fields->op() == BagOp::kChunk && fields->u32("size") &&
+         compression_named(fields->text("compression"));
+}
+
+}  // namespace
+
+Result<BagFileHeader> read_bag_file_header(ByteSource& source, ByteWindow& window) {
+  BagFileHeader out;
+  out.end = kBagMagic.size();
+  const auto bytes = window.view(kBagMagic.size(), 64 * 1024);
+  if (!bytes) return tl::make_unexpected(bytes.error());
+  Cursor cursor(*bytes);
+  const auto record = read_bag_record(cursor);
+  if (!record || record->fields.op() != BagOp::kFileHeader) return out;
+  const std::string_view encryptor = record->fields.text("encryptor");
+  if (!encryptor.empty()) {
+    return fail(ErrorCode::kInput, source.name(), fmt::format("encrypted bag ({})", encryptor),
+                "Decrypt it first with rosbag decrypt.");
+  }
+  out.index_offset = record->fields.u64("index_pos").value_or(0);
+  out.connections = record->fields.u32("conn_count").value_or(0);
+  out.chunks = record->fields.u32("chunk_count").value_or(0);
+  out.end = kBagMagic.size() + cursor.at();
+  return out;
+}
+
+Result<std::optional<BagIndex>> read_bag_index(ByteSource& source, ByteWindow& window,
+                                               std::uint64_t offset, const ReadLimits& limits) {
+  BagIndex index;
+  const std::uint64_t size = source.size();
+  while (offset < size) {
+    auto bytes = window.view(offset, 8);
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    const std::uint64_t header_bytes = Cursor(*bytes).u32();
+    bytes = window.view(offset + 4 + header_bytes, 4);
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    const std::uint64_t record_bytes = 8 + header_bytes + Cursor(*bytes).u32();
+    if (record_bytes > size - offset || record_bytes > limits.definition_bytes) return std::nullopt;
+    bytes = window.view(offset, static_cast<std::size_t>(record_bytes));
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    Cursor cursor(*bytes);
+    const auto record = read_bag_record(cursor);
+    if (!record || !add_index_record(*record, index)) return std::nullopt;
+    offset += record_bytes;
+  }
+  std::sort(index.chunks.begin(), index.chunks.end());
+  return index;
+}
+
+Result<std::optional<std::uint64_t>> find_bag_chunk(ByteSource& source, ByteWindow& window,
+                                                    std::uint64_t from) {
+  const std::uint64_t size = source.size();
+  while (from < size) {
+    const auto bytes = window.view(from, kSearchBlock);
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    const std::string_view text = text_of(*bytes);
+    for (std::size_t hit = text.find(kChunkMark); hit != std::string_view::npos;
+         hit = text.find(kChunkMark, hit + 1)) {
+      for (std::size_t start = hit - std::min<std::size_t>(hit, kChunkHeaderMax); start < hit;
+           ++start) {
+        if (is_chunk_header(bytes->subspan(start))) return from + start;
+      }
+    }
+    if (from + bytes->size() >= size) break;
+    // Blocks overlap by a header, so that none is missed at a seam.
+    from += bytes->size() - 2 * kChunkHeaderMax;
+  }
+  return std::nullopt;
+}
+
+}  // namespace rali::io

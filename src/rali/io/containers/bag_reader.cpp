@@ -1,0 +1,416 @@
+#include "rali/io/containers/bag_reader.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "rali/io/containers/bag_index.hpp"
+#include "rali/io/containers/codec.hpp"
+
+namespace rali::io {
+namespace {
+
+/// A record of the file itself: its header is read, its data not yet.
+struct TopRecord {
+  std::vector<std::byte> header;
+  BagOp op = BagOp::kMessage;
+  std::uint64_t offset = 0;
+  std::uint64_t data_offset = 0;
+  std::uint64_t data_bytes = 0;  ///< as claimed
+
+  [[nodiscard]] BagFields fields() const { return BagFields::parse(header).value_or(BagFields()); }
+
+  [[nodiscard]] std::uint64_t end() const { return data_offset + data_bytes; }
+};
+
+/// The chunk that is being handed out.
+struct OpenChunk {
+  Cursor cursor;
+  std::uint64_t offset = 0;       ///< of its record
+  std::uint64_t data_offset = 0;  ///< of its bytes in the file
+  std::uint64_t seen = 0;         ///< messages met so far
+  bool packed = false;
+  bool cut = false;
+};
+
+class BagReader final : public MessageSource {
+ public:
+  BagReader(std::shared_ptr<ByteSource> source, const ReadLimits& limits)
+      : source_(std::move(source)), window_(source_), state_(source_->name(), limits) {}
+
+  /// Header and index.
+  Status start();
+  /// Topics from the first chunks, for want of an index.
+  Status prime();
+
+  const std::vector<Topic>& topics() const override { return state_.topics(); }
+
+  void select(std::function<bool(const Topic&)> keep) override { state_.select(std::move(keep)); }
+
+  Result<bool> next(RawMessage& out) override;
+
+  const SourceHealth& health() const override { return state_.health; }
+
+  double progress() const override;
+
+  std::optional<std::pair<Time, Time>> span() const override { return span_; }
+
+ private:
+  Result<std::optional<TopRecord>> peek();
+  Status take_index(const BagFileHeader& header);
+  void add_connection(std::uint32_t number, Topic topic);
+  Result<bool> advance(RawMessage& out);
+  Result<bool> take_record(const TopRecord& record, std::uint64_t available, RawMessage& out);
+  Result<bool> take_top_message(const TopRecord& record, RawMessage& out);
+  Status take_top_connection(const TopRecord& record);
+  Status recover(std::uint64_t claimed_end);
+  Status take_chunk(const TopRecord& record, std::uint64_t available);
+  bool unpack(Compression compression, std::uint64_t size, const TopRecord& record, bool cut);
+  Status read_bytes(std::uint64_t offset, std::uint64_t bytes, std::vector<std::byte>& out);
+  void lose_messages(std::uint64_t chunk_offset, std::uint64_t seen, std::uint64_t offset,
+                     std::string why);
+  bool next_in_chunk(RawMessage& out);
+  bool take_message(const BagFields& fields, std::uint64_t offset, std::span<const std::byte> data,
+                    RawMessage& out);
+  std::uint64_t messages_in_chunk(std::uint64_t offset) const;
+  void finish();
+
+  std::shared_ptr<ByteSource> source_;
+  ByteWindow window_;
+  ReaderState state_;
+  Decompressor decompressor_;
+  std::map<std::uint32_t, std::size_t> topic_of_connection_;
+  std::optional<std::pair<Time, Time>> span_;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> chunk_counts_;
+  std::uint64_t index_offset_ = 0;
+
+  std::uint64_t position_ = 0;           ///< of the next record of the file
+  std::uint64_t last_whole_ = 0;         ///< end of the last whole record
+  std::uint64_t expected_end_ = 0;       ///< where a cut file would have ended
+  std::optional<std::uint64_t> cut_at_;  ///< the record that ends after the file
+  bool index_short_ = false;             ///< cut between two records of the index
+  bool done_ = false;
+
+  std::vector<std::byte> packed_;
+  std::vector<std::byte> bytes_;  ///< of the open chunk, or of a message outside one
+  std::optional<OpenChunk> chunk_;
+};
+
+Status BagReader::start() {
+  const auto header = read_bag_file_header(*source_, window_);
+  if (!header) return tl::make_unexpected(header.error());
+  position_ = last_whole_ = header->end;
+  index_offset_ = header->index_offset;
+  expected_end_ = std::max(index_offset_, source_->size());
+  if (const Status status = take_index(*header); !status) return status;
+  const auto record = peek();
+  if (!record) return tl::make_unexpected(record.error());
+  if (*record && (*record)->op == BagOp::kChunk) {
+    state_.met_compression((*record)->fields().text("compression"));
+  }
+  return {};
+}
+
+Status BagReader::take_index(const BagFileHeader& header) {
+  state_.health.unindexed = true;
+  if (index_offset_ < kBagMagic.size() || index_offset_ > source_->size()) return {};
+  auto index = read_bag_index(*source_, window_, index_offset_, state_.limits());
+  if (!index) return tl::make_unexpected(index.error());
+  if (!*index) return {};
+  index_short_ =
+      (*index)->connections.size() < header.connections || (*index)->chunks.size() < header.chunks;
+  if (index_short_) return {};
+  state_.health.unindexed = false;
+  for (auto& [number, topic] : (*index)->connections) add_connection(number, std::move(topic));
+  for (const auto& [number, topic] : topic_of_connection_) {
+    const auto count = (*index)->counts.find(number);
+    state_.add_count(topic, count == (*index)->counts.end() ? 0 : count->second);
+  }
+  span_ = (*index)->span;
+  chunk_counts_ = std::move((*index)->chunks);
+  return {};
+}
+
+Status BagReader::prime() {
+  if (!state_.health.unindexed) return {};
+  state_.find(Severity::kInfo, "io.unindexed", std::nullopt,
+              "no usable index (the recording was not closed or is cut); read by scanning");
+  BagReader probe(source_, state_.limits());
+  if (const Status status = probe.start(); !status) return status;
+  RawMessage message;
+  while (probe.position_ < state_.limits().prime_bytes) {
+    const auto more = probe.next(message);
+    if (!more) return tl::make_unexpected(more.error());
+    if (!*more) break;
+  }
+  for (const auto& [number, topic] : probe.topic_of_connection_) {
+    add_connection(number, probe.topics()[topic]);
+  }
+  return {};
+}
+
+double BagReader::progress() const {
+  if (done_ || source_->size() == 0) return 1.0;
+  return std::min(1.0, static_cast<double>(position_) / static_cast<double>(source_->size()));
+}
+
+void BagReader::add_connection(std::uint32_t number, Topic topic) {
+  if (topic_of_connection_.contains(number)) return;
+  const auto index = state_.topic(std::move(topic));
+  if (index) topic_of_connection_.emplace(number, *index);
+}
+
+/// The header of the record at position_; none if it is damaged or ends after the file.
+Result<std::optional<TopRecord>> BagReader::peek() {
+  auto bytes = window_.view(position_, 4);
+  if (!bytes) return tl::make_unexpected(bytes.error());
+  const std::uint32_t header_bytes = Cursor(*bytes).u32();
+  if (header_bytes > kBagHeaderBytesMax) return std::nullopt;
+  bytes = window_.view(position_, std::size_t{header_bytes} + 8);
+  if (!bytes) return tl::make_unexpected(bytes.error());
+  Cursor cursor(*bytes);
+  const auto header = cursor.bytes32();
+  TopRecord record;
+  record.data_bytes = cursor.u32();
+  const auto fields = BagFields::parse(header);
+  if (!cursor.ok() || !fields) return std::nullopt;
+  record.header.assign(header.begin(), header.end());
+  record.op = fields->op();
+  record.offset = position_;
+  record.data_offset = position_ + cursor.at();
+  return record;
+}
+
+Result<bool> BagReader::next(RawMessage& out) {
+  while (true) {
+    if (chunk_) {
+      if (next_in_chunk(out)) return true;
+    } else if (position_ >= source_->size()) {
+      finish();
+      return false;
+    } else {
+      const auto got = advance(out);
+      if (!got || *got) return got;
+    }
+  }
+}
+
+/// Takes the next record of the file; true if it was a message outside a chunk.
+Result<bool> BagReader::advance(RawMessage& out) {
+  const auto record = peek();
+  if (!record) return tl::make_unexpected(record.error());
+  const bool readable = record->has_value();
+  if (readable && (*record)->end() <= source_->size()) {
+    position_ = (*record)->end();
+    const auto got = take_record(**record, (*record)->data_bytes, out);
+    if (!cut_at_) last_whole_ = position_;
+    return got;
+  }
+  const Status status = recover(readable ? (*record)->end() : 0);
+  if (!status) return tl::make_unexpected(status.error());
+  if (!readable || (*record)->op != BagOp::kChunk) return false;
+  return take_record(**record, position_ - (*record)->data_offset, out);
+}
+
+/// Moves position_ behind damage: to the next chunk, or to the end of a cut file.
+Status BagReader::recover(std::uint64_t claimed_end) {
+  const auto chunk = find_bag_chunk(*source_, window_, position_ + 1);
+  if (!chunk) return tl::make_unexpected(chunk.error());
+  if (*chunk) {
+    state_.find(Severity::kWarning, "io.damaged", position_,
+                fmt::format("damaged record; reading goes on at offset {}", **chunk));
+    position_ = **chunk;
+    return {};
+  }
+  cut_at_ = position_;
+  expected_end_ = std::max(expected_end_, claimed_end);
+  position_ = source_->size();
+  return {};
+}
+
+Result<bool> BagReader::take_record(const TopRecord& record, std::uint64_t available,
+                                    RawMessage& out) {
+  Status status;
+  if (record.op == BagOp::kMessage) return take_top_message(record, out);
+  if (record.op == BagOp::kChunk) status = take_chunk(record, available);
+  if (record.op == BagOp::kConnection) status = take_top_connection(record);
+  if (!status) return tl::make_unexpected(status.error());
+  return false;
+}
+
+Result<bool> BagReader::take_top_message(const TopRecord& record, RawMessage& out) {
+  if (record.data_bytes > state_.limits().chunk_bytes) {
+    lose_messages(record.offset, 0, record.offset, "message larger than is accepted");
+    return false;
+  }
+  const Status status = read_bytes(record.data_offset, record.data_bytes, bytes_);
+  if (!status) return tl::make_unexpected(status.error());
+  return take_message(record.fields(), record.offset, bytes_, out);
+}
+
+/// Connections outside chunks: in the index section, whether or not it was usable as a whole.
+Status BagReader::take_top_connection(const TopRecord& record) {
+  if (record.data_bytes > state_.limits().definition_bytes) return {};
+  if (const auto number = record.fields().u32("conn");
+      number && topic_of_connection_.contains(*number)) {
+    return {};
+  }
+  std::vector<std::byte> data;
+  const Status status = read_bytes(record.data_offset, record.data_bytes, data);
+  if (!status) return status;
+  auto connection = bag_connection(BagRecord{record.fields(), data});
+  if (connection) add_connection(connection->first, std::move(connection->second));
+  return {};
+}
+
+Status BagReader::read_bytes(std::uint64_t offset, std::uint64_t bytes,
+                             std::vector<std::byte>& out) {
+  out.resize(static_cast<std::size_t>(bytes));
+  return source_->read(offset, out);
+}
+
+Status BagReader::take_chunk(const TopRecord& record, std::uint64_t available) {
+  const BagFields fields = record.fields();
+  const auto size = fields.u32("size");
+  const auto compression = compression_named(fields.text("compression"));
+  if (!size || !compression) {
+    lose_messages(record.offset, 0, record.offset,
+                  fmt::format("chunk of unknown compression '{:.20}'", fields.text("compression")));
+    return {};
+  }
+  state_.met_compression(name_of(*compression));
+  const std::uint64_t limit = state_.limits().chunk_bytes;
+  if (*size > limit || available > limit) {
+    lose_messages(
+        record.offset, 0, record.offset,
+        fmt::format("chunk of {} bytes is larger than the {} that are accepted", *size, limit));
+    return {};
+  }
+  const bool cut = available < record.data_bytes;
+  std::vector<std::byte>& target = *compression == Compression::kNone ? bytes_ : packed_;
+  if (*compression == Compression::kNone) available = std::min<std::uint64_t>(available, *size);
+  if (const Status status = read_bytes(record.data_offset, available, target); !status) {
+    return status;
+  }
+  if (*compression != Compression::kNone && !unpack(*compression, *size, record, cut)) return {};
+  chunk_ = OpenChunk{Cursor(bytes_),
+                     record.offset,
+                     record.data_offset,
+                     0,
+                     *compression != Compression::kNone,
+                     cut};
+  return {};
+}
+
+/// packed_ to bytes_; false if nothing of the chunk is to be trusted.
+bool BagReader::unpack(Compression compression, std::uint64_t size, const TopRecord& record,
+                       bool cut) {
+  const DecodeEnd end = decompressor_.decompress(compression, packed_, size, bytes_);
+  if (end == DecodeEnd::kWhole || end == DecodeEnd::kCut) return true;
+  if (cut && cut_at_) return false;  // the sentence about the cut file says it all
+  lose_messages(record.offset, 0, record.offset,
+                end == DecodeEnd::kTooLong
+                    ? std::string("chunk is longer than its header says; left out")
+                    : fmt::format("chunk cannot be decompressed ({} data damaged); left out",
+                                  name_of(compression)));
+  return false;
+}
+
+std::uint64_t BagReader::messages_in_chunk(std::uint64_t offset) const {
+  const auto chunk = std::lower_bound(chunk_counts_.begin(), chunk_counts_.end(),
+                                      std::make_pair(offset, std::uint64_t{0}));
+  return chunk != chunk_counts_.end() && chunk->first == offset ? chunk->second : 0;
+}
+
+/// Counts what a damaged chunk held, or one message where no index tells.
+void BagReader::lose_messages(std::uint64_t chunk_offset, std::uint64_t seen, std::uint64_t offset,
+                              std::string why) {
+  const std::uint64_t held = messages_in_chunk(chunk_offset);
+  state_.health.messages_skipped += held > seen ? held - seen : 1;
+  state_.find(Severity::kWarning, "io.damaged", offset, std::move(why));
+}
+
+bool BagReader::next_in_chunk(RawMessage& out) {
+  OpenChunk& chunk = *chunk_;
+  while (chunk.cursor.left() > 0) {
+    const std::uint64_t within = chunk.cursor.at();
+    const std::uint64_t offset = chunk.packed ? chunk.offset : chunk.data_offset + within;
+    const auto record = read_bag_record(chunk.cursor);
+    if (!record) {
+      if (!chunk.cut) {
+        lose_messages(chunk.offset, chunk.seen, offset,
+                      "record is damaged or longer than its chunk; the rest of the chunk is left "
+                      "out");
+      }
+      chunk_.reset();
+      return false;
+    }
+    if (chunk.cut && cut_at_ && !chunk.packed) last_whole_ = chunk.data_offset + chunk.cursor.at();
+    if (record->fields.op() == BagOp::kConnection) {
+      auto connection = bag_connection(*record);
+      if (connection) add_connection(connection->first, std::move(connection->second));
+    }
+    if (record->fields.op() != BagOp::kMessage) continue;
+    ++chunk.seen;
+    if (take_message(record->fields, offset, record->data, out)) return true;
+  }
+  if (!chunk.cut && messages_in_chunk(chunk.offset) > chunk.seen) {
+    lose_messages(chunk.offset, chunk.seen, chunk.offset,
+                  "chunk holds fewer messages than the index says");
+  }
+  chunk_.reset();
+  return false;
+}
+
+bool BagReader::take_message(const BagFields& fields, std::uint64_t offset,
+                             std::span<const std::byte> data, RawMessage& out) {
+  const auto connection = fields.u32("conn");
+  const auto time = fields.time("time");
+  const auto topic =
+      connection ? topic_of_connection_.find(*connection) : topic_of_connection_.end();
+  if (topic == topic_of_connection_.end() || !time) {
+    ++state_.health.messages_skipped;
+    state_.find(Severity::kWarning, "io.damaged", offset,
+                "message without a known connection or time; left out");
+    return false;
+  }
+  state_.saw(*time);
+  if (!state_.wanted(topic->second)) return false;
+  out.topic = topic->second;
+  out.t_record = *time;
+  out.data = data;
+  out.offset = offset;
+  state_.handed_out();
+  return true;
+}
+
+void BagReader::finish() {
+  if (done_) return;
+  done_ = true;
+  if (!cut_at_ && index_offset_ <= source_->size() && !index_short_) return;
+  state_.health.truncated = true;
+  state_.health.bytes_lost = source_->size() - std::min(last_whole_, source_->size());
+  state_.find(Severity::kWarning, "io.cut", cut_at_.value_or(source_->size()),
+              "record ends after the file. " + state_.read_so_far(last_whole_, expected_end_));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<MessageSource>> open_bag(std::shared_ptr<ByteSource> source,
+                                                const ReadLimits& limits) {
+  std::vector<std::byte> magic(std::min<std::uint64_t>(source->size(), kBagMagic.size()));
+  if (const Status status = source->read(0, magic); !status) {
+    return tl::make_unexpected(status.error());
+  }
+  if (text_of(magic) != kBagMagic) {
+    return fail(ErrorCode::kInput, source->name(), "not a ROS 1 bag of version 2.0",
+                "Convert older bags with rosbag fix.");
+  }
+  auto reader = std::make_unique<BagReader>(std::move(source), limits);
+  if (const Status status = reader->start(); !status) return tl::make_unexpected(status.error());
+  if (const Status status = reader->prime(); !status) return tl::make_unexpected(status.error());
+  return reader;
+}
+
+}  // namespace rali::io

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace rali::io {
+
+/// CRC-32 of IEEE 802.3 (as in zip and MCAP). Give the result back as `before` to continue it.
+[[nodiscard]] std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0);
+
+}  // namespace rali::io

@@ -1,0 +1,98 @@
+#include "rali/io/containers/reader_state.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace rali::io {
+namespace {
+
+constexpr std::size_t kFindingsMax = 100;
+
+// A size field that was hit by damage gives an estimate far from the truth; no more than this
+// many times the bytes read is believed.
+constexpr std::uint64_t kBelievableFactor = 20;
+
+}  // namespace
+
+std::optional<std::size_t> ReaderState::topic(Topic topic) {
+  auto key = std::make_tuple(topic.name, topic.type, topic.encoding_name);
+  const auto known = index_.find(key);
+  if (known != index_.end()) return known->second;
+  if (topics_.size() >= limits_.topics) {
+    find(Severity::kError, "io.topics", std::nullopt,
+         fmt::format("more than {} topics; the rest is left out", limits_.topics));
+    return std::nullopt;
+  }
+  definition_bytes_ += topic.definition.size();
+  if (definition_bytes_ > limits_.definition_bytes) topic.definition.clear();
+  const std::size_t index = topics_.size();
+  index_.emplace(std::move(key), index);
+  topics_.push_back(std::move(topic));
+  wanted_.push_back(!keep_ || keep_(topics_.back()));
+  return index;
+}
+
+void ReaderState::select(std::function<bool(const Topic&)> keep) {
+  keep_ = std::move(keep);
+  for (std::size_t i = 0; i < topics_.size(); ++i) wanted_[i] = !keep_ || keep_(topics_[i]);
+}
+
+void ReaderState::add_count(std::size_t topic, std::uint64_t messages) {
+  auto& count = topics_[topic].messages;
+  count = count.value_or(0) + messages;
+}
+
+void ReaderState::saw(Time t) {
+  if (!seen_) seen_ = {t, t};
+  seen_->first = std::min(seen_->first, t);
+  seen_->second = std::max(seen_->second, t);
+}
+
+void ReaderState::met_compression(std::string_view compression) {
+  if (health.compression.empty()) {
+    health.compression = compression;
+  } else if (health.compression != compression) {
+    health.compression = "mixed";
+  }
+}
+
+void ReaderState::find(Severity severity, std::string id, std::optional<std::uint64_t> offset,
+                       std::string what, std::string remedy) {
+  if (health.findings.size() > kFindingsMax) return;
+  Finding finding;
+  finding.severity = severity;
+  if (health.findings.size() == kFindingsMax) {
+    finding.id = "io.more";
+    finding.text = name_ + ": more damage follows that is counted but not listed.";
+  } else {
+    finding.id = std::move(id);
+    finding.text = (offset ? at_offset(name_, *offset) : name_) + ": " + std::move(what) + ".";
+    finding.remedy = std::move(remedy);
+  }
+  health.findings.push_back(std::move(finding));
+}
+
+std::string ReaderState::read_so_far(std::uint64_t good_bytes, std::uint64_t expected_bytes) const {
+  if (!seen_) return "Nothing could be read";
+  const double read_s = seconds_between(seen_->first, seen_->second);
+  if (good_bytes == 0 || expected_bytes <= good_bytes ||
+      expected_bytes / good_bytes > kBelievableFactor) {
+    return fmt::format("Read {:.1f} s", read_s);
+  }
+  const double whole_s =
+      read_s * static_cast<double>(expected_bytes) / static_cast<double>(good_bytes);
+  return fmt::format("Read {:.1f} of about {:.0f} s", read_s, whole_s);
+}
+
+Time time_of_ns(std::uint64_t ns) {
+  constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  return Time::from_ns(static_cast<std::int64_t>(std::min(ns, kMax)));
+}
+
+std::string at_offset(const std::string& name, std::uint64_t offset) {
+  return name + ":offset " + std::to_string(offset);
+}
+
+}  // namespace rali::io

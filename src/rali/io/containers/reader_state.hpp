@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "rali/io/message_source.hpp"
+
+namespace rali::io {
+
+/// What a damaged or hostile file may make a reader hold in memory.
+struct ReadLimits {
+  std::uint64_t chunk_bytes = 1ULL << 30;       ///< one chunk or message, decompressed
+  std::uint64_t temp_bytes = 1ULL << 38;        ///< one decompressed file, on disk
+  std::uint64_t definition_bytes = 1ULL << 26;  ///< all message definitions together
+  std::size_t topics = 100'000;
+  std::uint64_t prime_bytes = 32ULL << 20;  ///< read ahead for topics where no index tells them
+};
+
+/// Topics, choice of topics, counts and findings: what the readers of all containers share.
+class ReaderState {
+ public:
+  ReaderState(std::string name, const ReadLimits& limits)
+      : name_(std::move(name)), limits_(limits) {}
+
+  /// Index of the topic of this name, type and encoding, made if new; none when there are too
+  /// many. Several publishers (connections, channels) of one topic become one Topic.
+  std::optional<std::size_t> topic(Topic topic);
+
+  void select(std::function<bool(const Topic&)> keep);
+
+  [[nodiscard]] bool wanted(std::size_t topic) const { return wanted_[topic]; }
+
+  /// Adds to the count the index tells for a topic.
+  void add_count(std::size_t topic, std::uint64_t messages);
+
+  /// Times of all whole messages, wanted or not: how much of a cut file was read.
+  void saw(Time t);
+
+  void handed_out() { ++health.messages; }
+
+  /// A chunk or file with this compression was met.
+  void met_compression(std::string_view compression);
+
+  /// `what` gets "file:offset N: " before it and a full stop after it. After kFindingsMax of them
+  /// only one more is kept, which says so.
+  void find(Severity severity, std::string id, std::optional<std::uint64_t> offset,
+            std::string what, std::string remedy = {});
+
+  /// "Read 412.3 of about 430 s"; the estimate from bytes is left out where it says nothing.
+  [[nodiscard]] std::string read_so_far(std::uint64_t good_bytes,
+                                        std::uint64_t expected_bytes) const;
+
+  [[nodiscard]] const std::vector<Topic>& topics() const { return topics_; }
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  [[nodiscard]] const ReadLimits& limits() const { return limits_; }
+
+  SourceHealth health;
+
+ private:
+  std::string name_;
+  ReadLimits limits_;
+  std::vector<Topic> topics_;
+  std::vector<bool> wanted_;
+  std::map<std::tuple<std::string, std::string, std::string>, std::size_t> index_;
+  std::function<bool(const Topic&)> keep_;
+  std::uint64_t definition_bytes_ = 0;
+  std::optional<std::pair<Time, Time>> seen_;
+};
+
+/// Nanoseconds since 1970 as recorders store them, clamped to Time.
+[[nodiscard]] Time time_of_ns(std::uint64_t ns);
+
+/// "name:offset N".
+[[nodiscard]] std::string at_offset(const std::string& name, std::uint64_t offset);
+
+}  // namespace rali::io
