@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "rali/odometry/imu_noise.hpp"
+#include "rali/odometry/robust/inertial.hpp"
+#include "rali/odometry/robust/settings.hpp"
+#include "rali/odometry/robust/state.hpp"
+
+namespace rali::odometry {
+
+/// What the LiDAR alone saw while gravity was not known yet.
+struct TrackedPose {
+  Time t;
+  geometry::SE3 T_odom_body;
+  double sigma_m = 0.0;  ///< of the position, worst direction
+};
+
+struct InitialGuess {
+  geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
+  geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
+  geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
+  geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
+  double velocity_sigma_mps = 0.0;
+  double gyro_bias_sigma_radps = 0.0;
+  double accel_bias_sigma_mps2 = 0.0;
+  double gravity_sigma_rad = 0.0;
+  bool at_rest = false;
+};
+
+/// Gravity, velocity and gyro bias at the end of `track` from inertial samples and LiDAR poses
+/// (algorithms 1.4): at rest from means, in motion by linear least squares over the track.
+/// Empty while the data do not suffice.
+[[nodiscard]] std::optional<InitialGuess> solve_initial(const std::vector<TrackedPose>& track,
+                                                        const InertialBuffer& imu,
+                                                        const InitialisationSettings& settings,
+                                                        const ImuNoiseSettings& noise);
+
+}  // namespace rali::odometry

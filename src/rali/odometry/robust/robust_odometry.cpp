@@ -1,0 +1,342 @@
+#include "rali/odometry/robust/robust_odometry.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "rali/cloud/voxel_sampler.hpp"
+#include "rali/odometry/robust/inertial.hpp"
+#include "rali/odometry/robust/initialiser.hpp"
+#include "rali/odometry/robust/keyframer.hpp"
+#include "rali/odometry/robust/scan_sampler.hpp"
+#include "rali/odometry/robust/update.hpp"
+
+namespace rali::odometry {
+
+using geometry::Mat3;
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+using sensor::LidarScan;
+
+namespace {
+
+class RobustOdometry final : public Odometry {
+ public:
+  RobustOdometry(const OdometrySettings& settings, const sensor::Calibration& calibration,
+                 bool has_imu)
+      : settings_(settings.robust),
+        noise_(settings.imu_noise),
+        calibration_(calibration),
+        has_imu_(has_imu),
+        sampler_(settings.robust.sampling),
+        matcher_(settings.robust.match),
+        map_(settings.robust.map),
+        keyframer_(settings.robust.keyframe) {}
+
+  void add_imu(const sensor::ImuSample& sample) override { imu_.add(sample); }
+
+  ScanResult process(const LidarScan& scan, Executor& executor, FindingList& findings) override;
+
+  [[nodiscard]] Vec3 gravity_odom() const override { return state_.g_odom_mps2; }
+
+  [[nodiscard]] Mat3 gravity_covariance() const override {
+    const Eigen::Matrix<double, 3, 2> J =
+        -geometry::skew(state_.g_odom_mps2) * gravity_basis(state_.g_odom_mps2);
+    return J * state_.P.block<2, 2>(kGravity, kGravity) * J.transpose();
+  }
+
+  [[nodiscard]] std::uint64_t state_hash() const override;
+
+ private:
+  ScanResult start(const LidarScan& scan);
+  void predict(Time t_end);
+  [[nodiscard]] SweepMotion sweep_motion(const LidarScan& scan) const;
+  UpdateResult update(const LidarScan& scan);
+  void try_initialise(FindingList& findings);
+  void insert(const LidarScan& scan);
+  void bound_biases(FindingList& findings);
+  void judge(const UpdateResult& update, FindingList& findings);
+  void restart(FindingList& findings);
+  ScanResult result_of(const LidarScan& scan, const UpdateResult& update);
+
+  RobustSettings settings_;
+  ImuNoiseSettings noise_;
+  sensor::Calibration calibration_;
+  bool has_imu_;
+  bool inertial_ = false;  ///< gravity is known, the filter runs on inertial data
+  bool started_ = false;
+
+  FilterState state_;
+  InertialBuffer imu_;
+  std::vector<TimedPose> poses_;  ///< of the last prediction
+  std::vector<TrackedPose> track_;  ///< until gravity is known
+  ScanSampler sampler_;
+  Matcher matcher_;
+  PlaneMap map_;
+  Keyframer keyframer_;
+  BodyPoints points_;
+  degeneracy::Axes axes_ = degeneracy::Axes::Identity();
+  TrackState track_state_ = TrackState::kWaiting;
+  Time t_last_good_;
+  SE3 last_good_;
+  bool bias_reported_ = false;
+};
+
+ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/,
+                                   FindingList& findings) {
+  if (!started_) return start(scan);
+  predict(scan.t_end);
+  sampler_.sample(scan);
+  const UpdateResult done = update(scan);
+  if (inertial_) bound_biases(findings);
+  judge(done, findings);
+  if (track_state_ == TrackState::kGood || track_state_ == TrackState::kWeak ||
+      track_state_ == TrackState::kDiverged) {
+    insert(scan);
+  }
+  if (has_imu_ && !inertial_) try_initialise(findings);
+  if (inertial_) imu_.drop_before(state_.t);
+  map_.prune(state_.T_odom_body.p);
+  return result_of(scan, done);
+}
+
+/// The first scan defines odom: origin and heading are its own, up is against the mean force.
+ScanResult RobustOdometry::start(const LidarScan& scan) {
+  if (scan.size() == 0) return {};
+  started_ = true;
+  state_.t = scan.t_end;
+  state_.g_odom_mps2 = Vec3(0.0, 0.0, -settings_.initialisation.gravity_mps2);
+  if (has_imu_ && !imu_.empty()) {
+    const Vec3 force = imu::statistics(imu_.between(Time{std::numeric_limits<std::int64_t>::min()}, scan.t_end)).accel_mean_mps2;
+    if (force.norm() > 1.0) state_.T_odom_body.R = imu::level(force);
+  }
+  const ConstantVelocitySettings& cv = settings_.constant_velocity;
+  state_.P.setZero();
+  state_.P.diagonal().segment<3>(kTheta).setConstant(1e-10);
+  state_.P.diagonal().segment<3>(kPos).setConstant(1e-10);
+  state_.P.diagonal().segment<3>(kVel).setConstant(cv.start_speed_mps * cv.start_speed_mps);
+  state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
+  poses_.assign(1, {state_.t, state_.T_odom_body});
+  sampler_.sample(scan);
+  insert(scan);
+  track_state_ = TrackState::kGood;
+  t_last_good_ = state_.t;
+  track_.push_back({state_.t, state_.T_odom_body, 0.0});
+  UpdateResult none;
+  none.converged = true;
+  return result_of(scan, none);
+}
+
+void RobustOdometry::predict(Time t_end) {
+  poses_.assign(1, {state_.t, state_.T_odom_body});
+  if (inertial_ && !imu_.empty()) {
+    propagate_over(state_, imu_, t_end, noise_, poses_);
+    return;
+  }
+  ProcessNoise noise;
+  noise.accel_walk = settings_.constant_velocity.accel_mps2_rthz;
+  noise.gyro_walk = settings_.constant_velocity.rate_radps2_rthz;
+  propagate_constant_velocity(state_, (t_end - state_.t).s(), noise);
+  state_.t = t_end;
+}
+
+SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
+  if (!scan.has_point_times || scan.deskewed) return SweepMotion(calibration_.T_body_lidar);
+  if (inertial_) return SweepMotion(poses_, scan.t_begin, calibration_.T_body_lidar);
+  // Constant velocity, backwards from the end with the newest estimate of the velocity.
+  constexpr int kSteps = 10;
+  const double span_s = (scan.t_end - scan.t_begin).s();
+  std::vector<TimedPose> poses;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double ago_s = span_s * (kSteps - k) / kSteps;
+    const Vec3 turn = -ago_s * state_.gyro_bias_radps;
+    SE3 T_end_then{geometry::so3_exp(turn),
+                   -ago_s * (geometry::so3_right_jacobian(-turn) * state_.v)};
+    poses.push_back({scan.t_end - Duration::from_s(ago_s), state_.T_odom_body * T_end_then});
+  }
+  return SweepMotion(poses, scan.t_begin, calibration_.T_body_lidar);
+}
+
+UpdateResult RobustOdometry::update(const LidarScan& scan) {
+  const FilterState predicted = state_;
+  const Vec3 p_body_lidar = calibration_.T_body_lidar.p;
+  UpdateResult done;
+  // Without inertial data the sweep is undistorted with a guessed velocity: once more with the
+  // velocity that came out, if it is another one.
+  const int rounds = inertial_ ? 1 : 3;
+  for (int k = 0; k < rounds; ++k) {
+    sweep_motion(scan).apply(scan, sampler_.update_indices(), points_);
+    matcher_.set_points(points_, p_body_lidar);
+    const Vec3 v = state_.v;
+    const Vec3 w = state_.gyro_bias_radps;
+    state_ = predicted;
+    done = update_with_scan(state_, matcher_, map_, settings_, axes_, !inertial_);
+    if ((state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01) break;
+  }
+  axes_ = done.axes;
+  return done;
+}
+
+/// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.
+void RobustOdometry::try_initialise(FindingList& findings) {
+  const double var_m2 = state_.P.block<3, 3>(kPos, kPos).diagonal().maxCoeff();
+  track_.push_back({state_.t, state_.T_odom_body, std::sqrt(var_m2)});
+  const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_);
+  if (!guess) {
+    const Time oldest = state_.t - Duration::from_s(settings_.initialisation.give_up_s + 1.0);
+    std::erase_if(track_, [oldest](const TrackedPose& p) { return p.t < oldest; });
+    imu_.drop_before(oldest);
+    return;
+  }
+  inertial_ = true;
+  state_.v = guess->v_odom_mps;
+  state_.gyro_bias_radps = guess->gyro_bias_radps;
+  state_.accel_bias_mps2 = guess->accel_bias_mps2;
+  state_.g_odom_mps2 = guess->g_odom_mps2;
+  const Mat6 pose = state_.P.topLeftCorner<6, 6>();
+  state_.P.setZero();
+  state_.P.topLeftCorner<6, 6>() = pose;
+  const auto set = [this](int index, int n, double sigma) {
+    state_.P.diagonal().segment(index, n).setConstant(sigma * sigma);
+  };
+  set(kVel, 3, guess->velocity_sigma_mps);
+  set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
+  set(kAccelBias, 3, guess->accel_bias_sigma_mps2);
+  set(kGravity, 2, guess->gravity_sigma_rad);
+  track_.clear();
+  Finding f;
+  f.id = guess->at_rest ? "odometry.start_at_rest" : "odometry.start_in_motion";
+  f.severity = Severity::kInfo;
+  f.t = state_.t;
+  f.text = guess->at_rest ? "gravity and gyro bias found at rest"
+                          : "gravity, speed and gyro bias found while moving";
+  findings.push_back(f);
+}
+
+void RobustOdometry::insert(const LidarScan& scan) {
+  sweep_motion(scan).apply(scan, sampler_.insert_indices(), points_);
+  const Mat3& R = state_.T_odom_body.R;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
+    map_.insert(R * p + state_.T_odom_body.p);
+  }
+}
+
+void RobustOdometry::bound_biases(FindingList& findings) {
+  const InitialisationSettings& init = settings_.initialisation;
+  const double gyro = state_.gyro_bias_radps.norm();
+  const double accel = state_.accel_bias_mps2.norm();
+  const bool out = gyro > init.gyro_bias_bound_radps || accel > init.accel_bias_bound_mps2;
+  if (out && !bias_reported_) {
+    Finding f;
+    f.id = "odometry.bias_bound";
+    f.severity = Severity::kWarning;
+    f.t = state_.t;
+    f.text = fmt::format("inertial bias at its bound: gyro {:.3f} rad/s, accelerometer {:.2f} m/s2",
+                         gyro, accel);
+    f.effect = "speed and tilt may be wrong";
+    f.remedy = "Check units, extrinsics and time offset with rali doctor.";
+    findings.push_back(f);
+    bias_reported_ = true;
+  }
+  if (gyro > init.gyro_bias_bound_radps) state_.gyro_bias_radps *= init.gyro_bias_bound_radps / gyro;
+  if (accel > init.accel_bias_bound_mps2) {
+    state_.accel_bias_mps2 *= init.accel_bias_bound_mps2 / accel;
+  }
+}
+
+/// Good, weak (few matches), predicted (none), or diverged (for too long, or impossible).
+void RobustOdometry::judge(const UpdateResult& update, FindingList& findings) {
+  constexpr double kLost_s = 2.0;
+  constexpr double kSpeedMax_mps = 80.0;
+  const bool impossible = !state_.T_odom_body.p.allFinite() || !state_.T_odom_body.R.allFinite() ||
+                          !state_.v.allFinite() || state_.v.norm() > kSpeedMax_mps;
+  if (!impossible && update.matches >= settings_.update.matches_min) {
+    track_state_ = update.matches >= 3 * settings_.update.matches_min ? TrackState::kGood
+                                                                      : TrackState::kWeak;
+    t_last_good_ = state_.t;
+    return;
+  }
+  track_state_ = TrackState::kPredicted;
+  if (!impossible && (state_.t - t_last_good_).s() < kLost_s) return;
+  track_state_ = TrackState::kDiverged;
+  restart(findings);
+}
+
+/// The map no longer fits what is seen: a new map begins at the last believable pose.
+void RobustOdometry::restart(FindingList& findings) {
+  Finding f;
+  f.id = "odometry.diverged";
+  f.severity = Severity::kError;
+  f.t = state_.t;
+  f.text = fmt::format("lost for {:.1f} s: the LiDAR fits the map nowhere",
+                       (state_.t - t_last_good_).s());
+  f.effect = "this stretch is cut from the map; poses after it hang on a guess";
+  findings.push_back(f);
+  const Time now = state_.t;
+  SE3 pose = last_good_;
+  const Vec3 gravity = state_.g_odom_mps2;
+  state_ = FilterState{};
+  state_.t = now;
+  state_.T_odom_body = pose;
+  state_.g_odom_mps2 = gravity.allFinite() ? gravity : FilterState{}.g_odom_mps2;
+  const ConstantVelocitySettings& cv = settings_.constant_velocity;
+  state_.P.diagonal().segment<3>(kTheta).setConstant(0.01);
+  state_.P.diagonal().segment<3>(kPos).setConstant(1.0);
+  state_.P.diagonal().segment<3>(kVel).setConstant(cv.start_speed_mps * cv.start_speed_mps);
+  state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
+  inertial_ = false;
+  track_.assign(1, {now, pose, 0.0});
+  map_ = PlaneMap(settings_.map);
+  t_last_good_ = now;
+}
+
+ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& update) {
+  ScanResult out;
+  out.t = scan.t_end;
+  out.state = track_state_;
+  out.T_odom_body = state_.T_odom_body;
+  out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
+  out.covariance = state_.P.topLeftCorner<6, 6>();
+  out.lidar_information = update.information;
+  out.planes = matcher_.evidence();
+  if (update.matches > 0) out.directions = update.directions;
+  out.matches = update.matches;
+  out.iterations = update.iterations;
+  out.residual_rms_m = update.residual_rms_m;
+  if (track_state_ == TrackState::kGood || track_state_ == TrackState::kWeak) {
+    last_good_ = state_.T_odom_body;
+    if (keyframer_.wants(state_.T_odom_body)) {
+      sweep_motion(scan).apply(scan, {}, points_);
+      out.keyframe = keyframer_.make(scan, points_, out, calibration_.T_body_lidar);
+    }
+  }
+  return out;
+}
+
+std::uint64_t RobustOdometry::state_hash() const {
+  std::uint64_t h = map_.hash();
+  const auto mix = [&h](double v) { h = cloud::hash_key(h ^ std::bit_cast<std::uint64_t>(v)); };
+  for (int k = 0; k < 9; ++k) mix(state_.T_odom_body.R.data()[k]);
+  for (int k = 0; k < 3; ++k) {
+    mix(state_.T_odom_body.p[k]);
+    mix(state_.v[k]);
+    mix(state_.gyro_bias_radps[k]);
+    mix(state_.accel_bias_mps2[k]);
+  }
+  for (int k = 0; k < kStateDim * kStateDim; ++k) mix(state_.P.data()[k]);
+  return h;
+}
+
+}  // namespace
+
+std::unique_ptr<Odometry> make_robust_odometry(const OdometrySettings& settings,
+                                               const sensor::Calibration& calibration,
+                                               bool has_imu) {
+  return std::make_unique<RobustOdometry>(settings, calibration, has_imu);
+}
+
+}  // namespace rali::odometry

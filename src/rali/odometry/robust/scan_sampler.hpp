@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "rali/cloud/voxel_sampler.hpp"
+#include "rali/odometry/robust/settings.hpp"
+#include "rali/sensor/lidar_scan.hpp"
+
+namespace rali::odometry {
+
+/// Chooses the points of a sweep that move the pose and those that go into the map. Works on the
+/// measured points: which point stands for a voxel does not depend on the exact motion.
+class ScanSampler {
+ public:
+  explicit ScanSampler(const SamplingSettings& settings) : settings_(settings) {}
+
+  void sample(const sensor::LidarScan& scan);
+
+  [[nodiscard]] const std::vector<std::uint32_t>& update_indices() const { return update_; }
+
+  [[nodiscard]] const std::vector<std::uint32_t>& insert_indices() const { return insert_; }
+
+ private:
+  SamplingSettings settings_;
+  cloud::VoxelSampler sampler_;
+  std::vector<std::uint32_t> update_, insert_;
+};
+
+/// Keeps about n_max of the indices, chosen by a hash of each: a stride would favour rings.
+void thin_evenly(std::vector<std::uint32_t>& indices, std::size_t n_max);
+
+}  // namespace rali::odometry

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "rali/degeneracy/information.hpp"
+#include "rali/odometry/odometry.hpp"
+#include "rali/odometry/settings.hpp"
+#include "rali/vehicle/event.hpp"
+
+namespace rali::vehicle {
+
+/// The odometry's result as the pose that the vehicle tells.
+[[nodiscard]] PoseEstimate pose_of(VehicleId self, const odometry::ScanResult& result);
+
+/// Both detectors on one scan. Where the odometry does not look into directions itself (preset
+/// `paper`), they are computed from its information. @param axes of the last scan, updated.
+[[nodiscard]] degeneracy::Report degeneracy_of(const odometry::ScanResult& result,
+                                               const odometry::OdometrySettings& settings,
+                                               const geometry::Vec3& g_odom_mps2,
+                                               degeneracy::Axes& axes);
+
+}  // namespace rali::vehicle

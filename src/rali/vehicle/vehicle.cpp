@@ -1,0 +1,118 @@
+#include "rali/vehicle/vehicle.hpp"
+
+#include <deque>
+#include <limits>
+
+#include "rali/degeneracy/information.hpp"
+#include "rali/odometry/make_odometry.hpp"
+#include "rali/vehicle/pose_report.hpp"
+
+namespace rali::vehicle {
+
+using sensor::ImuSample;
+using sensor::LidarScan;
+
+/// Holds scans back until the inertial data reach their end, then runs the stages on them.
+class Vehicle::Impl {
+ public:
+  Impl(VehicleId self, const VehicleSettings& settings)
+      : settings_(settings),
+        self_(self),
+        odometry_(odometry::make_odometry(settings.odometry, settings.calibration,
+                                          settings.has_imu)),
+        categories_(settings.odometry.robust.aware) {}
+
+  void on(const ImuSample& sample, Executor& executor, OutputList& out) {
+    if (sample.t <= t_imu_) return;  // the driver counts late samples
+    t_imu_ = sample.t;
+    odometry_->add_imu(sample);
+    run_waiting(executor, out, false);
+  }
+
+  void on(const std::shared_ptr<const LidarScan>& scan, Executor& executor, OutputList& out) {
+    if (!scan || scan->t_end <= t_scan_) {
+      out.emplace_back(refused(scan));
+      return;
+    }
+    t_scan_ = scan->t_end;
+    waiting_.push_back(scan);
+    run_waiting(executor, out, false);
+  }
+
+  void on(const EndOfData& /*end*/, Executor& executor, OutputList& out) {
+    run_waiting(executor, out, true);
+    out.emplace_back(GravityEstimate{self_, t_scan_, odometry_->gravity_odom(),
+                                     odometry_->gravity_covariance()});
+  }
+
+  // Ranges and radio strength have no consumer before the range stages exist.
+  void on(const sensor::RangeSample& /*sample*/, Executor& /*executor*/, OutputList& /*out*/) {}
+
+  void on(const sensor::RadioSample& /*sample*/, Executor& /*executor*/, OutputList& /*out*/) {}
+
+  [[nodiscard]] std::uint64_t state_hash() const { return odometry_->state_hash(); }
+
+ private:
+  [[nodiscard]] Finding refused(const std::shared_ptr<const LidarScan>& scan) const {
+    Finding f;
+    f.id = "vehicle.late_scan";
+    f.t = scan ? scan->t_end : t_scan_;
+    f.vehicle = settings_.name;
+    f.text = "a sweep that ends before the one already processed was refused";
+    return f;
+  }
+
+  void run_waiting(Executor& executor, OutputList& out, bool all) {
+    const Duration patience = Duration::from_s(settings_.imu_wait_s);
+    while (!waiting_.empty()) {
+      const Time t_end = waiting_.front()->t_end;
+      const bool covered = !settings_.has_imu || t_imu_ >= t_end;
+      if (!covered && !all && t_scan_ - t_end < patience) return;
+      const std::shared_ptr<const LidarScan> scan = waiting_.front();
+      waiting_.pop_front();
+      run(*scan, executor, out);
+    }
+  }
+
+  void run(const LidarScan& scan, Executor& executor, OutputList& out) {
+    FindingList findings;
+    const odometry::ScanResult result = odometry_->process(scan, executor, findings);
+    for (Finding& f : findings) {
+      f.vehicle = settings_.name;
+      out.emplace_back(std::move(f));
+    }
+    if (result.state == odometry::TrackState::kWaiting) return;
+    PoseEstimate pose = pose_of(self_, result);
+    pose.degeneracy = degeneracy_of(result, settings_.odometry, odometry_->gravity_odom(), axes_);
+    categories_.apply(pose.degeneracy);
+    out.emplace_back(pose);
+    if (result.keyframe) {
+      out.emplace_back(KeyframeAdded{KeyframeId{self_, keyframes_++}, result.keyframe});
+    }
+  }
+
+  VehicleSettings settings_;
+  VehicleId self_;
+  std::unique_ptr<odometry::Odometry> odometry_;
+  degeneracy::CategoryFilter categories_;
+  degeneracy::Axes axes_ = degeneracy::Axes::Identity();
+  std::deque<std::shared_ptr<const LidarScan>> waiting_;
+  Time t_imu_ = Time{std::numeric_limits<std::int64_t>::min()};
+  Time t_scan_ = Time{std::numeric_limits<std::int64_t>::min()};
+  std::uint32_t keyframes_ = 0;
+};
+
+Vehicle::Vehicle(VehicleId self, const VehicleSettings& settings)
+    : impl_(std::make_unique<Impl>(self, settings)) {}
+
+Vehicle::~Vehicle() = default;
+Vehicle::Vehicle(Vehicle&&) noexcept = default;
+Vehicle& Vehicle::operator=(Vehicle&&) noexcept = default;
+
+void Vehicle::step(const Event& event, Executor& executor, OutputList& out) {
+  std::visit([&](const auto& e) { impl_->on(e, executor, out); }, event);
+}
+
+std::uint64_t Vehicle::state_hash() const { return impl_->state_hash(); }
+
+}  // namespace rali::vehicle
