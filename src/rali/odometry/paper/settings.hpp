@@ -1,13 +1,96 @@
 #pragma once
 
+#include <array>
+
 #include "rali/base/settings.hpp"
 
 namespace rali::odometry {
 
-/// Settings of preset `paper`: every ambiguity of the text (algorithms.md table 0.2).
+enum class PaperDeskew { kRotation, kNone, kFull };
+inline constexpr ChoiceNames<3> kPaperDeskewNames{"rotation", "none", "full"};
+
+enum class PaperNormalSign { kSensor, kRaw };
+inline constexpr ChoiceNames<2> kPaperNormalSignNames{"sensor", "raw"};
+
+enum class KinematicPoint { kUnit, kRaw };
+inline constexpr ChoiceNames<2> kKinematicPointNames{"unit", "raw"};
+
+enum class KinematicScale { kMetre, kQuartile, kNone };
+inline constexpr ChoiceNames<3> kKinematicScaleNames{"metre", "quartile", "none"};
+
+enum class RotationAngle { kFull, kHalf };
+inline constexpr ChoiceNames<2> kRotationAngleNames{"full", "half"};
+
+enum class WeightPlace { kInside, kOutside };
+inline constexpr ChoiceNames<2> kWeightPlaceNames{"inside", "outside"};
+
+/// Settings of preset `paper`: every ambiguity of the text (algorithms.md table 0.2) and what the
+/// text needs but does not name.
 struct PaperSettings {
+  bool literal = false;
+
+  double downsample_m = 0.2;
+  double theta_planar_deg = 10.0;
+  PaperNormalSign normal_sign = PaperNormalSign::kSensor;
+  PaperDeskew deskew = PaperDeskew::kRotation;
+
+  KinematicPoint kin_point = KinematicPoint::kUnit;
+  bool kin_abs = true;
+  KinematicScale kin_scale = KinematicScale::kMetre;
+  RotationAngle rot_angle = RotationAngle::kFull;
+  double theta_th_deg = 5.0;
+  std::array<double, 3> eta{0.5, 0.2, 0.3};
+  int n_neighbor = 8;
+  WeightPlace weight_place = WeightPlace::kInside;
+  double huber_m = 0.1;
+  double map_normal_max_deg = 30.0;
+
+  double keyframe_overlap = 0.6;
+  int n_kf = 20;
+
+  int iterations_max = 10;
+  double damping = 1e-4;
+  double velocity_gain = 0.5;
+  int matches_min = 20;
+  int keyframes_kept_max = 4000;
+
   template <class V>
-  void visit(V& /*v*/) {}
+  void visit(V& v) {
+    v("literal", literal, "as printed: kin_point raw, kin_abs false, rot_angle half");
+    v("downsample_m", downsample_m, 0.02, 5.0, "one point per cube of this edge");
+    v("theta_planar_deg", theta_planar_deg, 0.1, 90.0, "largest angle of n_G and n_O");
+    v.choice("normal_sign", normal_sign, kPaperNormalSignNames,
+             "sign of the normals given to the detector: to the sensor, or as the cross product");
+    v.choice("deskew", deskew, kPaperDeskewNames, "motion within a sweep taken out");
+    v.choice("kin_point", kin_point, kKinematicPointNames, "p in the kinematic weight");
+    v("kin_abs", kin_abs, "kinematic weight does not depend on the sign of the normal");
+    v.choice("kin_scale", kin_scale, kKinematicScaleNames, "factor r of the kinematic weight");
+    v.choice("rot_angle", rot_angle, kRotationAngleNames, "rotation angle from the quaternion");
+    v("theta_th_deg", theta_th_deg, 0.0, 180.0, "rotation per scan that starts the weight");
+    v("eta", eta, 0.0, 1.0, "weights of range, neighbours, motion");
+    v("n_neighbor", n_neighbor, 1, 10000, "neighbours that give the full neighbour weight");
+    v.choice("weight_place", weight_place, kWeightPlaceNames, "weight inside or outside of rho");
+    v("huber_m", huber_m, 1e-4, 100.0, "knee of the Huber loss");
+    v("map_normal_max_deg", map_normal_max_deg, 1.0, 180.0,
+      "map points whose normal is further from the feature's are no neighbours; 180: all are");
+    v("keyframe_overlap", keyframe_overlap, 0.0, 1.0, "less overlap makes a keyframe");
+    v("n_kf", n_kf, 1, 1000, "keyframes of the submap");
+    v("iterations_max", iterations_max, 1, 100, "iterations of one registration");
+    v("damping", damping, 1e-9, 1.0, "least damping, as a share of the largest information");
+    v("velocity_gain", velocity_gain, 0.0, 1.0, "share of the registered velocity in the state");
+    v("matches_min", matches_min, 6, 10000, "with fewer matches the prediction is kept");
+    v("keyframes_kept_max", keyframes_kept_max, 2, 1000000, "older keyframes leave the memory");
+  }
+
+  /// The settings with `literal` resolved into the readings it stands for.
+  [[nodiscard]] PaperSettings resolved() const {
+    PaperSettings out = *this;
+    if (!literal) return out;
+    out.kin_point = KinematicPoint::kRaw;
+    out.kin_abs = false;
+    out.rot_angle = RotationAngle::kHalf;
+    return out;
+  }
 };
 
 }  // namespace rali::odometry
