@@ -1,0 +1,22 @@
+#pragma once
+
+#include "rali/base/settings.hpp"
+#include "rali/eval/association.hpp"
+
+namespace rali::eval {
+
+enum class Alignment {
+  kNone,    ///< both are in one frame
+  kOrigin,  ///< first poses coincide
+  kSe3,     ///< best rotation and translation, no scale (Umeyama)
+  kYaw      ///< best rotation about z and translation: both frames level
+};
+inline constexpr ChoiceNames<4> kAlignmentNames{"none", "origin", "se3", "4dof"};
+
+/// T_ref_est that brings the estimate onto the reference. For a fleet, pass the pairs of all
+/// vehicles: one transform for all. Errors (kNoAnswer): no pairs; positions on one line or point,
+/// which leave the rotation open.
+/// Source: Umeyama, IEEE PAMI 13(4), 1991, eq. (38)-(42) with c = 1.
+[[nodiscard]] Result<geometry::SE3> align(const PairList& pairs, Alignment how);
+
+}  // namespace rali::eval
