@@ -98,8 +98,8 @@ TEST(MotionFilter, only_the_person_is_removed_no_wall_and_no_floor) {
 
 TEST(MotionFilter, wrong_poses_do_not_eat_the_walls) {
   Drive drive(false);
-  // Every third sweep believes to be 1.5 m farther right: the others look through its left wall.
-  for (std::size_t k = 0; k < drive.sweeps.size(); k += 3) drive.sweeps[k].T_map_body.p.y() -= 1.5;
+  // Every sixth sweep believes to be 1.5 m farther right: the others look through its left wall.
+  for (std::size_t k = 0; k < drive.sweeps.size(); k += 6) drive.sweeps[k].T_map_body.p.y() -= 1.5;
   MapSettings settings = without_grid();
   settings.dynamic.plane_share_max = 0.005;  // one wall of a small room
   SerialExecutor executor;
