@@ -8,6 +8,7 @@
 
 #include "rali/base/result.hpp"
 #include "rali/drive/input/input_report.hpp"
+#include "rali/map/settings.hpp"
 #include "rali/vehicle/settings.hpp"
 
 namespace rali::drive {
@@ -32,10 +33,7 @@ struct MapJob {
   int threads = 0;          ///< 0: one per core; results do not depend on it
   std::string ranges_file;  ///< read and reported; not used for the poses
   std::vector<std::string> formats = {"pcd", "ply"};  ///< of map.*: pcd ply las
-  double map_voxel_m = 0.05;                          ///< 0 keeps every point
-  double grid_cell_m = 0.05;
-  double grid_z_min_m = 0.15, grid_z_max_m = 1.5;  ///< above the ground, in map
-  bool remove_moving = true;
+  map::MapSettings map;                               ///< voxel, removal of what moved, 2-D grid
   bool write_mcap = true;
   bool write_keyframes = true;  ///< false: removed again when the map is made
   std::string command_line;     ///< for run.log

@@ -1,6 +1,7 @@
 #include "rali/drive/output/pose_files.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 
 #include <Eigen/Geometry>
@@ -62,28 +63,31 @@ std::string covariance_line(Time t, const geometry::Mat6& cov_boxplus,
   return line + '\n';
 }
 
+OdometryFiles::OdometryFiles(io::AtomicFile poses, io::AtomicFile covariances)
+    : poses_(std::move(poses)), covariances_(std::move(covariances)) {}
+
 Result<OdometryFiles> OdometryFiles::create(const std::string& out_dir,
                                             const std::string& vehicle) {
-  OdometryFiles files;
+  std::error_code error;
+  std::filesystem::create_directories(out_dir + "/odometry", error);
+  if (error) return fail(ErrorCode::kMachine, out_dir + "/odometry", error.message());
   const std::string stem = out_dir + "/odometry/" + vehicle;
-  Result<GrowingFile> poses = GrowingFile::create(stem + ".tum");
+  Result<io::AtomicFile> poses = io::AtomicFile::create(stem + ".tum", io::OnAbandon::kKeep);
   if (!poses) return tl::make_unexpected(poses.error());
-  Result<GrowingFile> covariances = GrowingFile::create(stem + ".cov.csv");
+  Result<io::AtomicFile> covariances =
+      io::AtomicFile::create(stem + ".cov.csv", io::OnAbandon::kKeep);
   if (!covariances) return tl::make_unexpected(covariances.error());
-  files.poses_ = std::move(*poses);
-  files.covariances_ = std::move(*covariances);
-  if (Status s = files.poses_.add(tum_header("odom/" + vehicle, "body of " + vehicle)); !s) {
-    return tl::make_unexpected(s.error());
-  }
-  if (Status s = files.covariances_.add(covariance_header()); !s) {
-    return tl::make_unexpected(s.error());
-  }
+  OdometryFiles files(std::move(*poses), std::move(*covariances));
+  const Status first = files.poses_.write(tum_header("odom/" + vehicle, "body of " + vehicle));
+  const Status second = files.covariances_.write(covariance_header());
+  if (!first) return tl::make_unexpected(first.error());
+  if (!second) return tl::make_unexpected(second.error());
   return files;
 }
 
 Status OdometryFiles::add(const PoseRecord& pose) {
-  if (Status s = poses_.add(tum_line(pose.t, pose.T_odom_body)); !s) return s;
-  if (Status s = covariances_.add(covariance_line(pose.t, pose.covariance, pose.T_odom_body.R));
+  if (Status s = poses_.write(tum_line(pose.t, pose.T_odom_body)); !s) return s;
+  if (Status s = covariances_.write(covariance_line(pose.t, pose.covariance, pose.T_odom_body.R));
       !s) {
     return s;
   }
@@ -91,13 +95,13 @@ Status OdometryFiles::add(const PoseRecord& pose) {
   if (!due) return {};
   started_ = true;
   t_flushed_ = pose.t;
-  if (Status s = poses_.flush(); !s) return s;
-  return covariances_.flush();
+  if (Status s = poses_.sync(); !s) return s;
+  return covariances_.sync();
 }
 
 Status OdometryFiles::close() {
-  Status first = poses_.close();
-  Status second = covariances_.close();
+  Status first = poses_.commit();
+  Status second = covariances_.commit();
   return first ? second : first;
 }
 
@@ -128,18 +132,57 @@ std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
   return text;
 }
 
-double path_length_m(const std::vector<PoseRecord>& poses) {
-  double sum_m = 0.0;
+PoseRecord pose_record(const vehicle::PoseEstimate& pose) {
+  PoseRecord record;
+  record.t = pose.t;
+  record.T_odom_body = pose.T_odom_body;
+  record.covariance = pose.covariance;
+  record.quality = pose.quality;
+  record.blind = pose.degeneracy.blind;
+  record.sigma_blind_m = pose.degeneracy.sigma_blind_m;
+  if (pose.degeneracy.paper.known) record.degree = pose.degeneracy.paper.degree;
+  record.blind_odom = pose.degeneracy.blind_odom;
+  if (record.blind_odom.isZero()) {
+    record.blind_odom = pose.T_odom_body.R * pose.degeneracy.paper.e3_body;
+  }
+  return record;
+}
+
+std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_odom) {
+  std::string text =
+      "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from\n";
+  for (const PoseRecord& pose : poses) {
+    text += fmt::format("{},{},", stamp_text(pose.t), pose.blind ? 1 : 0);
+    if (pose.degree && std::isfinite(*pose.degree)) text += fmt::format("{:.6f}", *pose.degree);
+    const geometry::Vec3 d = T_map_odom.R * pose.blind_odom;
+    if (d.isZero() || !d.allFinite()) {
+      text += ",,,,";
+    } else {
+      const auto n = [](double v) { return without_negative_zero(v, 0.5e-6); };
+      text += fmt::format(",{:.6f},{:.6f},{:.6f},", n(d.x()), n(d.y()), n(d.z()));
+    }
+    if (std::isfinite(pose.sigma_blind_m)) text += fmt::format("{:.6f}", pose.sigma_blind_m);
+    text += ",,\n";
+  }
+  return text;
+}
+
+WayLength way_length(const std::vector<PoseRecord>& poses) {
+  WayLength way;
   const PoseRecord* last = nullptr;
   for (const PoseRecord& pose : poses) {
     if (pose.quality == vehicle::PoseQuality::kDiverged) {
       last = nullptr;
       continue;
     }
-    if (last != nullptr) sum_m += (pose.T_odom_body.p - last->T_odom_body.p).norm();
+    if (last != nullptr) {
+      const double step_m = (pose.T_odom_body.p - last->T_odom_body.p).norm();
+      way.path_m += step_m;
+      if (pose.blind) way.blind_m += step_m;
+    }
     last = &pose;
   }
-  return sum_m;
+  return way;
 }
 
 }  // namespace rali::drive

@@ -1,10 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "rali/base/result.hpp"
-#include "rali/drive/output/growing_file.hpp"
+#include "rali/io/files/atomic_file.hpp"
 #include "rali/vehicle/event.hpp"
 
 namespace rali::drive {
@@ -16,9 +17,12 @@ struct PoseRecord {
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
   vehicle::PoseQuality quality = vehicle::PoseQuality::kGood;
   bool blind = false;
-  double sigma_blind_m = 0.0;
-  geometry::Vec3 blind_odom = geometry::Vec3::Zero();
+  double sigma_blind_m = 0.0;                          ///< infinity: not held at all
+  std::optional<double> degree;                        ///< of the paper; empty: too few normals
+  geometry::Vec3 blind_odom = geometry::Vec3::Zero();  ///< least known direction
 };
+
+[[nodiscard]] PoseRecord pose_record(const vehicle::PoseEstimate& pose);
 
 /// "stamp_s x y z qx qy qz qw\n": nine decimals of stamp and quaternion, six of position. The
 /// stamp is written from its nanoseconds, without rounding; qw is never negative.
@@ -33,18 +37,22 @@ struct PoseRecord {
 [[nodiscard]] std::string stamp_text(Time t);
 
 /// odometry/<v>.tum and .cov.csv: each pose as it was known when its sweep was processed. Reaches
-/// the disk at most kFlushDataS of data late, so that a kill leaves it readable.
+/// the disk at most kFlushDataS of data late and in whole lines, so that even a kill leaves
+/// odometry/.<v>.tum.tmp readable.
 class OdometryFiles {
  public:
   static constexpr double kFlushDataS = 5.0;
 
+  /// Errors: kMachine.
   [[nodiscard]] static Result<OdometryFiles> create(const std::string& out_dir,
                                                     const std::string& vehicle);
   [[nodiscard]] Status add(const PoseRecord& pose);
   [[nodiscard]] Status close();
 
  private:
-  GrowingFile poses_, covariances_;
+  OdometryFiles(io::AtomicFile poses, io::AtomicFile covariances);
+
+  io::AtomicFile poses_, covariances_;
   Time t_flushed_;
   bool started_ = false;
 };
@@ -56,7 +64,17 @@ class OdometryFiles {
 [[nodiscard]] std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
                                                      const geometry::SE3& T_map_odom);
 
-/// Way travelled [m], diverged poses left out.
-[[nodiscard]] double path_length_m(const std::vector<PoseRecord>& poses);
+/// Text of degeneracy/<v>.csv, directions in map. No pose is corrected by ranges yet: the columns
+/// correction_m and range_from stay empty.
+[[nodiscard]] std::string degeneracy_text(const std::vector<PoseRecord>& poses,
+                                          const geometry::SE3& T_map_odom);
+
+/// Way travelled [m] and what of it was blind [m]; diverged poses left out.
+struct WayLength {
+  double path_m = 0.0;
+  double blind_m = 0.0;
+};
+
+[[nodiscard]] WayLength way_length(const std::vector<PoseRecord>& poses);
 
 }  // namespace rali::drive

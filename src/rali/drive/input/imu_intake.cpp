@@ -1,0 +1,63 @@
+#include "rali/drive/input/imu_intake.hpp"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+
+namespace rali::drive {
+namespace {
+
+/// Beyond 200 g and 5000 deg/s no vehicle's IMU measures: a damaged message.
+constexpr double kAbsurdAccel = 2000.0;
+constexpr double kAbsurdGyro = 5000.0;
+/// Values that repeat below these are the steps of the converter, not its end.
+constexpr double kFullScaleAccel_mps2 = 19.0;
+constexpr double kFullScaleGyro_radps = 2.0;
+
+/// One axis at its end: the largest value so far, exactly the same as in the sample before.
+bool is_stuck(double value, double last, double& most, double full_scale) {
+  const double size = std::abs(value);
+  const bool stuck = size >= full_scale && size >= most && value == last;
+  if (size > most) most = size;
+  return stuck;
+}
+
+}  // namespace
+
+bool is_plausible(const sensor::ImuSample& raw) {
+  return raw.accel_mps2.allFinite() && raw.gyro_radps.allFinite() &&
+         raw.accel_mps2.cwiseAbs().maxCoeff() < kAbsurdAccel &&
+         raw.gyro_radps.cwiseAbs().maxCoeff() < kAbsurdGyro;
+}
+
+std::optional<sensor::ImuSample> ImuIntake::take(const sensor::ImuSample& raw, InputGaps& gaps) {
+  if (!is_plausible(raw)) {
+    ++gaps.imu_invalid;
+    return std::nullopt;
+  }
+  sensor::ImuSample body;
+  body.t = raw.t;
+  body.gyro_radps = units_.gyro_scale * raw.gyro_radps;
+  body.accel_mps2 = units_.accel_scale * raw.accel_mps2;
+  count_saturation(body, gaps);
+  body.gyro_radps = T_body_imu_.R * body.gyro_radps;
+  body.accel_mps2 = T_body_imu_.R * body.accel_mps2;
+  const geometry::Vec3& r = T_body_imu_.p;
+  body.accel_mps2 -= body.gyro_radps.cross(body.gyro_radps.cross(r));
+  return body;
+}
+
+void ImuIntake::count_saturation(const sensor::ImuSample& si, InputGaps& gaps) {
+  bool stuck = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    stuck |= is_stuck(si.accel_mps2[axis], last_accel_[axis], most_accel_[axis],
+                      kFullScaleAccel_mps2);
+    stuck |=
+        is_stuck(si.gyro_radps[axis], last_gyro_[axis], most_gyro_[axis], kFullScaleGyro_radps);
+  }
+  if (stuck) ++gaps.imu_saturated;
+  last_accel_ = si.accel_mps2;
+  last_gyro_ = si.gyro_radps;
+}
+
+}  // namespace rali::drive

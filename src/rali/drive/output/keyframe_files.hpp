@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/map/keyframe_view.hpp"
+#include "rali/vehicle/event.hpp"
+
+namespace rali::drive {
+
+/// What stays in memory of a keyframe; its points are on disk.
+struct KeyframeRecord {
+  KeyframeId id;
+  Time t;
+  geometry::SE3 T_odom_body;
+  geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
+  geometry::SE3 T_previous_this;
+  geometry::Mat6 information_relative = geometry::Mat6::Zero();
+  geometry::SE3 T_body_lidar;
+  std::size_t points = 0;
+  bool diverged = false;  ///< cut from the map
+  std::string file;       ///< relative to the output folder
+};
+
+/// Writes keyframes/<v>/<seq>.pcd as they come, each whole or not at all. Errors: kMachine.
+[[nodiscard]] Result<KeyframeRecord> write_keyframe(const std::string& out_dir,
+                                                    const std::string& vehicle,
+                                                    const vehicle::KeyframeAdded& added);
+
+/// The keyframes read back from disk, placed by T_map_odom; diverged ones are left out.
+/// @param records and out_dir must outlive the stream.
+[[nodiscard]] map::KeyframeStream keyframe_stream(const std::string& out_dir,
+                                                  const std::vector<KeyframeRecord>& records,
+                                                  const geometry::SE3& T_map_odom);
+
+/// Text of keyframes.csv.
+struct VehicleKeyframes {
+  std::string vehicle;
+  geometry::SE3 T_map_odom;
+  const std::vector<KeyframeRecord>* records = nullptr;
+};
+
+[[nodiscard]] std::string keyframes_text(const std::vector<VehicleKeyframes>& vehicles,
+                                         bool with_files);
+
+}  // namespace rali::drive

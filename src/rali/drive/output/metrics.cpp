@@ -1,0 +1,134 @@
+#include "rali/drive/output/metrics.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "rali/drive/version.hpp"
+
+namespace rali::drive {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Rounded to `digits` decimals; null for what is no number.
+Json number(double value, int digits = 6) {
+  if (!std::isfinite(value)) return nullptr;
+  const double scale = std::pow(10.0, digits);
+  const double rounded = std::round(value * scale) / scale;
+  return rounded == 0.0 ? 0.0 : rounded;
+}
+
+Json vector3(const geometry::Vec3& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
+
+Json pose(const geometry::SE3& T) {
+  Eigen::Quaterniond q(T.R);
+  q.normalize();
+  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  Json json;
+  json["xyz_m"] = vector3(T.p);
+  json["quat_xyzw"] = {number(q.x(), 9), number(q.y(), 9), number(q.z(), 9), number(q.w(), 9)};
+  return json;
+}
+
+Json gaps_json(const InputGaps& gaps) {
+  Json json;
+  json["jumps"] = gaps.jumps;
+  json["missing_s"] = number(gaps.missing_s, 3);
+  json["late"] = gaps.late;
+  json["nan_points"] = gaps.nan_points;
+  json["no_time_points"] = gaps.no_time_points;
+  json["imu_saturated"] = gaps.imu_saturated;
+  json["repeated"] = gaps.repeated;
+  json["imu_invalid"] = gaps.imu_invalid;
+  json["imu_missing_s"] = number(gaps.imu_missing_s, 3);
+  json["undecodable"] = gaps.undecodable;
+  json["bytes_lost"] = gaps.bytes_lost;
+  return json;
+}
+
+Json vehicle_json(const VehicleSummary& v) {
+  Json json;
+  json["path_m"] = number(v.path_m, 3);
+  json["sweeps"] = v.sweeps;
+  json["sweeps_dropped"] = v.sweeps_dropped;
+  json["keyframes"] = v.keyframes;
+  json["blind_share"] = number(v.blind_share);
+  // Ranges do not hold blind directions yet.
+  json["blind_held_share"] = 0.0;
+  json["sigma_median_m"] = number(v.sigma_median_m);
+  json["sigma_max_m"] = number(v.sigma_max_m);
+  json["diverged_s"] = number(v.diverged_s, 3);
+  json["T_map_odom"] = pose(v.T_map_odom);
+  json["T_map_odom"]["tilt_sigma_rad"] = number(v.tilt_sigma_rad, 9);
+  json["T_body_lidar"] = pose(v.input.T_body_lidar);
+  json["time_offset_s"] = number(v.input.lidar_time_offset_s, 9);
+  json["accel_scale"] = number(v.input.accel_scale);
+  json["gaps"] = gaps_json(v.input.gaps);
+  return json;
+}
+
+std::string sentence(const Finding& f) {
+  std::string text = f.text;
+  for (const std::string* part : {&f.effect, &f.remedy}) {
+    if (part->empty()) continue;
+    if (!text.ends_with('.')) text += '.';
+    text += ' ' + *part;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string_view status_name(RunStatus status) {
+  switch (status) {
+    case RunStatus::kComplete:
+      return "complete";
+    case RunStatus::kPartial:
+      return "partial";
+    case RunStatus::kInterrupted:
+      return "interrupted";
+    case RunStatus::kFailed:
+      break;
+  }
+  return "failed";
+}
+
+std::string metrics_text(const MapSummary& summary, const MapJob& job) {
+  Json json;
+  json["schema"] = 1;
+  json["rali"] = kVersion;
+  json["status"] = status_name(summary.status);
+  bool any = false;
+  Time t_begin, t_end;
+  for (const VehicleSummary& v : summary.vehicles) {
+    if (v.input.sweeps == 0) continue;
+    t_begin = any ? std::min(t_begin, v.input.t_begin) : v.input.t_begin;
+    t_end = any ? std::max(t_end, v.input.t_end) : v.input.t_end;
+    any = true;
+  }
+  json["t_begin_s"] = any ? number(t_begin.s(), 6) : Json(nullptr);
+  json["t_end_s"] = any ? number(t_end.s(), 6) : Json(nullptr);
+  json["vehicles"] = Json::object();
+  Json groups = Json::array();
+  for (const VehicleSummary& v : summary.vehicles) {
+    json["vehicles"][v.name] = vehicle_json(v);
+    groups.push_back(Json::array({v.name}));
+  }
+  json["fleet"] = {{"groups", groups}, {"loops_accepted", 0}, {"loops_refused", 0}, {"rounds", 0}};
+  json["ranges"] = {{"total", 0}, {"used", 0}, {"rejected", Json::object()},
+                    {"pairs", Json::object()}};
+  json["map"] = {{"points", summary.map_points},
+                 {"voxel_m", number(job.map.voxel_m)},
+                 {"thickness_m", number(summary.map_thickness_m)}};
+  json["warnings"] = Json::array();
+  for (const Finding& f : summary.findings) {
+    if (f.severity == Severity::kInfo) continue;
+    json["warnings"].push_back({{"id", f.id}, {"vehicle", f.vehicle}, {"text", sentence(f)}});
+  }
+  // Texts may hold bytes of topic names that are no UTF-8: replaced, never thrown at.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace rali::drive

@@ -1,0 +1,171 @@
+#include "rali/drive/output/out_dir.hpp"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "rali/drive/version.hpp"
+#include "rali/io/files/atomic_file.hpp"
+#include "rali/io/files/sha256.hpp"
+
+namespace rali::drive {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::string_view, 4> kExempt = {"run.log", "timing.json", "status.json",
+                                                     "report.html"};
+constexpr std::array<std::string_view, 19> kFixed = {
+    "map.pcd",       "map.ply",         "map.las",     "removed.pcd",  "keyframes.csv",
+    "graph.g2o",     "graph.pyfg",      "ranges.csv",  "rounds.csv",   "frontiers.csv",
+    "loops.csv",     "map_2d.pgm",      "map_2d.yaml", "session.mcap", "metrics.json",
+    "settings.yaml", "evaluation.json", "doctor.json", "report.json"};
+
+/// One folder of outputs and the ends its files may have.
+struct Folder {
+  std::string_view name;
+  std::array<std::string_view, 3> ends;
+};
+
+constexpr std::array<Folder, 4> kFolders = {{{"trajectory", {".tum", ".cov.csv", ".imu.tum"}},
+                                             {"odometry", {".tum", ".cov.csv", ".cov.csv"}},
+                                             {"degeneracy", {".csv", ".csv", ".csv"}},
+                                             {"errors", {".csv", ".csv", ".csv"}}}};
+
+bool is_keyframe_file(std::string_view name) {
+  if (!name.ends_with(".pcd") || name.size() < 5) return false;
+  name.remove_suffix(4);
+  return std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// The name without the dress of a file that is being written: ".NAME.tmp".
+std::string_view undressed(std::string_view name) {
+  if (name.starts_with('.') && name.ends_with(".tmp") && name.size() > 5) {
+    name.remove_prefix(1);
+    name.remove_suffix(4);
+  }
+  return name;
+}
+
+Status machine_error(const std::string& path, const std::error_code& error) {
+  return fail(ErrorCode::kMachine, path, error.message());
+}
+
+/// Folders that are empty after their outputs are gone, deepest first.
+void remove_empty_folders(const fs::path& out) {
+  std::error_code ignored;
+  std::vector<fs::path> folders;
+  for (const char* name : {"trajectory", "odometry", "degeneracy", "errors", "keyframes"}) {
+    folders.push_back(out / name);
+  }
+  fs::directory_iterator it(out / "keyframes", ignored);
+  for (; !ignored && it != fs::directory_iterator(); it.increment(ignored)) {
+    if (it->is_directory(ignored)) folders.push_back(it->path());
+  }
+  // fs::remove leaves a folder that is not empty alone: what others put there stays.
+  for (auto f = folders.rbegin(); f != folders.rend(); ++f) fs::remove(*f, ignored);
+}
+
+bool is_made_by_rali(const fs::path& out) {
+  std::ifstream file(out / "status.json");
+  if (!file) return false;
+  const nlohmann::json status = nlohmann::json::parse(file, nullptr, false);
+  return status.is_object() && status.contains("rali") && status.contains("status");
+}
+
+}  // namespace
+
+bool is_exempt_name(std::string_view relative) {
+  return std::find(kExempt.begin(), kExempt.end(), relative) != kExempt.end();
+}
+
+bool is_output_name(std::string_view relative) {
+  const std::size_t slash = relative.rfind('/');
+  const std::string_view name =
+      undressed(slash == std::string_view::npos ? relative : relative.substr(slash + 1));
+  if (slash == std::string_view::npos) {
+    return is_exempt_name(name) || std::find(kFixed.begin(), kFixed.end(), name) != kFixed.end();
+  }
+  const std::string_view folder = relative.substr(0, slash);
+  for (const Folder& f : kFolders) {
+    if (folder != f.name) continue;
+    return std::any_of(f.ends.begin(), f.ends.end(), [&](std::string_view end) {
+      return name.size() > end.size() && name.ends_with(end);
+    });
+  }
+  const bool keyframes =
+      folder.starts_with("keyframes/") && folder.find('/', 10) == std::string_view::npos;
+  return keyframes && is_keyframe_file(name);
+}
+
+Result<std::vector<std::string>> list_outputs(const std::string& path) {
+  std::vector<std::string> names;
+  std::error_code error;
+  fs::recursive_directory_iterator it(path, error);
+  for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
+    if (!it->is_regular_file(error) || it->is_symlink(error)) continue;
+    std::string name = it->path().lexically_relative(path).generic_string();
+    if (is_output_name(name)) names.push_back(std::move(name));
+  }
+  if (error) return tl::make_unexpected(machine_error(path, error).error());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Status prepare_out_dir(const std::string& path, bool overwrite) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::exists(status) && !fs::is_directory(status)) {
+    return fail(ErrorCode::kUsage, path, "is a file, not a folder", "Choose another with -o.");
+  }
+  fs::create_directories(path, error);
+  if (error) return machine_error(path, error);
+  const bool empty = fs::is_empty(path, error);
+  if (error) return machine_error(path, error);
+  if (empty) return {};
+  if (!overwrite) {
+    return fail(ErrorCode::kUsage, "",
+                fmt::format("{}{} is not empty", path, path.ends_with('/') ? "" : "/"),
+                "Choose another or --overwrite (removes only what rali wrote).");
+  }
+  if (!is_made_by_rali(path)) {
+    return fail(ErrorCode::kUsage, "",
+                fmt::format("{} holds files but no status.json of rali", path),
+                "Nothing was removed. Choose another folder.");
+  }
+  const Result<std::vector<std::string>> names = list_outputs(path);
+  if (!names) return tl::make_unexpected(names.error());
+  for (const std::string& name : *names) {
+    fs::remove(fs::path(path) / name, error);
+    if (error) return machine_error(path + '/' + name, error);
+  }
+  remove_empty_folders(path);
+  return {};
+}
+
+Status write_status(const std::string& path, std::string_view status, bool hashes) {
+  nlohmann::ordered_json json;
+  json["schema"] = 1;
+  json["rali"] = kVersion;
+  json["status"] = status;
+  json["files"] = nlohmann::ordered_json::object();
+  if (hashes) {
+    const Result<std::vector<std::string>> names = list_outputs(path);
+    if (!names) return tl::make_unexpected(names.error());
+    for (const std::string& name : *names) {
+      const std::size_t slash = name.rfind('/');
+      const std::string last = slash == std::string::npos ? name : name.substr(slash + 1);
+      if (is_exempt_name(name) || last.starts_with('.')) continue;
+      const Result<std::string> sha = io::sha256_file(path + '/' + name);
+      if (!sha) return tl::make_unexpected(sha.error());
+      json["files"][name] = *sha;
+    }
+  }
+  return io::write_file_atomic(path + "/status.json", json.dump(1) + '\n');
+}
+
+}  // namespace rali::drive

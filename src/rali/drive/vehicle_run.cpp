@@ -1,0 +1,134 @@
+#include "rali/drive/vehicle_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+namespace rali::drive {
+namespace {
+
+/// Root of the expected squared 3-D position error, as `sigma` of the map's points.
+double position_sigma_m(const PoseRecord& pose) {
+  const double trace = pose.covariance.bottomRightCorner<3, 3>().trace();
+  return std::isfinite(trace) && trace > 0.0 ? std::sqrt(trace) : 0.0;
+}
+
+}  // namespace
+
+geometry::SE3 level_frame(const geometry::Vec3& g_odom_mps2, const geometry::SE3& T_odom_first) {
+  const geometry::Mat3 R_level =
+      g_odom_mps2.norm() > 0.0 && g_odom_mps2.allFinite()
+          ? geometry::rotation_between(g_odom_mps2, -geometry::Vec3::UnitZ())
+          : geometry::Mat3::Identity();
+  const geometry::Mat3 R_first = R_level * T_odom_first.R;
+  const double yaw_rad = std::atan2(R_first(1, 0), R_first(0, 0));
+  geometry::SE3 T_map_odom;
+  T_map_odom.R = geometry::rotation_from_rpy(0.0, 0.0, -yaw_rad) * R_level;
+  T_map_odom.p = -(T_map_odom.R * T_odom_first.p);
+  return T_map_odom;
+}
+
+Result<VehicleRun> VehicleRun::start(const std::string& name, const std::string& out_dir) {
+  Result<OdometryFiles> odometry = OdometryFiles::create(out_dir, name);
+  if (!odometry) return tl::make_unexpected(odometry.error());
+  return VehicleRun(name, out_dir, std::move(*odometry));
+}
+
+VehicleRun::VehicleRun(std::string name, std::string out_dir, OdometryFiles odometry)
+    : name_(std::move(name)), out_dir_(std::move(out_dir)), odometry_(std::move(odometry)) {}
+
+Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& findings) {
+  for (const vehicle::Output& output : outputs) {
+    Status status;
+    if (const auto* pose = std::get_if<vehicle::PoseEstimate>(&output)) {
+      status = take_pose(*pose);
+    } else if (const auto* added = std::get_if<vehicle::KeyframeAdded>(&output)) {
+      status = take_keyframe(*added);
+    } else if (const auto* gravity = std::get_if<vehicle::GravityEstimate>(&output)) {
+      gravity_ = *gravity;
+    } else if (const auto* finding = std::get_if<Finding>(&output)) {
+      findings.push_back(*finding);
+      findings.back().vehicle = name_;
+    }
+    if (!status) return status;
+  }
+  return {};
+}
+
+Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
+  const PoseRecord record = pose_record(pose);
+  const bool good = record.quality != vehicle::PoseQuality::kDiverged;
+  if (!poses_.empty() && good && poses_.back().quality != vehicle::PoseQuality::kDiverged) {
+    const geometry::SE3 step = poses_.back().T_odom_body.inverse() * record.T_odom_body;
+    path_m_ += step.p.norm();
+    if (record.blind) blind_m_ += step.p.norm();
+    gyro_ratio_.add_lidar(geometry::so3_log(step.R).norm());
+  }
+  poses_.push_back(record);
+  return odometry_.add(record);
+}
+
+Status VehicleRun::take_keyframe(const vehicle::KeyframeAdded& added) {
+  if (!added.keyframe) return {};
+  Result<KeyframeRecord> record = write_keyframe(out_dir_, name_, added);
+  if (!record) return tl::make_unexpected(record.error());
+  // The pose of its sweep comes in the same step or the one before.
+  for (auto pose = poses_.rbegin(); pose != poses_.rend() && pose->t >= record->t; ++pose) {
+    if (pose->t == record->t) record->diverged = pose->quality == vehicle::PoseQuality::kDiverged;
+  }
+  keyframes_.push_back(std::move(*record));
+  return {};
+}
+
+void VehicleRun::see_imu(const sensor::ImuSample& sample) {
+  // Turning before the first pose has no counterpart in the LiDAR.
+  if (t_imu_ && !poses_.empty()) {
+    const double dt_s = sample.t.s() - t_imu_->s();
+    if (dt_s > 0.0 && dt_s < 0.1) gyro_ratio_.add_gyro(sample.gyro_radps.norm() * dt_s);
+  }
+  t_imu_ = sample.t;
+}
+
+Status VehicleRun::finish() {
+  const geometry::Vec3 g_odom =
+      gravity_ ? gravity_->g_odom_mps2 : geometry::Vec3(0.0, 0.0, -9.80665);
+  if (!poses_.empty()) T_map_odom_ = level_frame(g_odom, poses_.front().T_odom_body);
+  if (gravity_ && g_odom.norm() > 0.0) {
+    const geometry::Vec3 down = g_odom.normalized();
+    const geometry::Mat3 across = geometry::Mat3::Identity() - down * down.transpose();
+    const double variance = (across * gravity_->covariance * across).trace();
+    tilt_sigma_rad_ = std::sqrt(std::max(0.0, variance)) / g_odom.norm();
+  }
+  return odometry_.close();
+}
+
+void VehicleRun::summarise(VehicleSummary& summary) const {
+  summary.name = name_;
+  summary.sweeps = poses_.size();
+  summary.path_m = path_m_;
+  summary.blind_share = path_m_ > 0.0 ? blind_m_ / path_m_ : 0.0;
+  summary.T_map_odom = T_map_odom_;
+  summary.tilt_sigma_rad = tilt_sigma_rad_;
+  summary.keyframes = static_cast<std::size_t>(std::count_if(
+      keyframes_.begin(), keyframes_.end(), [](const KeyframeRecord& k) { return !k.diverged; }));
+  std::vector<double> sigmas;
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (poses_[i].quality == vehicle::PoseQuality::kDiverged) {
+      if (i > 0) summary.diverged_s += seconds_between(poses_[i - 1].t, poses_[i].t);
+      continue;
+    }
+    sigmas.push_back(position_sigma_m(poses_[i]));
+    if (sigmas.back() > summary.sigma_max_m) {
+      summary.sigma_max_m = sigmas.back();
+      summary.t_sigma_max = poses_[i].t;
+    }
+  }
+  if (sigmas.empty()) return;
+  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+  std::nth_element(sigmas.begin(), middle, sigmas.end());
+  summary.sigma_median_m = *middle;
+}
+
+}  // namespace rali::drive

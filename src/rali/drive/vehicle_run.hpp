@@ -1,0 +1,76 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/drive/input/imu_check.hpp"
+#include "rali/drive/map_run.hpp"
+#include "rali/drive/output/keyframe_files.hpp"
+#include "rali/drive/output/pose_files.hpp"
+#include "rali/vehicle/event.hpp"
+
+namespace rali::drive {
+
+/// What one vehicle's outputs came to: streams them to the disk as they come and keeps what the
+/// final files need.
+class VehicleRun {
+ public:
+  /// Makes odometry/<v>.tum and .cov.csv. Errors: kMachine.
+  [[nodiscard]] static Result<VehicleRun> start(const std::string& name,
+                                                const std::string& out_dir);
+
+  /// Takes what followed from one event; findings go to `findings`. Errors: kMachine.
+  [[nodiscard]] Status take(const vehicle::OutputList& outputs, FindingList& findings);
+
+  /// Sees each inertial sample, for the comparison of gyro and LiDAR.
+  void see_imu(const sensor::ImuSample& sample);
+
+  /// Closes the growing files and fixes the frame of the results.
+  [[nodiscard]] Status finish();
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  [[nodiscard]] const std::vector<PoseRecord>& poses() const { return poses_; }
+
+  [[nodiscard]] const std::vector<KeyframeRecord>& keyframes() const { return keyframes_; }
+
+  /// Levels odom by the last gravity estimate; origin and heading are those of the first pose.
+  /// Valid after finish().
+  [[nodiscard]] const geometry::SE3& T_map_odom() const { return T_map_odom_; }
+
+  [[nodiscard]] double tilt_sigma_rad() const { return tilt_sigma_rad_; }
+
+  [[nodiscard]] double path_m() const { return path_m_; }
+
+  [[nodiscard]] double blind_m() const { return blind_m_; }
+
+  [[nodiscard]] double gyro_ratio() const { return gyro_ratio_.ratio(); }
+
+  /// Numbers of the summary, except those of the input.
+  void summarise(VehicleSummary& summary) const;
+
+ private:
+  VehicleRun(std::string name, std::string out_dir, OdometryFiles odometry);
+
+  [[nodiscard]] Status take_pose(const vehicle::PoseEstimate& pose);
+  [[nodiscard]] Status take_keyframe(const vehicle::KeyframeAdded& added);
+
+  std::string name_, out_dir_;
+  OdometryFiles odometry_;
+  std::vector<PoseRecord> poses_;
+  std::vector<KeyframeRecord> keyframes_;
+  std::optional<vehicle::GravityEstimate> gravity_;
+  geometry::SE3 T_map_odom_;
+  double tilt_sigma_rad_ = 0.0;
+  double path_m_ = 0.0, blind_m_ = 0.0;
+  GyroRatio gyro_ratio_;
+  std::optional<Time> t_imu_;
+};
+
+/// T_map_odom that turns gravity to -z and puts the first pose to the origin, heading along +x.
+[[nodiscard]] geometry::SE3 level_frame(const geometry::Vec3& g_odom_mps2,
+                                        const geometry::SE3& T_odom_first);
+
+}  // namespace rali::drive
