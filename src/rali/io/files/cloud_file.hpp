@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rali/base/finding.hpp"
+#include "rali/base/result.hpp"
+#include "rali/geometry/se3.hpp"
+#include "rali/wire/cloud_format.hpp"
+
+namespace rali::io {
+
+enum class CloudFileKind { kPcd, kPly, kKitti };
+
+/// A point cloud as it lies in a file, brought to the shape of a PointCloud2: whole points in rows
+/// of point_step bytes, little endian. Owns its bytes.
+struct CloudFile {
+  CloudFileKind kind = CloudFileKind::kPcd;
+  std::string encoding;  ///< "ascii", "binary", "binary_compressed", "binary_big_endian", ...
+  std::uint32_t width = 0, height = 1;  ///< height > 1: organised, row after row
+  std::uint32_t point_step = 0;         ///< bytes of one point
+  std::vector<wire::CloudField> fields;
+  std::vector<std::byte> data;
+  /// VIEWPOINT of a PCD that is not the identity. What it means differs between programs; the
+  /// points are left as they are.
+  std::optional<geometry::SE3> viewpoint;
+  FindingList findings;
+
+  [[nodiscard]] std::size_t size() const { return std::size_t{width} * height; }
+
+  /// Index of a field by its exact name, -1 if there is none.
+  [[nodiscard]] int field(std::string_view name) const;
+
+  /// Element 0 of a field for all points, as doubles. `field_index` must be a valid index.
+  [[nodiscard]] std::vector<double> column(int field_index) const;
+
+  /// Points into this object, which must live longer.
+  [[nodiscard]] wire::CloudView view(Time stamp, std::string frame_id) const;
+};
+
+/// Layout of a KITTI .bin, which has no header.
+enum class KittiLayout {
+  kAuto,           ///< by value: x y z intensity, or a refusal that says what it looks like
+  kXyzIntensity,   ///< four float32
+  kXyz             ///< three float32
+};
+
+struct CloudFileOptions {
+  KittiLayout kitti = KittiLayout::kAuto;
+};
+
+/// Clouds above this size are refused: offsets within a PointCloud2 are 32 bits wide.
+inline constexpr std::uint64_t kCloudBytesMax = 0xffff'ffffULL;
+
+/// Reads a cloud; PCD and PLY are known by their content, KITTI .bin by its name. Errors: kInput,
+/// with file and line or offset, for damage and for what is no cloud; a KITTI .bin cut in the
+/// midst of a point is taken with a finding.
+[[nodiscard]] Result<CloudFile> read_cloud_file(const std::string& path,
+                                                const CloudFileOptions& options = {});
+
+/// The same from memory; `path` is for messages and, for KITTI, its extension.
+[[nodiscard]] Result<CloudFile> parse_cloud_file(std::vector<std::byte> bytes,
+                                                 const std::string& path,
+                                                 const CloudFileOptions& options = {});
+
+[[nodiscard]] Result<CloudFile> parse_pcd(std::vector<std::byte> bytes, const std::string& path);
+[[nodiscard]] Result<CloudFile> parse_ply(std::vector<std::byte> bytes, const std::string& path);
+[[nodiscard]] Result<CloudFile> parse_kitti(std::vector<std::byte> bytes, const std::string& path,
+                                            KittiLayout layout);
+
+/// Bytes of one element of a field.
+[[nodiscard]] std::uint32_t field_bytes(wire::FieldType type);
+
+}  // namespace rali::io

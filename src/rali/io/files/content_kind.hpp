@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+namespace rali::io {
+
+/// What the first bytes of a file say it is, in words for an error message: "a ROS bag",
+/// "an empty file", "text"; "binary data of unknown kind" where there is no sign.
+[[nodiscard]] std::string content_kind(std::span<const std::byte> head);
+
+/// True where the bytes begin a PCD file (its first keyword or its usual first comment).
+[[nodiscard]] bool begins_pcd(std::span<const std::byte> head);
+
+/// True where the bytes begin a PLY file.
+[[nodiscard]] bool begins_ply(std::span<const std::byte> head);
+
+/// True if these bytes are a known kind of file or printable text, so no bare numbers.
+[[nodiscard]] bool has_known_kind(std::span<const std::byte> head);
+
+}  // namespace rali::io
