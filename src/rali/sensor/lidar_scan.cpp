@@ -8,7 +8,7 @@ void LidarScan::clear() {
   t_begin = t_end = Time{};
   has_point_times = has_rings = deskewed = false;
   rings = 0;
-  dropped_nan = dropped_range = 0;
+  dropped_nan = dropped_range = dropped_time = dropped_return = 0;
 }
 
 void LidarScan::reserve(std::size_t n) {

@@ -26,6 +26,8 @@ struct LidarScan {
 
   std::uint32_t dropped_nan = 0;    ///< not a number, or exactly zero
   std::uint32_t dropped_range = 0;  ///< outside the range limits or inside the self box
+  std::uint32_t dropped_time = 0;   ///< with a time that cannot belong to this sweep
+  std::uint32_t dropped_return = 0; ///< second returns of a laser pulse
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 

@@ -18,7 +18,14 @@ namespace rali::wire {
 
 /// PointField datatypes of sensor_msgs (values as on the wire).
 enum class FieldType : std::uint8_t {
-  kInt8 = 1, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64
+  kInt8 = 1,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kFloat32,
+  kFloat64
 };
 
 struct CloudField {
@@ -41,11 +48,25 @@ struct CloudView {
 
 /// How the time of a point is stored.
 enum class PointTime {
-  kAuto, kAbsoluteS, kAbsoluteNs, kRelativeS, kRelativeMs, kRelativeUs, kRelativeNs, kAzimuth, kNone
+  kAuto,
+  kAbsoluteS,
+  kAbsoluteNs,
+  kRelativeS,
+  kRelativeMs,
+  kRelativeUs,
+  kRelativeNs,
+  kAzimuth,
+  kNone
 };
 
 /// Which end of the sweep the header stamp names (with relative times).
 enum class HeaderStamp { kAuto, kStart, kEnd };
+
+/// Where the laser's index of a point comes from.
+enum class RingFrom { kNone, kField, kElevation, kRow, kColumn };
+
+/// What to do with a second return of the same laser pulse.
+enum class Returns { kOne, kAll };
 
 /// What the user fixed; the rest is found from the data (product.md section 3, vehicles.*.lidar).
 struct CloudFormatOptions {
@@ -56,6 +77,7 @@ struct CloudFormatOptions {
   std::array<double, 2> range_m = {0.4, 100.0};
   std::optional<std::array<double, 6>> self_box_lidar_m;  ///< xmin,xmax,ymin,ymax,zmin,zmax
   double sweep_period_s = 0.1;  ///< for azimuth time, when no model or stamps tell
+  Returns returns = Returns::kOne;
 };
 
 /// How to read the clouds of one topic: decided once, from the first clouds, and printed.
@@ -63,15 +85,39 @@ struct CloudFormat {
   int x = -1, y = -1, z = -1, intensity = -1, ring = -1, time = -1;  ///< index in fields, -1 = none
   PointTime point_time = PointTime::kNone;
   HeaderStamp header_stamp = HeaderStamp::kStart;
-  double time_scale_s = 1.0;       ///< seconds per unit of the time field
+  double time_scale_s = 1.0;  ///< seconds per unit of the time field
   bool rings_from_elevation = false;
   std::vector<float> ring_elevations_rad;  ///< ascending; for rings_from_elevation
   std::uint16_t rings = 0;
-  std::string model;               ///< name in sensor/lidar_models or "generic"
-  bool azimuth_clockwise = true;   ///< seen from above, for azimuth time
+  std::string model;              ///< name in sensor/lidar_models or "generic"
+  bool azimuth_clockwise = true;  ///< seen from above, for azimuth time
   double sweep_period_s = 0.1;
-  std::string summary;             ///< one line for people: what was decided and why
+  double time_shift_s = 0.0;      ///< added to relative times: a header stamp the user fixed
+  bool anchor_to_header = false;  ///< absolute times run on another clock: first point = header
+  double span_s = 0.0;            ///< of the point times of one sweep, as found
+  double azimuth_start_rad = 3.14159265358979323846;  ///< where azimuth time begins: the rear
+  RingFrom ring_from = RingFrom::kNone;
+  int return_type = -1;               ///< index in fields, -1 = none
+  std::uint32_t returns_dropped = 0;  ///< bit v set: points with return_type v are left out
+  std::string summary;                ///< one line for people: what was decided and why
   FindingList findings;
 };
+
+/// Decides how to read the clouds of one topic from its first few (1 to 10) clouds, by the values
+/// in them: a field named 't' may hold anything. What is odd becomes a Finding D02 (point times),
+/// D03 (header stamp), D05 (points without values) or D06 (rings). With several clouds the
+/// distance of their stamps gives the sweep period.
+///
+/// Errors (kInput): no cloud, no x y z, a layout that contradicts itself, a time field asked for by
+/// the options that does not exist. Empty clouds are passed over; if all are empty, kNoAnswer.
+[[nodiscard]] Result<CloudFormat> decide_cloud_format(std::span<const CloudView> clouds,
+                                                      const CloudFormatOptions& options);
+
+/// Points of one cloud as a scan in the LiDAR frame. Points that are not a number, at zero, out of
+/// range, within the self box or with a time more than 1.5 sweep periods away from the others are
+/// dropped and counted. `out` is overwritten; its memory is reused. Fields are looked up by the
+/// index in `format`: a cloud whose field list changed is an Error (kInput), decide again.
+[[nodiscard]] Status decode_cloud(const CloudView& cloud, const CloudFormat& format,
+                                  const CloudFormatOptions& options, sensor::LidarScan& out);
 
 }  // namespace rali::wire
