@@ -68,7 +68,7 @@ double LidarModel::phase(int ring) const {
   return static_cast<double>(ring) / rings_;
 }
 
-Beam LidarModel::beam(int ring, int firing, std::int64_t sweep) const {
+geometry::Vec3f LidarModel::beam(int ring, int firing, std::int64_t sweep) const {
   if (kind_ == Lidar::kLivox) return rosette(ring, firing, sweep);
   const auto r = static_cast<std::size_t>(ring);
   const auto a = static_cast<std::size_t>(firing);
@@ -78,7 +78,7 @@ Beam LidarModel::beam(int ring, int firing, std::int64_t sweep) const {
 
 /// Two counter-rotating wedge prisms: the sum of two turning deflections fills a cone of 70 deg
 /// and does not repeat within minutes (speeds 7294 and -4664 rpm have no small common period).
-Beam LidarModel::rosette(int line, int firing, std::int64_t sweep) const {
+geometry::Vec3f LidarModel::rosette(int line, int firing, std::int64_t sweep) const {
   constexpr double kDeflection_rad = 17.5 * kDegree;
   constexpr double kFirst_hz = 7294.0 / 60.0;
   constexpr double kSecond_hz = -4664.0 / 60.0;

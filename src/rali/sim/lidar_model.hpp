@@ -5,18 +5,13 @@
 
 #include "rali/base/result.hpp"
 #include "rali/base/settings.hpp"
+#include "rali/geometry/types.hpp"
 
 namespace rali::sim {
 
 enum class Lidar { kRs16, kVlp16, kHdl32e, kHdl64e, kOs1_64, kOs0_128, kLivox };
 inline constexpr ChoiceNames<7> kLidarNames{"rs16",   "vlp16",   "hdl32e", "hdl64e",
                                             "os1_64", "os0_128", "livox"};
-
-/// Beam pattern of one sweep. Angles in the sensor frame: azimuth from +x towards +y, elevation
-/// up, [rad].
-struct Beam {
-  float cos_elevation_cos_azimuth, cos_elevation_sin_azimuth, sin_elevation;
-};
 
 /// A sensor as a list of firings; within a firing the lasers fire one after another.
 class LidarModel {
@@ -30,8 +25,8 @@ class LidarModel {
   [[nodiscard]] double sweep_s() const { return 0.1; }
 
   /// Direction of laser `ring` in firing `firing` of sweep number `sweep` (a spinning sensor
-  /// repeats itself, a rosette does not), unit vector in the sensor frame.
-  [[nodiscard]] Beam beam(int ring, int firing, std::int64_t sweep) const;
+  /// repeats itself, a rosette does not): unit vector in the sensor frame, x ahead, z up.
+  [[nodiscard]] geometry::Vec3f beam(int ring, int firing, std::int64_t sweep) const;
 
   /// When it fires, in units of one firing period after the start of the firing, in [0, 1).
   [[nodiscard]] double phase(int ring) const;
@@ -40,7 +35,7 @@ class LidarModel {
   [[nodiscard]] const std::vector<double>& elevations_rad() const { return elevations_rad_; }
 
  private:
-  [[nodiscard]] Beam rosette(int line, int firing, std::int64_t sweep) const;
+  [[nodiscard]] geometry::Vec3f rosette(int line, int firing, std::int64_t sweep) const;
 
   Lidar kind_;
   int rings_ = 16;

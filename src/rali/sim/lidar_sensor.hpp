@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "rali/base/settings.hpp"
 #include "rali/geometry/se3.hpp"
@@ -14,7 +16,8 @@ namespace rali::sim {
 
 /// Errors and limits of the ranging.
 struct LidarOptions {
-  double noise_m = 0.02;  ///< sd of the range
+  double noise_m = 0.02;        ///< sd of the range
+  double resolution_m = 0.002;  ///< step of the reported range; max_range_m fits in 65535 steps
   double min_range_m = 0.4;
   double max_range_m = 100.0;
   bool dropouts = true;       ///< weak returns (far, dark, grazing) get lost
@@ -23,12 +26,26 @@ struct LidarOptions {
   template <class V>
   void visit(V& v) {
     v("noise_m", noise_m, 0.0, 1.0, "sd of the range");
+    v("resolution_m", resolution_m, 1e-5, 0.1, "step of the reported range");
     v("min_range_m", min_range_m, 0.0, 10.0, "nearer returns are lost");
     v("max_range_m", max_range_m, 1.0, 1000.0, "farther returns are lost");
     v("dropouts", dropouts, "weak returns get lost");
     v("mixed_share", mixed_share, 0.0, 1.0, "share of edge points between two surfaces");
   }
 };
+
+/// One sweep as the sensor's electronics give it: counts per firing and laser, index
+/// firing * rings + ring. Three bytes per ray: what a recording needs to be kept.
+struct RawSweep {
+  std::int64_t number = 0;                 ///< sweeps since the start
+  std::vector<std::uint16_t> range_steps;  ///< times resolution_m; 0: no return
+  std::vector<std::uint8_t> intensity;
+};
+
+/// The points of a sweep that starts at t_begin.
+[[nodiscard]] std::shared_ptr<const sensor::LidarScan> expand(const RawSweep& raw,
+                                                              const LidarModel& model,
+                                                              double resolution_m, Time t_begin);
 
 /// Turns poses into sweeps.
 class LidarSensor {
@@ -37,27 +54,22 @@ class LidarSensor {
 
   LidarSensor(Lidar kind, const LidarOptions& options, std::uint64_t seed);
 
-  /// Sweep number `sweep` starting at sweep * sweep_s(): each ray starts from the sensor's pose
-  /// at its own instant.
-  [[nodiscard]] std::shared_ptr<const sensor::LidarScan> sweep(std::int64_t sweep, Time t_begin,
-                                                               const PoseAt& pose_at,
-                                                               const RayCaster& world,
-                                                               Pedestrians& people);
+  /// Measures sweep `number`, which starts at number * sweep_s(): each ray leaves from the
+  /// sensor's pose at its own instant. Valid until the next call.
+  [[nodiscard]] const RawSweep& measure_sweep(std::int64_t number, const PoseAt& pose_at,
+                                              const RayCaster& world, Pedestrians& people);
 
   [[nodiscard]] const LidarModel& model() const { return model_; }
 
  private:
-  struct Measured {
-    float range_m;
-    float intensity;
-  };
-
-  [[nodiscard]] Measured measure(const Hit& hit, float neighbour_m);
+  /// Reported range [m] of a true hit, 0 if it got lost.
+  [[nodiscard]] double measured_range_m(const Hit& hit, float neighbour_m);
 
   LidarModel model_;
   LidarOptions options_;
   Rng noise_, drop_, edge_;
   std::vector<float> before_m_;  ///< true range of each ring in the firing before
+  RawSweep raw_;
 };
 
 }  // namespace rali::sim

@@ -1,6 +1,7 @@
 #include "rali/sim/motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -132,10 +133,10 @@ class Suspension {
   Vec3 step(double s_m, double a_long_mps2, double a_lat_mps2, double steer_radps2, double dt_s) {
     const geometry::Vec2 floor = bumps_.at(s_m);
     const double force = std::abs(a_long_mps2) + std::abs(a_lat_mps2);
-    const double z = heave_.step(2.5 * floor.x() - 0.02 * force, dt_s);
+    const double z = heave_.step(2.5 * floor.x() - 0.03 * force, dt_s);
     const double roll =
-        roll_.step(0.035 * a_lat_mps2 + 0.01 * steer_radps2 + 1.5 * floor.y(), dt_s);
-    const double pitch = pitch_.step(-0.035 * a_long_mps2 - 1.0 * floor.x(), dt_s);
+        roll_.step(0.05 * a_lat_mps2 + 0.015 * steer_radps2 + 1.5 * floor.y(), dt_s);
+    const double pitch = pitch_.step(-0.05 * a_long_mps2 - 1.0 * floor.x(), dt_s);
     return {z, roll, pitch};
   }
 
@@ -167,9 +168,39 @@ WayState way_state(const Route& route, const std::vector<double>& way, std::size
   return {v, a, v * yaw_rate, (yaw_rate - yaw_rate_before) / (5.0 * kSpacing_s)};
 }
 
+/// Nobody drives along a line: slow swings to the sides that start and end at nothing.
+class Wander {
+ public:
+  Wander(double length_m, double amplitude_m, std::uint64_t seed)
+      : length_m_(length_m), amplitude_m_(amplitude_m) {
+    Rng rng(seed, "wander");
+    wave_m_ = {rng.uniform(6.0, 9.0), rng.uniform(13.0, 20.0)};
+    phase_ = {rng.uniform(0.0, kTwoPi), rng.uniform(0.0, kTwoPi)};
+  }
+
+  /// Offset to the left [m] after s metres.
+  [[nodiscard]] double at(double s_m) const {
+    const double edge = std::clamp(std::min(s_m, length_m_ - s_m) / 4.0, 0.0, 1.0);
+    const double fade = edge * edge * (3.0 - 2.0 * edge);
+    return fade * amplitude_m_ *
+           (0.4 * std::sin(kTwoPi * s_m / wave_m_[0] + phase_[0]) +
+            0.6 * std::sin(kTwoPi * s_m / wave_m_[1] + phase_[1]));
+  }
+
+  [[nodiscard]] double slope(double s_m) const {
+    constexpr double kHalf_m = 0.01;
+    return (at(s_m + kHalf_m) - at(s_m - kHalf_m)) / (2.0 * kHalf_m);
+  }
+
+ private:
+  double length_m_, amplitude_m_;
+  std::array<double, 2> wave_m_{}, phase_{};
+};
+
 std::vector<Vec6> cart_controls(const Route& route, const std::vector<double>& way,
                                 const MotionOptions& o, std::uint64_t seed) {
   Suspension suspension(route.length_m(), seed);
+  const Wander wander(route.length_m(), o.wander_m, seed);
   std::vector<Vec6> controls(way.size());
   const int substeps = static_cast<int>(std::lround(kSpacing_s / kSubstep_s));
   for (std::size_t i = 0; i < way.size(); ++i) {
@@ -179,10 +210,12 @@ std::vector<Vec6> cart_controls(const Route& route, const std::vector<double>& w
       jolt = o.suspension *
              suspension.step(way[i] + w.v * kSubstep_s * k, w.a_long, w.a_lat, w.steer, kSubstep_s);
     }
-    const Vec3 ground = route.point_at(way[i]);
+    const double yaw = route.yaw_at(way[i]);
+    const double aside = wander.at(way[i]);
+    const Vec3 ground = route.point_at(way[i]) + aside * Vec3(-std::sin(yaw), std::cos(yaw), 0.0);
     const double climb = std::atan(route.slope_at(way[i]));
     controls[i] << ground.x(), ground.y(), ground.z() + o.body_height_m + jolt.x(), jolt.y(),
-        jolt.z() - climb, route.yaw_at(way[i]);
+        jolt.z() - climb, yaw + std::atan(wander.slope(way[i]));
   }
   return controls;
 }

@@ -19,6 +19,7 @@ struct MotionOptions {
   double yaw_rate_max_radps = 0.7;  ///< slows down in bends
   double body_height_m = 0.25;      ///< of the body's origin above the ground
   double suspension = 1.0;          ///< scale of the jolts; 0: rigid
+  double wander_m = 0.15;           ///< swings to the sides of the route
 
   template <class V>
   void visit(V& v) {
@@ -29,6 +30,7 @@ struct MotionOptions {
     v("acceleration_mps2", acceleration_mps2, 0.05, 5.0, "acceleration along the way");
     v("yaw_rate_max_radps", yaw_rate_max_radps, 0.1, 3.0, "fastest turn");
     v("body_height_m", body_height_m, 0.0, 3.0, "height of the body above the ground");
+    v("wander_m", wander_m, 0.0, 2.0, "swings to the sides of the route");
     v("suspension", suspension, 0.0, 3.0, "scale of the suspension's jolts");
   }
 };

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "rali/base/assert.hpp"
 #include "rali/sim/pedestrians.hpp"
 
 namespace rali::sim {
@@ -74,8 +75,9 @@ struct Simulation::Impl {
       return trajectory.pose_at(t_s) * calibration_true.T_body_lidar;
     };
     const double t_s = static_cast<double>(scan_count) * lidar.model().sweep_s();
-    return lidar.sweep(scan_count++, options.start + Duration::from_s(t_s), pose_at, caster,
-                       people);
+    raw = &lidar.measure_sweep(scan_count++, pose_at, caster, people);
+    return expand(*raw, lidar.model(), options.ranging.resolution_m,
+                  options.start + Duration::from_s(t_s));
   }
 
   SimOptions options;
@@ -90,6 +92,7 @@ struct Simulation::Impl {
   double duration_s;
   std::int64_t imu_count = 0;
   std::int64_t scan_count = 0;
+  const RawSweep* raw = nullptr;  ///< in `lidar`
 };
 
 Simulation::Simulation(const SimOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -106,6 +109,11 @@ std::optional<Message> Simulation::next() {
   if (imu_left && (!scan_left || s.imu_time_s() < scan_end_s - 1e-9)) return s.next_imu();
   if (scan_left) return s.next_scan();
   return std::nullopt;
+}
+
+const RawSweep& Simulation::last_raw_sweep() const {
+  RALI_ASSERT(impl_->raw != nullptr);
+  return *impl_->raw;
 }
 
 Truth Simulation::truth(Time t) const {
@@ -162,6 +170,9 @@ Result<std::unique_ptr<Simulation>> make_simulation(const SimOptions& options) {
   check("calibration_error_deg", o.calibration_error_deg, 0.0, 45.0, "");
   check.choice("scene", o.scene, kSceneNames, "");
   check.choice("lidar", o.lidar, kLidarNames, "");
+  if (o.ranging.resolution_m * 65535.0 < o.ranging.max_range_m && check.bad.empty()) {
+    check.bad = "resolution_m";
+  }
   if (o.start.ns < 0 || o.start.ns > 8'000'000'000'000'000'000) check.bad = "start";
   if (!check.bad.empty()) {
     return fail(ErrorCode::kUsage, check.bad, "this option of the simulation is outside its range",

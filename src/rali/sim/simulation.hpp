@@ -52,6 +52,9 @@ class Simulation {
   /// before its last point), nothing at the end.
   [[nodiscard]] std::optional<Message> next();
 
+  /// The sweep behind the last LidarScan of next(): for keeping a recording in little space.
+  [[nodiscard]] const RawSweep& last_raw_sweep() const;
+
   /// Exact motion; t is clamped to the recording.
   [[nodiscard]] Truth truth(Time t) const;
   [[nodiscard]] Time t_begin() const;
