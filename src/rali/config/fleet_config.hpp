@@ -8,19 +8,12 @@
 #include <vector>
 
 #include "rali/base/settings.hpp"
+#include "rali/config/extrinsics.hpp"
 #include "rali/config/field.hpp"
 #include "rali/config/room_settings.hpp"
 #include "rali/geometry/se3.hpp"
 
 namespace rali::config {
-
-/// A pose of a sensor in the body, as the user gave it. `auto`: not given.
-struct Extrinsics {
-  enum class Source { kAuto, kGiven, kFromTf };
-  Source source = Source::kAuto;
-  geometry::SE3 T;       ///< T_body_sensor, valid if kGiven
-  std::string tf_frame;  ///< the sensor's frame in /tf_static, if kFromTf
-};
 
 /// How point times are stored; same order as wire::PointTime.
 enum class PointTime {
@@ -75,8 +68,8 @@ struct ImuConfig {
   AccelUnit accel_unit = AccelUnit::kAuto;
   GyroUnit gyro_unit = GyroUnit::kAuto;
   ImuNoiseConfig noise;
-  std::optional<double> vibration_factor;                        ///< empty = auto
-  Extrinsics T_body_imu = {Extrinsics::Source::kGiven, {}, {}};  ///< body = IMU unless given
+  std::optional<double> vibration_factor;                            ///< empty = auto
+  Extrinsics T_body_imu = {Extrinsics::Source::kGiven, {}, {}, {}};  ///< body = IMU unless given
 };
 
 struct AntennaConfig {

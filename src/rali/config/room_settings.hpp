@@ -1,17 +1,34 @@
 #pragma once
 
+#include "rali/base/settings.hpp"
 #include "rali/odometry/settings.hpp"
 #include "rali/vehicle/settings.hpp"
 
 namespace rali::config {
 
+enum class CheckAction { kError, kWarn, kOff };
+inline constexpr ChoiceNames<3> kCheckActionNames{"error", "warn", "off"};
+
+/// What happens when the data contradicts what the user wrote.
+struct ChecksSettings {
+  CheckAction extrinsics = CheckAction::kError;
+
+  template <class V>
+  void visit(V& v) {
+    v.choice("extrinsics", extrinsics, kCheckActionNames,
+             "T_body_lidar against the data: stop, go on with a warning, do not compare");
+  }
+};
+
 /// What fleet.yaml's `settings:` may override, by room.
 struct RoomSettings {
+  ChecksSettings checks;
   odometry::OdometrySettings odometry;
   vehicle::VehicleSettings vehicle;  ///< its own fields; odometry and calibration come from above
 
   template <class V>
   void visit(V& v) {
+    v.group("checks", checks, "settings against data");
     v.group("odometry", odometry, "LiDAR-inertial odometry");
     v.group("vehicle", vehicle, "one vehicle's step");
   }

@@ -1,0 +1,44 @@
+#include "rali/config/presets.hpp"
+
+#include <array>
+
+namespace rali::config {
+namespace {
+
+struct Preset {
+  std::string_view name;
+  std::string_view yaml;
+};
+
+// A preset is what differs from the defaults of the settings structs, so that a diff shows it.
+constexpr std::array kPresets{
+    Preset{"robust", R"(
+odometry:
+  preset: robust
+)"},
+    Preset{"paper", R"(
+odometry:
+  preset: paper
+)"},
+};
+
+}  // namespace
+
+bool is_preset(const std::string& name) { return !preset_yaml(name).empty(); }
+
+std::string preset_names_text() {
+  std::string text;
+  for (const Preset& preset : kPresets) {
+    text += (text.empty() ? "" : ", ") + std::string(preset.name);
+  }
+  return text;
+}
+
+std::string_view preset_yaml(const std::string& name) {
+  for (const Preset& preset : kPresets) {
+    if (preset.name == name) return preset.yaml;
+  }
+  return {};
+}
+
+}  // namespace rali::config
