@@ -64,7 +64,7 @@ class BagReader final : public MessageSource {
   Result<bool> take_record(const TopRecord& record, std::uint64_t available, RawMessage& out);
   Result<bool> take_top_message(const TopRecord& record, RawMessage& out);
   Status take_top_connection(const TopRecord& record);
-  Status recover(std::uint64_t claimed_end);
+  Status recover();
   Status take_chunk(const TopRecord& record, std::uint64_t available);
   bool unpack(Compression compression, std::uint64_t size, const TopRecord& record, bool cut);
   Status read_bytes(std::uint64_t offset, std::uint64_t bytes, std::vector<std::byte>& out);
@@ -87,7 +87,6 @@ class BagReader final : public MessageSource {
 
   std::uint64_t position_ = 0;           ///< of the next record of the file
   std::uint64_t last_whole_ = 0;         ///< end of the last whole record
-  std::uint64_t expected_end_ = 0;       ///< where a cut file would have ended
   std::optional<std::uint64_t> cut_at_;  ///< the record that ends after the file
   bool index_short_ = false;             ///< cut between two records of the index
   bool done_ = false;
@@ -102,7 +101,6 @@ Status BagReader::start() {
   if (!header) return tl::make_unexpected(header.error());
   position_ = last_whole_ = header->end;
   index_offset_ = header->index_offset;
-  expected_end_ = std::max(index_offset_, source_->size());
   if (const Status status = take_index(*header); !status) return status;
   const auto record = peek();
   if (!record) return tl::make_unexpected(record.error());
@@ -207,14 +205,14 @@ Result<bool> BagReader::advance(RawMessage& out) {
     if (!cut_at_) last_whole_ = position_;
     return got;
   }
-  const Status status = recover(readable ? (*record)->end() : 0);
+  const Status status = recover();
   if (!status) return tl::make_unexpected(status.error());
   if (!readable || (*record)->op != BagOp::kChunk) return false;
   return take_record(**record, position_ - (*record)->data_offset, out);
 }
 
 /// Moves position_ behind damage: to the next chunk, or to the end of a cut file.
-Status BagReader::recover(std::uint64_t claimed_end) {
+Status BagReader::recover() {
   const auto chunk = find_bag_chunk(*source_, window_, position_ + 1);
   if (!chunk) return tl::make_unexpected(chunk.error());
   if (*chunk) {
@@ -224,7 +222,6 @@ Status BagReader::recover(std::uint64_t claimed_end) {
     return {};
   }
   cut_at_ = position_;
-  expected_end_ = std::max(expected_end_, claimed_end);
   position_ = source_->size();
   return {};
 }
@@ -388,11 +385,16 @@ bool BagReader::take_message(const BagFields& fields, std::uint64_t offset,
 void BagReader::finish() {
   if (done_) return;
   done_ = true;
-  if (!cut_at_ && index_offset_ <= source_->size() && !index_short_) return;
+  if (!cut_at_ && index_offset_ <= source_->size() && !index_short_) {
+    std::uint64_t promised = 0;
+    for (const auto& [offset, messages] : chunk_counts_) promised += messages;
+    state_.expect(promised);
+    return;
+  }
   state_.health.truncated = true;
   state_.health.bytes_lost = source_->size() - std::min(last_whole_, source_->size());
   state_.find(Severity::kWarning, "io.cut", cut_at_.value_or(source_->size()),
-              "record ends after the file. " + state_.read_so_far(last_whole_, expected_end_));
+              "record ends after the file. " + state_.read_so_far(last_whole_, index_offset_));
 }
 
 }  // namespace

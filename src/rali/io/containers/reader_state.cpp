@@ -44,16 +44,26 @@ void ReaderState::add_count(std::size_t topic, std::uint64_t messages) {
   count = count.value_or(0) + messages;
 }
 
+void ReaderState::expect(std::uint64_t messages) {
+  const std::uint64_t met = seen_messages_ + health.messages_skipped;
+  if (messages <= met) return;
+  health.messages_skipped += messages - met;
+  find(Severity::kWarning, "io.damaged", std::nullopt,
+       fmt::format("the index lists {} messages, {} were found", messages, seen_messages_));
+}
+
 void ReaderState::saw(Time t) {
+  ++seen_messages_;
   if (!seen_) seen_ = {t, t};
   seen_->first = std::min(seen_->first, t);
   seen_->second = std::max(seen_->second, t);
 }
 
 void ReaderState::met_compression(std::string_view compression) {
-  if (health.compression.empty()) {
+  // Writers leave a chunk uncompressed that would not shrink; the file is still "zstd".
+  if (health.compression.empty() || health.compression == "none") {
     health.compression = compression;
-  } else if (health.compression != compression) {
+  } else if (compression != "none" && compression != health.compression) {
     health.compression = "mixed";
   }
 }

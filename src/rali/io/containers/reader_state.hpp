@@ -40,8 +40,12 @@ class ReaderState {
   /// Adds to the count the index tells for a topic.
   void add_count(std::size_t topic, std::uint64_t messages);
 
-  /// Times of all whole messages, wanted or not: how much of a cut file was read.
+  /// Each whole message, wanted or not: tells how much of a cut file was read.
   void saw(Time t);
+
+  /// At the end of an uncut file: what its index promises beyond what was seen or counted as
+  /// damaged was lost in a way no record told of.
+  void expect(std::uint64_t messages);
 
   void handed_out() { ++health.messages; }
 
@@ -53,7 +57,8 @@ class ReaderState {
   void find(Severity severity, std::string id, std::optional<std::uint64_t> offset,
             std::string what, std::string remedy = {});
 
-  /// "Read 412.3 of about 430 s"; the estimate from bytes is left out where it says nothing.
+  /// "Read 412.3 of about 430 s"; without the estimate where the file does not tell how long it
+  /// was meant to be (`expected_bytes` 0, or out of all proportion).
   [[nodiscard]] std::string read_so_far(std::uint64_t good_bytes,
                                         std::uint64_t expected_bytes) const;
 
@@ -74,6 +79,7 @@ class ReaderState {
   std::function<bool(const Topic&)> keep_;
   std::uint64_t definition_bytes_ = 0;
   std::optional<std::pair<Time, Time>> seen_;
+  std::uint64_t seen_messages_ = 0;
 };
 
 /// Nanoseconds since 1970 as recorders store them, clamped to Time.

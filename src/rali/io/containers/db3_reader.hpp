@@ -1,0 +1,28 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "rali/io/containers/reader_state.hpp"
+#include "rali/io/containers/sqlite_db.hpp"
+#include "rali/io/message_source.hpp"
+
+namespace rali::io {
+
+/// What metadata.yaml may add to a .db3.
+struct Db3Hints {
+  /// Messages may be zstd frames whatever their encoding. (In CDR they are known by their first
+  /// bytes without being told.)
+  bool zstd_messages = false;
+};
+
+/// Reads the SQLite storage of rosbag2 in the order of time. From a malformed file it gives the
+/// rows that can be reached. `name` is for sentences. Errors: no tables of rosbag2, unreadable.
+[[nodiscard]] Result<std::unique_ptr<MessageSource>> open_db3(SqlDatabase database,
+                                                              std::string name,
+                                                              std::uint64_t file_bytes,
+                                                              const Db3Hints& hints = {},
+                                                              const ReadLimits& limits = {});
+
+}  // namespace rali::io

@@ -1,0 +1,192 @@
+#include "rali/io/containers/sqlite_db.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+
+#include <sqlite3.h>
+
+#include "rali/io/containers/cursor.hpp"
+
+namespace rali::io {
+namespace {
+
+// Instructions of SQLite's virtual machine. Reading all takes some fifty for each row, and a row
+// has at least thirty bytes: only a damaged tree that leads in circles needs more.
+constexpr std::uint64_t kBudgetBase = 20'000'000;
+constexpr std::uint64_t kBudgetPerByte = 8;
+constexpr int kBudgetTick = 10'000;
+
+/// Called each kBudgetTick instructions; not 0 stops the statement.
+int spend(void* budget) {
+  auto& left = *static_cast<std::uint64_t*>(budget);
+  if (left == 0) return 1;
+  --left;
+  return 0;
+}
+
+/// A path in the form of an URI, which is how "immutable" is said.
+std::string uri_of(const std::string& path, std::string_view options) {
+  static constexpr char kHex[] = "0123456789ABCDEF";
+  std::string uri = "file:";
+  for (const char c : std::filesystem::absolute(path).string()) {
+    if (c == '?' || c == '#' || c == '%') {
+      const auto byte = static_cast<unsigned char>(c);
+      uri += '%';
+      uri += kHex[byte >> 4];
+      uri += kHex[byte & 15];
+    } else {
+      uri += c;
+    }
+  }
+  return uri.append(options);
+}
+
+Result<sqlite3*> open(const std::string& where, const std::string& name, int flags) {
+  sqlite3* database = nullptr;
+  const int status = sqlite3_open_v2(where.c_str(), &database, flags, nullptr);
+  if (status == SQLITE_OK) return database;
+  const std::string reason = database ? sqlite3_errmsg(database) : "out of memory";
+  sqlite3_close(database);
+  return fail(ErrorCode::kMachine, name, "cannot be opened by SQLite: " + reason);
+}
+
+/// A recorder that was killed may leave its last messages in a write-ahead log beside the file.
+bool has_write_ahead_log(const std::string& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path + "-wal", error);
+  return !error && size > 0;
+}
+
+}  // namespace
+
+SqlStatement::SqlStatement(sqlite3_stmt* statement) : statement_(statement) {}
+
+void SqlStatement::Finalize::operator()(sqlite3_stmt* statement) const {
+  sqlite3_finalize(statement);
+}
+
+SqlStatement::Step SqlStatement::step() {
+  const int status = sqlite3_step(statement_.get());
+  if (status == SQLITE_ROW) return Step::kRow;
+  return status == SQLITE_DONE ? Step::kDone : Step::kFailed;
+}
+
+void SqlStatement::reset() { sqlite3_reset(statement_.get()); }
+
+void SqlStatement::bind(int parameter, std::int64_t value) {
+  sqlite3_bind_int64(statement_.get(), parameter, value);
+}
+
+void SqlStatement::bind(int parameter, const std::string& value) {
+  sqlite3_bind_text64(statement_.get(), parameter, value.data(), value.size(), SQLITE_TRANSIENT,
+                      SQLITE_UTF8);
+}
+
+void SqlStatement::bind(int parameter, std::span<const std::byte> value) {
+  // A null pointer would bind NULL; an empty blob is meant.
+  const void* data = value.empty() ? static_cast<const void*>("") : value.data();
+  sqlite3_bind_blob64(statement_.get(), parameter, data, value.size(), SQLITE_TRANSIENT);
+}
+
+std::int64_t SqlStatement::integer(int column) const {
+  return sqlite3_column_int64(statement_.get(), column);
+}
+
+std::string SqlStatement::text(int column) const {
+  const unsigned char* text = sqlite3_column_text(statement_.get(), column);
+  const int bytes = sqlite3_column_bytes(statement_.get(), column);
+  if (text == nullptr) return {};
+  return {reinterpret_cast<const char*>(text), static_cast<std::size_t>(bytes)};
+}
+
+std::optional<std::span<const std::byte>> SqlStatement::blob(int column) const {
+  if (sqlite3_column_type(statement_.get(), column) == SQLITE_NULL) return std::nullopt;
+  const void* data = sqlite3_column_blob(statement_.get(), column);
+  const int bytes = sqlite3_column_bytes(statement_.get(), column);
+  if (data == nullptr && bytes > 0) return std::nullopt;
+  return std::span(static_cast<const std::byte*>(data), static_cast<std::size_t>(bytes));
+}
+
+SqlDatabase::SqlDatabase(sqlite3* database, std::string name)
+    : budget_(std::make_unique<std::uint64_t>(0)), database_(database), name_(std::move(name)) {}
+
+void SqlDatabase::Close::operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+
+Result<SqlDatabase> SqlDatabase::open_file(const std::string& path, std::uint64_t value_bytes_max) {
+  std::error_code error;
+  const auto bytes = std::filesystem::file_size(path, error);
+  if (error) return fail(ErrorCode::kInput, path, "cannot be opened: " + error.message());
+  constexpr int kFlags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
+  if (has_write_ahead_log(path)) {
+    // Needs to lock beside the file; where that is not allowed, the log is left out.
+    auto handle = open(uri_of(path, "?mode=ro"), path, kFlags);
+    if (handle) {
+      SqlDatabase database(*handle, path);
+      const Status status = database.prepare_for_reading(bytes, value_bytes_max);
+      if (status && database.prepare("SELECT count(*) FROM sqlite_master")) return database;
+    }
+  }
+  // "immutable": no lock and no journal, so that a folder that may not be written can be read.
+  auto handle = open(uri_of(path, "?mode=ro&immutable=1"), path, kFlags);
+  if (!handle) return tl::make_unexpected(handle.error());
+  SqlDatabase database(*handle, path);
+  const Status status = database.prepare_for_reading(bytes, value_bytes_max);
+  if (!status) return tl::make_unexpected(status.error());
+  return database;
+}
+
+Result<SqlDatabase> SqlDatabase::open_bytes(std::span<const std::byte> bytes,
+                                            std::uint64_t value_bytes_max) {
+  auto handle = open(":memory:", "memory", SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX);
+  if (!handle) return tl::make_unexpected(handle.error());
+  SqlDatabase database(*handle, "memory");
+  auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(bytes.size() + 1));
+  if (copy == nullptr) return fail(ErrorCode::kMachine, "memory", "out of memory");
+  std::copy_n(text_of(bytes).data(), bytes.size(), copy);
+  const auto size = static_cast<sqlite3_int64>(bytes.size());
+  // SQLite frees the copy, also when this fails.
+  if (sqlite3_deserialize(*handle, "main", copy, size, size,
+                          SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY) !=
+      SQLITE_OK) {
+    return fail(ErrorCode::kMachine, "memory", database.last_error());
+  }
+  const Status status = database.prepare_for_reading(bytes.size(), value_bytes_max);
+  if (!status) return tl::make_unexpected(status.error());
+  return database;
+}
+
+Result<SqlDatabase> SqlDatabase::create(const std::string& path) {
+  constexpr int kFlags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+  auto handle = open(path, path, kFlags);
+  if (!handle) return tl::make_unexpected(handle.error());
+  return SqlDatabase(*handle, path);
+}
+
+Status SqlDatabase::prepare_for_reading(std::uint64_t file_bytes, std::uint64_t value_bytes_max) {
+  *budget_ = (kBudgetBase + kBudgetPerByte * file_bytes) / kBudgetTick;
+  sqlite3_progress_handler(database_.get(), kBudgetTick, spend, budget_.get());
+  const auto limit = std::min<std::uint64_t>(value_bytes_max, std::numeric_limits<int>::max());
+  sqlite3_limit(database_.get(), SQLITE_LIMIT_LENGTH, static_cast<int>(limit));
+  // writable_schema: SQLite opens a file that is shorter than its header says only like this. It
+  // stays read-only. trusted_schema: no function in a schema we did not write is run.
+  return run("PRAGMA writable_schema=ON; PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON;");
+}
+
+std::optional<SqlStatement> SqlDatabase::prepare(const std::string& sql) {
+  sqlite3_stmt* statement = nullptr;
+  const int status = sqlite3_prepare_v2(database_.get(), sql.c_str(), static_cast<int>(sql.size()),
+                                        &statement, nullptr);
+  if (status != SQLITE_OK) return std::nullopt;
+  return SqlStatement(statement);
+}
+
+Status SqlDatabase::run(const std::string& sql) {
+  if (sqlite3_exec(database_.get(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return {};
+  return fail(ErrorCode::kMachine, name_, last_error());
+}
+
+std::string SqlDatabase::last_error() const { return sqlite3_errmsg(database_.get()); }
+
+}  // namespace rali::io
