@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-
 namespace rali::drive {
 
 void GapWatch::see(Time t) {

@@ -17,9 +17,13 @@ class GapWatch {
   void see(Time t);
 
   [[nodiscard]] std::uint64_t gaps() const { return gaps_; }
+
   [[nodiscard]] double missing_s() const { return missing_s_; }
+
   [[nodiscard]] double longest_s() const { return longest_s_; }
+
   [[nodiscard]] Time t_longest() const { return t_longest_; }
+
   /// Usual step [s], 0 before the third event.
   [[nodiscard]] double period_s() const { return period_s_; }
 

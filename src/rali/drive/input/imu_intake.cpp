@@ -1,8 +1,8 @@
 #include "rali/drive/input/imu_intake.hpp"
 
-#include <Eigen/Geometry>
-
 #include <cmath>
+
+#include <Eigen/Geometry>
 
 namespace rali::drive {
 namespace {
@@ -50,8 +50,8 @@ std::optional<sensor::ImuSample> ImuIntake::take(const sensor::ImuSample& raw, I
 void ImuIntake::count_saturation(const sensor::ImuSample& si, InputGaps& gaps) {
   bool stuck = false;
   for (int axis = 0; axis < 3; ++axis) {
-    stuck |= is_stuck(si.accel_mps2[axis], last_accel_[axis], most_accel_[axis],
-                      kFullScaleAccel_mps2);
+    stuck |=
+        is_stuck(si.accel_mps2[axis], last_accel_[axis], most_accel_[axis], kFullScaleAccel_mps2);
     stuck |=
         is_stuck(si.gyro_radps[axis], last_gyro_[axis], most_gyro_[axis], kFullScaleGyro_radps);
   }

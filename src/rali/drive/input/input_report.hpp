@@ -35,6 +35,7 @@ struct InputOptions {
   double start_s = 0.0;              ///< after the first event
   double duration_s = 0.0;           ///< 0: to the end
   ExtrinsicsCheck extrinsics = ExtrinsicsCheck::kError;
+  bool strict = false;  ///< end at the first damage
 };
 
 /// What was missing or left out of one vehicle's input. Counts of samples unless named otherwise.

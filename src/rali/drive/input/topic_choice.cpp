@@ -1,8 +1,8 @@
 #include "rali/drive/input/topic_choice.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+
+#include <fmt/format.h>
 
 namespace rali::drive {
 namespace {
@@ -45,8 +45,7 @@ tl::unexpected<Error> no_cloud(std::span<const TopicCount> topics, const std::st
   }
   const auto all = matching(topics, [](const TopicCount&) { return true; });
   if (all.empty()) return fail(ErrorCode::kInput, file, "no messages", "Is the recording empty?");
-  return fail(ErrorCode::kInput, file,
-              fmt::format("no point cloud topic among {}", listed(all)),
+  return fail(ErrorCode::kInput, file, fmt::format("no point cloud topic among {}", listed(all)),
               "RaLI needs sensor_msgs/PointCloud2 or Livox CustomMsg.");
 }
 
@@ -80,13 +79,14 @@ Result<TopicChoice> choose_topics(std::span<const TopicCount> topics, const Inpu
     if (!lidar) return tl::make_unexpected(lidar.error());
     choice.lidar = *lidar;
   } else {
-    const auto clouds = matching(topics, [](const TopicCount& t) { return wire::is_cloud(t.kind); });
+    const auto clouds =
+        matching(topics, [](const TopicCount& t) { return wire::is_cloud(t.kind); });
     if (clouds.empty()) return no_cloud(topics, file);
     if (clouds.size() > 1) {
-      return fail(ErrorCode::kInput, file,
-                  fmt::format("{} point cloud topics: {}", clouds.size(), listed(clouds)),
-                  fmt::format("Choose with vehicles.{}.lidar.topic or --lidar-topic.",
-                              options.vehicle));
+      return fail(
+          ErrorCode::kInput, file,
+          fmt::format("{} point cloud topics: {}", clouds.size(), listed(clouds)),
+          fmt::format("Choose with vehicles.{}.lidar.topic or --lidar-topic.", options.vehicle));
     }
     choice.lidar = clouds.front()->name;
   }
@@ -97,12 +97,12 @@ Result<TopicChoice> choose_topics(std::span<const TopicCount> topics, const Inpu
     choice.imu = *imu;
     return choice;
   }
-  const auto imus = matching(topics, [](const TopicCount& t) { return t.kind == MessageKind::kImu; });
+  const auto imus =
+      matching(topics, [](const TopicCount& t) { return t.kind == MessageKind::kImu; });
   if (imus.size() > 1) {
-    return fail(
-        ErrorCode::kInput, file,
-        fmt::format("{} IMU topics: {}", imus.size(), listed(imus)),
-        fmt::format("Choose with vehicles.{}.imu.topic or --imu-topic.", options.vehicle));
+    return fail(ErrorCode::kInput, file,
+                fmt::format("{} IMU topics: {}", imus.size(), listed(imus)),
+                fmt::format("Choose with vehicles.{}.imu.topic or --imu-topic.", options.vehicle));
   }
   if (!imus.empty()) choice.imu = imus.front()->name;
   return choice;

@@ -1,8 +1,9 @@
 #include "rali/drive/output/metrics.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include "rali/drive/version.hpp"
@@ -117,8 +118,8 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
     groups.push_back(Json::array({v.name}));
   }
   json["fleet"] = {{"groups", groups}, {"loops_accepted", 0}, {"loops_refused", 0}, {"rounds", 0}};
-  json["ranges"] = {{"total", 0}, {"used", 0}, {"rejected", Json::object()},
-                    {"pairs", Json::object()}};
+  json["ranges"] = {
+      {"total", 0}, {"used", 0}, {"rejected", Json::object()}, {"pairs", Json::object()}};
   json["map"] = {{"points", summary.map_points},
                  {"voxel_m", number(job.map.voxel_m)},
                  {"thickness_m", number(summary.map_thickness_m)}};

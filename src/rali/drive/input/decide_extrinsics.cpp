@@ -1,0 +1,109 @@
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "rali/drive/input/extrinsics_check.hpp"
+#include "rali/drive/input/recording_probe.hpp"
+#include "rali/geometry/so3.hpp"
+
+namespace rali::drive {
+namespace {
+
+constexpr double kUprightDeg = 15.0;
+
+Finding origin_finding(const InputReport& report, Severity severity, std::string text) {
+  Finding f;
+  f.id = "D11";
+  f.severity = severity;
+  f.vehicle = report.vehicle;
+  f.topic = report.lidar_topic;
+  f.text = std::move(text);
+  return f;
+}
+
+Status from_tf(const InputOptions& options, const TfTree& tf, InputReport& report) {
+  const std::string imu_frame =
+      options.imu_tf_frame.empty() ? report.imu_frame : options.imu_tf_frame;
+  const std::string lidar_frame =
+      options.lidar_tf_frame.empty() ? report.lidar_frame : options.lidar_tf_frame;
+  const std::optional<geometry::SE3> T_imu_lidar = tf.find(imu_frame, lidar_frame);
+  if (T_imu_lidar) {
+    report.T_body_lidar = options.T_body_imu * *T_imu_lidar;
+    report.T_body_lidar_origin = "/tf_static";
+    return {};
+  }
+  if (options.lidar_tf_frame.empty()) return {};
+  return fail(ErrorCode::kInput,
+              fmt::format("vehicles.{}.lidar.T_body_lidar.from_tf", options.vehicle),
+              fmt::format("/tf_static does not connect '{}' (IMU) with '{}' (LiDAR)", imu_frame,
+                          lidar_frame));
+}
+
+/// Turns an assumed T_body_lidar upright where the ground is clearly elsewhere.
+void upright_by_ground(std::span<const PlaneDirection> planes, const geometry::Vec3& up_body,
+                       InputReport& report) {
+  const std::optional<double> tilt = ground_tilt_rad(planes, report.T_body_lidar.R, up_body);
+  if (!tilt || *tilt * 180.0 / std::numbers::pi <= kUprightDeg) return;
+  // The nearest large plane under the assumed rotation is taken for the ground: among the ways to
+  // stand, the one that needs the smallest turn.
+  geometry::Vec3 ground_body = up_body;
+  double best = -2.0;
+  for (const PlaneDirection& plane : planes) {
+    const geometry::Vec3 n_body = report.T_body_lidar.R * plane.n_lidar;
+    if (n_body.dot(up_body) <= best) continue;
+    best = n_body.dot(up_body);
+    ground_body = n_body;
+  }
+  report.T_body_lidar.R = geometry::rotation_between(ground_body, up_body) * report.T_body_lidar.R;
+  report.T_body_lidar_origin = "ground";
+}
+
+void say_what_was_assumed(const InputOptions& options, InputReport& report) {
+  const std::string words = extrinsics_in_words(report.T_body_lidar);
+  const bool known = options.T_body_lidar || !report.has_imu ||
+                     report.T_body_lidar_origin == "/tf_static" ||
+                     report.T_body_lidar_origin == "maker";
+  Finding f = origin_finding(
+      report, known ? Severity::kInfo : Severity::kWarning,
+      fmt::format("lidar of {}: {} (from {})", options.vehicle, words, report.T_body_lidar_origin));
+  if (!known) {
+    f.effect = "A wrong lever arm or angle bends the map in turns.";
+    f.remedy = fmt::format("Give vehicles.{}.lidar.T_body_lidar.", options.vehicle);
+  }
+  report.findings.push_back(std::move(f));
+}
+
+}  // namespace
+
+Status decide_extrinsics(const InputOptions& options, const TfTree& tf,
+                         std::span<const sensor::LidarScan> scans,
+                         std::span<const sensor::ImuSample> imu, const ImuUnits& units,
+                         InputReport& report) {
+  report.T_body_imu = options.T_body_imu;
+  report.T_body_lidar_origin = "assumed zero";
+  if (options.T_body_lidar) {
+    report.T_body_lidar = *options.T_body_lidar;
+    report.T_body_lidar_origin = "settings";
+  } else if (report.has_imu || !options.lidar_tf_frame.empty()) {
+    if (Status status = from_tf(options, tf, report); !status) return status;
+    const auto maker = maker_extrinsics(report.cloud_format.model, report.imu_topic);
+    if (maker && report.T_body_lidar_origin == "assumed zero") {
+      report.T_body_lidar = options.T_body_imu * *maker;
+      report.T_body_lidar_origin = "maker";
+    }
+  }
+  const ImuStretch rest = quietest_stretch(imu);
+  if (rest.at_rest && !scans.empty() && options.extrinsics != ExtrinsicsCheck::kOff) {
+    const geometry::Vec3 up_body =
+        (report.T_body_imu.R * (units.accel_scale * rest.accel_mean)).normalized();
+    const std::vector<PlaneDirection> planes = plane_directions(scans);
+    if (report.T_body_lidar_origin == "assumed zero") upright_by_ground(planes, up_body, report);
+    Result<FindingList> checked = check_extrinsics(planes, report.T_body_lidar.R, up_body, options);
+    if (!checked) return tl::make_unexpected(checked.error());
+    for (Finding& f : *checked) report.findings.push_back(std::move(f));
+  }
+  say_what_was_assumed(options, report);
+  return {};
+}
+
+}  // namespace rali::drive

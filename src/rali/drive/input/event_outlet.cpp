@@ -1,0 +1,72 @@
+#include "rali/drive/input/event_outlet.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace rali::drive {
+
+void EventOutlet::push(const sensor::ImuSample& sample) {
+  static_cast<void>(window_.push(sample.t, sample));
+}
+
+void EventOutlet::push(std::shared_ptr<const sensor::LidarScan> scan) {
+  const Time t = scan->t_end;
+  static_cast<void>(window_.push(t, std::move(scan)));
+}
+
+std::optional<vehicle::Event> EventOutlet::pop(InputReport& report) {
+  while (!past_end_) {
+    auto next = window_.pop();
+    if (!next) return std::nullopt;
+    const Time t = next->first;
+    if (!t_first_) t_first_ = t;
+    const double since_s = t.s() - t_first_->s();
+    if (since_s < start_s_) continue;
+    if (duration_s_ > 0.0 && since_s > start_s_ + duration_s_) {
+      past_end_ = true;
+      return std::nullopt;
+    }
+    count(next->second, t, report);
+    return std::move(next->second);
+  }
+  return std::nullopt;
+}
+
+void EventOutlet::count(const vehicle::Event& event, Time t, InputReport& report) {
+  if (report.sweeps + report.imu_samples == 0) report.t_begin = t;
+  report.t_end = t;
+  if (const auto* scan = std::get_if<std::shared_ptr<const sensor::LidarScan>>(&event)) {
+    ++report.sweeps;
+    sweeps_.see(t);
+    report.gaps.nan_points += (*scan)->dropped_nan;
+    if (!(*scan)->has_point_times && !(*scan)->deskewed) {
+      report.gaps.no_time_points += (*scan)->size();
+    }
+  } else {
+    ++report.imu_samples;
+    imu_.see(t);
+  }
+  report.gaps.missing_s = sweeps_.missing_s();
+  report.gaps.imu_missing_s = imu_.missing_s();
+  report.gaps.late = window_.late();
+}
+
+void EventOutlet::close(InputReport& report) const {
+  for (auto finding :
+       {gap_finding(sweeps_, "D01", "sweeps"), gap_finding(imu_, "D10", "inertial data")}) {
+    if (!finding) continue;
+    finding->vehicle = report.vehicle;
+    report.findings.push_back(std::move(*finding));
+  }
+  report.gaps.late = window_.late();
+  if (report.gaps.late == 0) return;
+  Finding f;
+  f.id = "D19";
+  f.vehicle = report.vehicle;
+  f.text = fmt::format("{} messages came more than 0.5 s late and were left out", report.gaps.late);
+  f.value = static_cast<double>(report.gaps.late);
+  report.findings.push_back(std::move(f));
+}
+
+}  // namespace rali::drive

@@ -1,0 +1,254 @@
+#include "rali/drive/input/extrinsics_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "rali/geometry/pca3.hpp"
+
+namespace rali::drive {
+namespace {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+constexpr double kRadToDeg = 180.0 / std::numbers::pi;
+/// Steepest ramp on which a vehicle starts (27 %).
+constexpr double kTiltMaxDeg = 15.0;
+/// What "fits clearly better" means for an alternative.
+constexpr double kFitsDeg = 7.0;
+constexpr double kCellM = 0.8;
+constexpr double kRangeM = 20.0;
+constexpr std::size_t kCellPoints = 12;
+constexpr double kShareMin = 0.04;
+constexpr double kClusterCos = 0.966;  // 15 deg
+
+struct Point {
+  std::int64_t key;
+  Vec3 p_lidar_m;
+};
+
+std::int64_t cell_key(const Vec3& p) {
+  std::int64_t key = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    key = key * 4096 + static_cast<std::int64_t>(std::floor(p[axis] / kCellM)) + 2048;
+  }
+  return key;
+}
+
+std::vector<Point> near_points(std::span<const sensor::LidarScan> scans) {
+  std::vector<Point> points;
+  for (const sensor::LidarScan& scan : scans) {
+    for (std::size_t i = 0; i < scan.size(); ++i) {
+      const Vec3 p(static_cast<double>(scan.x_m[i]), static_cast<double>(scan.y_m[i]),
+                   static_cast<double>(scan.z_m[i]));
+      if (p.squaredNorm() < kRangeM * kRangeM) points.push_back({cell_key(p), p});
+    }
+  }
+  std::stable_sort(points.begin(), points.end(),
+                   [](const Point& a, const Point& b) { return a.key < b.key; });
+  return points;
+}
+
+/// Normal of one cell's points if they lie on a plane: thin, and wide in both other directions
+/// (points of one ring alone lie on a line).
+std::optional<Vec3> cell_normal(std::span<const Point> cell) {
+  if (cell.size() < kCellPoints) return std::nullopt;
+  const auto n = static_cast<double>(cell.size());
+  Vec3 mean = Vec3::Zero();
+  for (const Point& point : cell) mean += point.p_lidar_m / n;
+  Mat3 S = Mat3::Zero();
+  for (const Point& point : cell) {
+    const Vec3 d = point.p_lidar_m - mean;
+    S += d * d.transpose() / n;
+  }
+  const geometry::Pca3 pca = geometry::pca3(S);
+  const bool flat = pca.values[2] < 0.03 * 0.03 && pca.values[1] > 0.1 * 0.1;
+  if (!flat) return std::nullopt;
+  const Vec3 normal = pca.vectors.col(2);
+  return normal.dot(mean) < 0.0 ? normal : Vec3(-normal);
+}
+
+struct Weighted {
+  Vec3 n;
+  double weight;
+};
+
+/// All normals within 15 deg of the one that has most weight around it, taken out of the list.
+std::optional<Weighted> take_heaviest(std::vector<Weighted>& normals) {
+  Weighted best{Vec3::Zero(), 0.0};
+  for (const Weighted& centre : normals) {
+    Weighted sum{Vec3::Zero(), 0.0};
+    for (const Weighted& other : normals) {
+      if (other.n.dot(centre.n) < kClusterCos) continue;
+      sum.n += other.weight * other.n;
+      sum.weight += other.weight;
+    }
+    if (sum.weight > best.weight) best = sum;
+  }
+  if (best.weight <= 0.0) return std::nullopt;
+  best.n.normalize();
+  std::erase_if(normals, [&](const Weighted& w) { return w.n.dot(best.n) > kClusterCos; });
+  return best;
+}
+
+/// The 24 ways to exchange axes without mirroring.
+std::vector<Mat3> axis_exchanges() {
+  std::vector<Mat3> all;
+  std::array<int, 3> order = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Mat3 R = Mat3::Zero();
+      for (int row = 0; row < 3; ++row) {
+        R(row, order[static_cast<std::size_t>(row)]) = (signs >> row & 1) != 0 ? -1.0 : 1.0;
+      }
+      if (R.determinant() > 0.0) all.push_back(R);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return all;
+}
+
+std::string axes_in_words(const Mat3& R) {
+  const char* names[] = {"x", "y", "z"};
+  std::string text;
+  for (int row = 0; row < 3; ++row) {
+    int column = 0;
+    R.row(row).cwiseAbs().maxCoeff(&column);
+    text += fmt::format("{}{} of the body = {}{} of the LiDAR", row == 0 ? "" : ", ", names[row],
+                        R(row, column) < 0.0 ? "-" : "", names[column]);
+  }
+  return text;
+}
+
+std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+                      const Vec3& up_body) {
+  const auto tilt_deg = [&](const Mat3& R) {
+    return ground_tilt_rad(planes, R, up_body).value_or(std::numbers::pi) * kRadToDeg;
+  };
+  const double inverse_deg = tilt_deg(R_body_lidar.transpose());
+  if (inverse_deg < kFitsDeg) {
+    return fmt::format("The inverse fits ({:.1f} deg): was T_lidar_body given as T_body_lidar?",
+                       inverse_deg);
+  }
+  for (const Mat3& R : axis_exchanges()) {
+    // Among equal ones the first in a fixed order: yaw cannot be told from gravity.
+    if (tilt_deg(R) < kFitsDeg) {
+      return fmt::format("Other axes fit ({:.1f} deg), up to yaw: {}.", tilt_deg(R),
+                         axes_in_words(R));
+    }
+  }
+  return "Neither the inverse nor other axes fit; is the accelerometer's sign right?";
+}
+
+}  // namespace
+
+std::vector<PlaneDirection> plane_directions(std::span<const sensor::LidarScan> scans) {
+  const std::vector<Point> points = near_points(scans);
+  std::vector<Weighted> normals;
+  double total = 0.0;
+  for (std::size_t begin = 0; begin < points.size();) {
+    std::size_t end = begin;
+    while (end < points.size() && points[end].key == points[begin].key) ++end;
+    if (const auto n = cell_normal(std::span(points).subspan(begin, end - begin))) {
+      // One weight per cell: near cells hold many more points without covering more ground.
+      normals.push_back({*n, 1.0});
+      total += 1.0;
+    }
+    begin = end;
+  }
+  std::vector<PlaneDirection> planes;
+  while (planes.size() < 8) {
+    const std::optional<Weighted> heaviest = take_heaviest(normals);
+    if (!heaviest || heaviest->weight < kShareMin * total || heaviest->weight < 5.0) break;
+    planes.push_back({heaviest->n, heaviest->weight / total});
+  }
+  return planes;
+}
+
+std::optional<double> ground_tilt_rad(std::span<const PlaneDirection> planes,
+                                      const Mat3& R_body_lidar, const Vec3& up_body) {
+  std::optional<double> least;
+  for (const PlaneDirection& plane : planes) {
+    // The ground's normal points up to the sensor; a ceiling's points down and is not it.
+    const double cosine = std::clamp((R_body_lidar * plane.n_lidar).dot(up_body), -1.0, 1.0);
+    const double tilt = std::acos(cosine);
+    if (!least || tilt < *least) least = tilt;
+  }
+  return least;
+}
+
+Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
+                                     const Mat3& R_body_lidar, const Vec3& up_body,
+                                     const InputOptions& options) {
+  FindingList findings;
+  const std::optional<double> tilt = ground_tilt_rad(planes, R_body_lidar, up_body);
+  if (!tilt || options.extrinsics == ExtrinsicsCheck::kOff) return findings;
+  const double tilt_deg = *tilt * kRadToDeg;
+  if (tilt_deg <= kTiltMaxDeg) return findings;
+  const std::string text = fmt::format(
+      "T_body_lidar does not fit the data: the ground seen by the LiDAR is {:.1f} deg off level",
+      tilt_deg);
+  const std::string fits = what_fits(planes, R_body_lidar, up_body);
+  if (options.extrinsics == ExtrinsicsCheck::kError) {
+    return fail(ErrorCode::kInput, fmt::format("vehicles.{}.lidar.T_body_lidar", options.vehicle),
+                text, fits + " (--set checks.extrinsics=warn goes on.)");
+  }
+  Finding f;
+  f.id = "D11";
+  f.vehicle = options.vehicle;
+  f.text = text;
+  f.remedy = fits;
+  f.value = tilt_deg;
+  f.limit = kTiltMaxDeg;
+  findings.push_back(f);
+  return findings;
+}
+
+std::string extrinsics_in_words(const geometry::SE3& T) {
+  std::vector<std::string> parts;
+  const std::array<std::array<const char*, 2>, 3> names = {
+      {{"forward", "back"}, {"left", "right"}, {"up", "down"}}};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(T.p[axis]) < 0.0005) continue;
+    parts.push_back(fmt::format("{:.3g} m {}", std::abs(T.p[axis]),
+                                names[static_cast<std::size_t>(axis)][T.p[axis] < 0.0 ? 1 : 0]));
+  }
+  std::string text = parts.empty() ? "at the place of the IMU"
+                                   : fmt::format("{} of the IMU", fmt::join(parts, ", "));
+  const Vec3 rpy = kRadToDeg * geometry::rpy_from_rotation(T.R);
+  const std::array<std::array<const char*, 2>, 3> turns = {
+      {{"rolled right", "rolled left"}, {"pitched down", "pitched up"}, {"left", "right"}}};
+  bool turned = false;
+  for (int axis = 2; axis >= 0; --axis) {
+    if (std::abs(rpy[axis]) < 0.05) continue;
+    text += fmt::format(", {}{:.1f} deg {}", axis == 2 ? "turned " : "", std::abs(rpy[axis]),
+                        turns[static_cast<std::size_t>(axis)][rpy[axis] < 0.0 ? 1 : 0]);
+    turned = true;
+  }
+  return turned ? text : text + ", not turned";
+}
+
+std::optional<geometry::SE3> maker_extrinsics(const std::string& model,
+                                              const std::string& imu_topic) {
+  // Only the LiDAR's own IMU sits there.
+  if (imu_topic.find("livox") == std::string::npos) return std::nullopt;
+  geometry::SE3 T_body_lidar;
+  if (model == "mid360") {
+    // Livox Mid-360 user manual: IMU at (11.0, 23.29, -44.12) mm in the LiDAR's frame.
+    T_body_lidar.p = {-0.011, -0.02329, 0.04412};
+    return T_body_lidar;
+  }
+  if (model == "avia") {
+    // Livox Avia user manual: IMU at (-41.65, -23.26, 28.40) mm in the LiDAR's frame.
+    T_body_lidar.p = {0.04165, 0.02326, -0.0284};
+    return T_body_lidar;
+  }
+  return std::nullopt;
+}
+
+}  // namespace rali::drive

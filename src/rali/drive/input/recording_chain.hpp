@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/drive/input/input_report.hpp"
+#include "rali/drive/input/topic_choice.hpp"
+#include "rali/io/message_source.hpp"
+#include "rali/wire/message_kind.hpp"
+
+namespace rali::drive {
+
+/// One message of a recording, with what its topic says. `data` holds until the next call.
+struct RecordedMessage {
+  wire::MessageKind kind = wire::MessageKind::kOther;
+  std::string_view topic;
+  wire::Encoding encoding = wire::Encoding::kOther;
+  Time t_record;
+  std::span<const std::byte> data;
+  std::uint64_t offset = 0;
+  std::size_t file = 0;  ///< index in the list of files
+};
+
+/// Recordings read one after the other as one stream of the messages RaLI can use.
+class RecordingChain {
+ public:
+  /// Opens the first file. Errors: kInput.
+  [[nodiscard]] static Result<RecordingChain> open(std::vector<std::string> paths,
+                                                   const InputOptions& options);
+
+  /// True: `out` is set. False: the end of the last file. An Error only for the first file's
+  /// opening; later damage ends the file it is in and goes to `gaps` and `findings`.
+  [[nodiscard]] bool next(RecordedMessage& out, InputGaps& gaps, FindingList& findings);
+
+  /// Topics of the file being read, with the counts so far.
+  [[nodiscard]] std::vector<TopicCount> topics() const;
+
+  [[nodiscard]] const std::vector<std::string>& paths() const { return paths_; }
+
+  /// Index of the file being read.
+  [[nodiscard]] std::size_t file() const { return file_; }
+
+  [[nodiscard]] double progress() const;
+
+ private:
+  RecordingChain(std::vector<std::string> paths, const InputOptions& options);
+
+  [[nodiscard]] Status open_file(std::size_t index);
+  void close_file(InputGaps& gaps, FindingList& findings);
+
+  std::vector<std::string> paths_;
+  std::string lidar_topic_, imu_topic_, vehicle_;
+  std::size_t file_ = 0;
+  std::unique_ptr<io::MessageSource> source_;
+  std::vector<std::uint64_t> seen_;
+};
+
+}  // namespace rali::drive

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/drive/input/imu_check.hpp"
+#include "rali/drive/input/recording_chain.hpp"
+#include "rali/drive/input/stamp_repair.hpp"
+#include "rali/drive/input/tf_tree.hpp"
+
+namespace rali::drive {
+
+/// A message kept over the time of the decision.
+struct StoredMessage {
+  wire::MessageKind kind = wire::MessageKind::kOther;
+  std::string topic;
+  wire::Encoding encoding = wire::Encoding::kOther;
+  Time t_record;
+  std::vector<std::byte> data;
+  std::uint64_t offset = 0;
+  std::size_t file = 0;
+};
+
+/// The first seconds of a recording and what they decide.
+struct RecordingProbe {
+  std::deque<StoredMessage> messages;  ///< everything read so far, to be handed out again
+  TopicChoice topics;
+  wire::CloudFormat format;
+  ImuUnits units;
+  StampRule lidar_stamps = StampRule::kHeader;
+  StampRule imu_stamps = StampRule::kHeader;
+};
+
+/// Reads until ten sweeps and three seconds are there (at most kProbeBytes) and decides how to
+/// read the rest; writes the decisions into `report`.
+/// Errors: kInput, as open_recording_events.
+[[nodiscard]] Result<RecordingProbe> probe_recording(RecordingChain& chain,
+                                                     const InputOptions& options,
+                                                     InputReport& report);
+
+inline constexpr std::size_t kProbeBytes = 256U << 20;
+
+/// Decides T_body_lidar: settings, /tf_static, the maker's figure, else identity, turned upright by
+/// the ground if that is clear; checks a given one against gravity. Shared with folders of scans.
+/// @param imu raw samples of the first seconds
+[[nodiscard]] Status decide_extrinsics(const InputOptions& options, const TfTree& tf,
+                                       std::span<const sensor::LidarScan> scans,
+                                       std::span<const sensor::ImuSample> imu,
+                                       const ImuUnits& units, InputReport& report);
+
+}  // namespace rali::drive

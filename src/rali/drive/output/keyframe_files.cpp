@@ -1,0 +1,137 @@
+#include "rali/drive/output/keyframe_files.hpp"
+
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "rali/drive/output/pose_files.hpp"
+#include "rali/io/files/atomic_file.hpp"
+#include "rali/io/files/cloud_file.hpp"
+
+namespace rali::drive {
+namespace {
+
+constexpr std::size_t kPointBytes = 18;  ///< four float32 and a uint16, little endian
+
+std::string pcd_header(std::size_t points) {
+  return fmt::format(
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity ring\n"
+      "SIZE 4 4 4 4 2\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH {0}\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
+      points);
+}
+
+std::vector<std::byte> packed(const odometry::KeyframeCloud& cloud) {
+  std::vector<std::byte> bytes(cloud.size() * kPointBytes);
+  std::byte* to = bytes.data();
+  for (std::size_t i = 0; i < cloud.size(); ++i, to += kPointBytes) {
+    const float intensity = i < cloud.intensity.size() ? cloud.intensity[i] : 0.0F;
+    const std::uint16_t ring = i < cloud.ring.size() ? cloud.ring[i] : std::uint16_t{0};
+    std::memcpy(to, &cloud.x_m[i], 4);
+    std::memcpy(to + 4, &cloud.y_m[i], 4);
+    std::memcpy(to + 8, &cloud.z_m[i], 4);
+    std::memcpy(to + 12, &intensity, 4);
+    std::memcpy(to + 16, &ring, 2);
+  }
+  return bytes;
+}
+
+Status unpack(const std::string& path, odometry::KeyframeCloud& out) {
+  const Result<io::CloudFile> file = io::read_cloud_file(path);
+  if (!file) return fail(ErrorCode::kMachine, path, "a keyframe of this run can no longer be read");
+  const std::size_t n = file->size();
+  if (file->point_step != kPointBytes || file->data.size() < n * kPointBytes) {
+    return fail(ErrorCode::kMachine, path, "a keyframe of this run was changed on disk");
+  }
+  for (std::vector<float>* v : {&out.x_m, &out.y_m, &out.z_m, &out.intensity}) v->resize(n);
+  out.ring.resize(n);
+  const std::byte* from = file->data.data();
+  for (std::size_t i = 0; i < n; ++i, from += kPointBytes) {
+    std::memcpy(&out.x_m[i], from, 4);
+    std::memcpy(&out.y_m[i], from + 4, 4);
+    std::memcpy(&out.z_m[i], from + 8, 4);
+    std::memcpy(&out.intensity[i], from + 12, 4);
+    std::memcpy(&out.ring[i], from + 16, 2);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<KeyframeRecord> write_keyframe(const std::string& out_dir, const std::string& vehicle,
+                                      const vehicle::KeyframeAdded& added) {
+  const odometry::Keyframe& keyframe = *added.keyframe;
+  KeyframeRecord record;
+  record.id = added.id;
+  record.t = keyframe.t;
+  record.T_odom_body = keyframe.T_odom_body;
+  record.covariance = keyframe.covariance;
+  record.T_previous_this = keyframe.T_previous_this;
+  record.information_relative = keyframe.information_relative;
+  record.T_body_lidar = keyframe.T_body_lidar;
+  record.points = keyframe.cloud.size();
+  record.file = fmt::format("keyframes/{}/{:06d}.pcd", vehicle, added.id.seq);
+
+  const std::string path = out_dir + '/' + record.file;
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
+  if (error) return fail(ErrorCode::kMachine, path, error.message());
+  Result<io::AtomicFile> file = io::AtomicFile::create(path);
+  if (!file) return tl::make_unexpected(file.error());
+  Status status = file->write(pcd_header(record.points));
+  if (status) status = file->write(packed(keyframe.cloud));
+  if (status) status = file->commit();
+  if (!status) return tl::make_unexpected(status.error());
+  return record;
+}
+
+map::KeyframeStream keyframe_stream(const std::string& out_dir,
+                                    const std::vector<KeyframeRecord>& records,
+                                    const geometry::SE3& T_map_odom) {
+  return [&out_dir, &records, T_map_odom](const map::KeyframeVisitor& visit) -> Status {
+    odometry::KeyframeCloud cloud;
+    for (const KeyframeRecord& record : records) {
+      if (record.diverged) continue;
+      if (Status s = unpack(out_dir + '/' + record.file, cloud); !s) return s;
+      map::KeyframeView view;
+      view.t = record.t;
+      view.vehicle = static_cast<std::uint8_t>(record.id.vehicle.value);
+      view.T_map_body = T_map_odom * record.T_odom_body;
+      // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
+      geometry::Mat6 J = geometry::Mat6::Identity();
+      J.bottomRightCorner<3, 3>() = T_map_odom.R;
+      view.covariance = J * record.covariance * J.transpose();
+      view.T_body_lidar = record.T_body_lidar;
+      view.x_m = cloud.x_m;
+      view.y_m = cloud.y_m;
+      view.z_m = cloud.z_m;
+      view.intensity = cloud.intensity;
+      view.ring = cloud.ring;
+      visit(view);
+    }
+    return {};
+  };
+}
+
+std::string keyframes_text(const std::vector<VehicleKeyframes>& vehicles, bool with_files) {
+  std::string text = "id,vehicle,seq,stamp_s,x,y,z,qx,qy,qz,qw,points,file\n";
+  std::size_t id = 0;
+  for (const VehicleKeyframes& vehicle : vehicles) {
+    for (const KeyframeRecord& record : *vehicle.records) {
+      if (record.diverged) continue;
+      std::string pose = tum_line(record.t, vehicle.T_map_odom * record.T_odom_body);
+      pose.pop_back();
+      for (char& c : pose) {
+        if (c == ' ') c = ',';
+      }
+      text += fmt::format("{},{},{},{},{},{}\n", id++, vehicle.vehicle, record.id.seq, pose,
+                          record.points, with_files ? record.file : std::string());
+    }
+  }
+  return text;
+}
+
+}  // namespace rali::drive
