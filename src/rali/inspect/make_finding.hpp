@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "rali/base/finding.hpp"
+
+namespace rali::inspect {
+
+/// Number found and number it was compared with.
+struct Measured {
+  double value = 0.0, limit = 0.0;
+};
+
+/// The four texts of a finding.
+struct Words {
+  std::string text, effect, remedy;
+};
+
+[[nodiscard]] inline Finding make_finding(std::string id, Severity severity, std::string topic,
+                                          Words words, Measured measured = {}) {
+  Finding finding;
+  finding.id = std::move(id);
+  finding.severity = severity;
+  finding.topic = std::move(topic);
+  finding.text = std::move(words.text);
+  finding.effect = std::move(words.effect);
+  finding.remedy = std::move(words.remedy);
+  finding.value = measured.value;
+  finding.limit = measured.limit;
+  return finding;
+}
+
+}  // namespace rali::inspect

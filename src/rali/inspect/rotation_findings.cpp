@@ -1,0 +1,202 @@
+#include "rali/inspect/rotation_findings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "rali/inspect/make_finding.hpp"
+
+namespace rali::inspect {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+constexpr double kOffsetMin_s = 0.005;
+/// Above this much rotation per sweep-to-IMU shift walls double visibly: 0.5 deg is 9 cm at 10 m.
+constexpr double kSmearMax_rad = 0.5 / kDegPerRad;
+constexpr double kMisfitMax = 0.15;     ///< about 9 degrees
+constexpr double kClearlyBetter = 0.4;  ///< of the given one's misfit
+constexpr double kSecondAxisMin = 0.1;
+constexpr double kTiltMax_rad = 8.0 / kDegPerRad;
+constexpr double kAlike_rad = 5.0 / kDegPerRad;
+
+struct Candidate {
+  std::string name;
+  geometry::Mat3 R;
+  double misfit = 0.0;
+};
+
+double angle_between(const geometry::Vec3& a, const geometry::Vec3& b) {
+  return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0));
+}
+
+/// The 24 ways to name the axes of a right-handed frame.
+std::vector<geometry::Mat3> axis_swaps() {
+  std::vector<geometry::Mat3> swaps;
+  constexpr std::array<std::array<int, 3>, 6> kOrders{
+      {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
+  for (const auto& order : kOrders) {
+    for (int signs = 0; signs < 8; ++signs) {
+      geometry::Mat3 R = geometry::Mat3::Zero();
+      for (int k = 0; k < 3; ++k) {
+        R(k, order[static_cast<std::size_t>(k)]) = (signs >> k) % 2 == 0 ? 1.0 : -1.0;
+      }
+      const double determinant = R.row(0).cross(R.row(1)).dot(R.row(2));
+      if (determinant > 0.0) swaps.push_back(R);
+    }
+  }
+  return swaps;
+}
+
+std::string rpy_text(const geometry::Mat3& R) {
+  const geometry::Vec3 rpy = geometry::rpy_from_rotation(R) * kDegPerRad;
+  return fmt::format("[{:.1f}, {:.1f}, {:.1f}]", rpy.x(), rpy.y(), rpy.z());
+}
+
+void report_not_seen(const std::string& id, const RotationStudy& study, const std::string& what,
+                     FindingList& out) {
+  out.push_back(
+      make_finding(id, Severity::kInfo, "",
+                   {fmt::format("{} not observable: the vehicle turned {:.1f} deg in all", what,
+                                study.turned_rad * kDegPerRad),
+                    "", "Turn the vehicle left and right a few times at the start of a recording."},
+                   {study.turned_rad, 0.5}));
+}
+
+Candidate best_other(const geometry::Mat3& R_given, std::span<const LidarTurn> lidar,
+                     std::span<const sensor::ImuSample> imu, const RotationStudy& study) {
+  std::vector<Candidate> others{{"its inverse", R_given.transpose(), 0.0}};
+  for (const geometry::Mat3& swap : axis_swaps()) {
+    others.push_back({"swapped axes", R_given * swap, 0.0});
+  }
+  others.push_back({"the rotation found from the data", study.best.R_imu_lidar, 0.0});
+  for (Candidate& c : others) c.misfit = misfit_of(c.R, lidar, imu, study);
+  // The first of equals: the inverse is the likelier mistake than a swap that does the same.
+  return *std::min_element(others.begin(), others.end(),
+                           [](const auto& a, const auto& b) { return a.misfit < 0.9 * b.misfit; });
+}
+
+}  // namespace
+
+void report_gyro_unit(const RotationStudy& study, const std::string& topic, FindingList& out) {
+  if (study.gyro_ratio == 0.0) return report_not_seen("D09", study, "the gyro's unit is", out);
+  const double ratio = study.gyro_ratio;
+  if (std::abs(ratio - 1.0) < 0.1) {
+    out.push_back(make_finding(
+        "D09", Severity::kInfo, topic,
+        {fmt::format("gyro and LiDAR turn alike, ratio {:.3f}", ratio), "", ""}, {ratio, 1.0}));
+    return;
+  }
+  const bool degrees = std::abs(ratio / kDegPerRad - 1.0) < 0.15;
+  out.push_back(
+      make_finding("D09", Severity::kError, topic,
+                   {fmt::format("the gyro turns {:.3g} times as much as the LiDAR{}", ratio,
+                                degrees ? ": its unit is deg/s" : ""),
+                    "every turn is mapped wrongly",
+                    degrees ? "Set imu.gyro_unit: deg_s." : "Check the gyro's range and scale."},
+                   {ratio, 1.0}));
+}
+
+void report_time_offset(const RotationStudy& study, const std::string& topic, FindingList& out) {
+  if (!study.time_offset_s) {
+    if (!study.offset_at_border) return report_not_seen("D12", study, "the time offset is", out);
+    out.push_back(make_finding("D12", Severity::kWarning, topic,
+                               {"no time offset within 0.3 s makes LiDAR and gyro turn alike",
+                                "the clocks may differ by more", "Compare the clocks (D04)."}));
+    return;
+  }
+  const double offset_s = *study.time_offset_s;
+  const double limit_s = std::max(kOffsetMin_s, 3.0 * study.time_offset_sigma_s);
+  const double smear_rad = std::abs(offset_s) * study.turn_rate_rms;
+  const bool real = std::abs(offset_s) > limit_s;
+  const bool serious = real && (smear_rad > kSmearMax_rad || std::abs(offset_s) > 0.02);
+  out.push_back(make_finding(
+      "D12",
+      serious ? Severity::kError
+      : real  ? Severity::kWarning
+              : Severity::kInfo,
+      topic,
+      {fmt::format("time offset LiDAR to IMU {:+.1f} ms, sigma {:.1f} ms", 1e3 * offset_s,
+                   1e3 * study.time_offset_sigma_s),
+       real ? fmt::format("walls are off by {:.2f} m at 10 m when turning as in this recording",
+                          10.0 * smear_rad)
+            : "",
+       real ? fmt::format("Set lidar.time_offset_s: {:.4f}, or synchronise the clocks.", offset_s)
+            : ""},
+      {offset_s, limit_s}));
+}
+
+void report_extrinsics(const RotationStudy& study, const ExtrinsicsGiven& given,
+                       std::span<const LidarTurn> lidar, std::span<const sensor::ImuSample> imu,
+                       FindingList& out) {
+  if (study.gyro_ratio == 0.0) {
+    return report_not_seen("D11", study, "the LiDAR's rotation in the body is", out);
+  }
+  const bool one_axis = study.second_axis_share < kSecondAxisMin;
+  const geometry::Mat3 R_given =
+      given.R_body_imu.transpose() * given.R_body_lidar.value_or(geometry::Mat3::Identity());
+  const double misfit = misfit_of(R_given, lidar, imu, study);
+  const Candidate other = best_other(R_given, lidar, imu, study);
+  const std::string which =
+      given.R_body_lidar ? "T_body_lidar (" + given.origin + ")" : "the identity as T_body_lidar";
+  const bool wrong = misfit > kMisfitMax && other.misfit < kClearlyBetter * misfit;
+  if (!wrong) {
+    out.push_back(make_finding(
+        "D11", misfit > kMisfitMax ? Severity::kWarning : Severity::kInfo, "",
+        {fmt::format(
+             "{} fits the turning to {:.1f} deg{}", which, misfit * kDegPerRad,
+             one_axis ? "; the angle about the axis it turned about is not observable" : ""),
+         "", ""},
+        {misfit * kDegPerRad, kMisfitMax * kDegPerRad}));
+    return;
+  }
+  const geometry::Mat3 R_body_lidar = given.R_body_imu * other.R;
+  out.push_back(make_finding(
+      "D11", given.R_body_lidar ? Severity::kError : Severity::kWarning, "",
+      {fmt::format("{} does not fit, {} does: {:.1f} against {:.1f} deg", which, other.name,
+                   other.misfit * kDegPerRad, misfit * kDegPerRad),
+       "the map falls apart at the first turn",
+       one_axis ? "Check the direction of T_body_lidar; turn about a second axis to have it found."
+                : fmt::format("Set lidar.T_body_lidar rpy_deg: {}.", rpy_text(R_body_lidar))},
+      {misfit * kDegPerRad, other.misfit * kDegPerRad}));
+}
+
+void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Vec3& up_imu,
+               const RotationStudy& study, const ExtrinsicsGiven& given, const std::string& topic,
+               FindingList& out) {
+  if (!up_lidar) {
+    out.push_back(
+        make_finding("D07", Severity::kInfo, topic,
+                     {"no ground seen near the vehicle: axes not compared with gravity", "", ""}));
+    return;
+  }
+  const geometry::Mat3 R_imu_lidar =
+      given.R_body_imu.transpose() * given.R_body_lidar.value_or(geometry::Mat3::Identity());
+  const double tilt_rad = angle_between(R_imu_lidar * *up_lidar, up_imu);
+  if (study.gyro_ratio != 0.0 && study.second_axis_share >= kSecondAxisMin) {
+    const geometry::Vec3 by_turning = study.best.R_imu_lidar * *up_lidar;
+    if (std::numbers::pi - angle_between(by_turning, up_imu) < 4.0 * kAlike_rad &&
+        tilt_rad < 4.0 * kTiltMax_rad) {
+      out.push_back(make_finding("D07", Severity::kError, topic,
+                                 {"the LiDAR turns left where the IMU turns right while both have "
+                                  "the ground below: one of "
+                                  "them has mirrored (left-handed) axes",
+                                  "every turn is mapped the wrong way round",
+                                  "Correct the driver's axes: x forward, y left, z up."},
+                                 {-1.0, 1.0}));
+      return;
+    }
+  }
+  const bool off = tilt_rad > kTiltMax_rad;
+  out.push_back(make_finding(
+      "D07", off ? Severity::kWarning : Severity::kInfo, topic,
+      {fmt::format("ground normal and gravity differ by {:.1f} deg", tilt_rad * kDegPerRad),
+       off ? "T_body_lidar is wrong, or the recording starts beside a slope" : "",
+       off ? "Check T_body_lidar and T_body_imu." : ""},
+      {tilt_rad * kDegPerRad, kTiltMax_rad * kDegPerRad}));
+}
+
+}  // namespace rali::inspect

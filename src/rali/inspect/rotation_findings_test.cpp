@@ -1,0 +1,126 @@
+#include "rali/inspect/rotation_findings.hpp"
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "rali/inspect/test_motion.hpp"
+
+namespace rali::inspect {
+namespace {
+
+using test::TurningPair;
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+const Finding* find(const FindingList& findings, const std::string& id) {
+  for (const Finding& f : findings) {
+    if (f.id == id) return &f;
+  }
+  return nullptr;
+}
+
+FindingList all_findings(const TurningPair& pair, const ExtrinsicsGiven& given,
+                         const std::optional<geometry::Vec3>& up_lidar) {
+  const auto lidar = pair.lidar();
+  const auto imu = pair.imu();
+  const RotationStudy study = study_rotations(lidar, imu);
+  FindingList findings;
+  report_gyro_unit(study, "/imu", findings);
+  report_time_offset(study, "/points", findings);
+  report_extrinsics(study, given, lidar, imu, findings);
+  report_up(up_lidar, geometry::Vec3::UnitZ(), study, given, "/points", findings);
+  return findings;
+}
+
+TEST(RotationFindings, a_good_pair_has_no_warning) {
+  for (const Finding& f : all_findings({}, {}, geometry::Vec3::UnitZ())) {
+    EXPECT_EQ(f.severity, Severity::kInfo) << f.text;
+  }
+}
+
+TEST(RotationFindings, thirty_eight_milliseconds_are_an_error_with_the_line_to_write) {
+  TurningPair pair;
+  pair.lidar_late_s = -0.038;
+  const FindingList findings = all_findings(pair, {}, geometry::Vec3::UnitZ());
+  const Finding* f = find(findings, "D12");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->severity, Severity::kError);
+  EXPECT_NEAR(f->value, 0.038, 0.002);
+  EXPECT_NE(f->remedy.find("lidar.time_offset_s: 0.03"), std::string::npos) << f->remedy;
+}
+
+TEST(RotationFindings, a_vehicle_that_goes_straight_is_asked_to_turn) {
+  TurningPair pair;
+  pair.rate_radps = 0.0;
+  const FindingList findings = all_findings(pair, {}, geometry::Vec3::UnitZ());
+  for (const char* id : {"D09", "D11", "D12"}) {
+    const Finding* f = find(findings, id);
+    ASSERT_NE(f, nullptr);
+    EXPECT_EQ(f->severity, Severity::kInfo);
+    EXPECT_NE(f->text.find("not observable"), std::string::npos) << f->text;
+  }
+}
+
+TEST(RotationFindings, degrees_per_second_are_named) {
+  TurningPair pair;
+  pair.gyro_scale = 1.0 / kDeg;
+  const FindingList findings = all_findings(pair, {}, geometry::Vec3::UnitZ());
+  const Finding* f = find(findings, "D09");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->severity, Severity::kError);
+  EXPECT_NE(f->text.find("deg/s"), std::string::npos);
+}
+
+TEST(RotationFindings, an_inverted_rotation_is_told_from_the_right_one) {
+  TurningPair pair;
+  pair.R_imu_lidar = geometry::rotation_from_rpy(0.0, 0.3, 0.9);
+  ExtrinsicsGiven right, inverse;
+  right.R_body_lidar = pair.R_imu_lidar;
+  inverse.R_body_lidar = pair.R_imu_lidar.transpose();
+  const FindingList good = all_findings(pair, right, {});
+  EXPECT_EQ(find(good, "D11")->severity, Severity::kInfo) << find(good, "D11")->text;
+  const FindingList bad = all_findings(pair, inverse, {});
+  EXPECT_EQ(find(bad, "D11")->severity, Severity::kError);
+  EXPECT_NE(find(bad, "D11")->text.find("inverse"), std::string::npos) << find(bad, "D11")->text;
+}
+
+TEST(RotationFindings, swapped_axes_are_told) {
+  TurningPair pair;
+  pair.R_imu_lidar = geometry::rotation_from_rpy(0.0, 0.0, 90.0 * kDeg);
+  ExtrinsicsGiven given;
+  given.R_body_lidar = geometry::rotation_from_rpy(90.0 * kDeg, 0.0, 90.0 * kDeg);
+  const FindingList findings = all_findings(pair, given, {});
+  EXPECT_EQ(find(findings, "D11")->severity, Severity::kError);
+  EXPECT_NE(find(findings, "D11")->text.find("swapped"), std::string::npos)
+      << find(findings, "D11")->text;
+}
+
+TEST(RotationFindings, an_imu_turned_in_the_body_is_taken_into_account) {
+  TurningPair pair;
+  ExtrinsicsGiven given;
+  given.R_body_imu = geometry::rotation_from_rpy(0.0, 0.0, 1.0);
+  given.R_body_lidar = given.R_body_imu * pair.R_imu_lidar;
+  EXPECT_EQ(find(all_findings(pair, given, {}), "D11")->severity, Severity::kInfo);
+}
+
+TEST(RotationFindings, mirrored_axes_need_the_ground_to_be_seen) {
+  TurningPair pair;
+  pair.mirrored_y = true;
+  const FindingList findings = all_findings(pair, {}, geometry::Vec3::UnitZ());
+  const Finding* f = find(findings, "D07");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->severity, Severity::kError);
+  EXPECT_NE(f->text.find("mirrored"), std::string::npos);
+}
+
+TEST(RotationFindings, a_lidar_upside_down_is_not_called_mirrored) {
+  TurningPair pair;
+  pair.R_imu_lidar = geometry::rotation_from_rpy(std::numbers::pi, 0.0, 0.0);
+  const FindingList findings = all_findings(pair, {}, geometry::Vec3(-geometry::Vec3::UnitZ()));
+  EXPECT_EQ(find(findings, "D07")->text.find("mirrored"), std::string::npos);
+  EXPECT_EQ(find(findings, "D07")->severity, Severity::kWarning);
+}
+
+}  // namespace
+}  // namespace rali::inspect

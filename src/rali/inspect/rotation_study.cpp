@@ -1,0 +1,223 @@
+#include "rali/inspect/rotation_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+namespace rali::inspect {
+namespace {
+
+constexpr double kGap_s = 0.1;
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr double kUnexplainedMax = 0.5;
+
+/// Pairs of turns seen by both sensors, bias taken out.
+struct Pairs {
+  std::vector<geometry::Vec3> lidar, imu;
+
+  void subtract_means() {
+    for (std::vector<geometry::Vec3>* turns : {&lidar, &imu}) {
+      geometry::Vec3 mean = geometry::Vec3::Zero();
+      for (const geometry::Vec3& turn : *turns) mean += turn;
+      mean /= std::max(1.0, static_cast<double>(turns->size()));
+      for (geometry::Vec3& turn : *turns) turn -= mean;
+    }
+  }
+};
+
+Pairs pairs_at(std::span<const LidarTurn> lidar, const GyroTrack& gyro, double offset_s) {
+  Pairs pairs;
+  const Duration offset = Duration::from_s(offset_s);
+  for (const LidarTurn& turn : lidar) {
+    const auto imu = gyro.turn(turn.begin + offset, turn.end + offset);
+    if (!imu || !turn.turn_lidar_rad.allFinite()) continue;
+    pairs.lidar.push_back(turn.turn_lidar_rad);
+    pairs.imu.push_back(*imu);
+  }
+  pairs.subtract_means();
+  return pairs;
+}
+
+/// Kabsch's solution of min |imu - R lidar|^2 and what the data say about it.
+struct Kabsch {
+  geometry::Mat3 R = geometry::Mat3::Identity();
+  double scale = 0.0;      ///< of imu against lidar
+  double explained = 0.0;  ///< trace of the rotated cross covariance
+  double lidar_square = 0.0, imu_square = 0.0;
+};
+
+Kabsch kabsch(const Pairs& pairs) {
+  Kabsch out;
+  geometry::Mat3 cross = geometry::Mat3::Zero();
+  for (std::size_t i = 0; i < pairs.lidar.size(); ++i) {
+    cross += pairs.imu[i] * pairs.lidar[i].transpose();
+    out.lidar_square += pairs.lidar[i].squaredNorm();
+    out.imu_square += pairs.imu[i].squaredNorm();
+  }
+  const Eigen::JacobiSVD<geometry::Mat3> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double determinant = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  const geometry::Vec3 signs{1.0, 1.0, determinant < 0.0 ? -1.0 : 1.0};
+  out.R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  out.explained = svd.singularValues().dot(signs);
+  out.scale = out.lidar_square > 0.0 ? out.explained / out.lidar_square : 0.0;
+  return out;
+}
+
+/// Share of the imu's motion that the best rotation and scale leave unexplained: 0..1. Free of
+/// the unit, so that deg/s does not spoil the search for the offset.
+double unexplained(const Kabsch& fit) {
+  const double product = fit.lidar_square * fit.imu_square;
+  return product > 0.0 ? 1.0 - fit.explained * fit.explained / product : 1.0;
+}
+
+double second_axis(const std::vector<geometry::Vec3>& turns) {
+  geometry::Mat3 S = geometry::Mat3::Zero();
+  for (const geometry::Vec3& turn : turns) S += turn * turn.transpose();
+  const geometry::Vec3 values = Eigen::JacobiSVD<geometry::Mat3>(S).singularValues();
+  return values(0) > 0.0 ? std::sqrt(values(1) / values(0)) : 0.0;
+}
+
+struct Offset {
+  double offset_s = 0.0, sigma_s = 0.0;
+  double unexplained = 1.0;
+  bool at_border = false;
+};
+
+/// Minimum of the unexplained share over the offset, with its own uncertainty.
+Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
+                     const RotationStudyLimits& limits) {
+  const int half = static_cast<int>(limits.offset_max_s / limits.offset_step_s);
+  std::vector<double> share;
+  std::size_t pairs = 0;
+  for (int i = -half; i <= half; ++i) {
+    const Pairs p = pairs_at(lidar, gyro, i * limits.offset_step_s);
+    const bool enough = p.lidar.size() >= limits.pairs_min;
+    share.push_back(enough ? unexplained(kabsch(p)) : 1.0);
+    pairs = std::max(pairs, p.lidar.size());
+  }
+  const auto best = std::min_element(share.begin(), share.end());
+  const auto k = static_cast<int>(best - share.begin());
+  Offset out;
+  out.offset_s = (k - half) * limits.offset_step_s;
+  out.at_border = k == 0 || k == 2 * half;
+  out.sigma_s = limits.offset_max_s;
+  out.unexplained = *best;
+  if (out.at_border) return out;
+  // A parabola over +-4 steps: interpolation makes the curve's tip itself uneven.
+  const int reach = std::min({4, k, 2 * half - k});
+  const double left = share[static_cast<std::size_t>(k - reach)];
+  const double right = share[static_cast<std::size_t>(k + reach)];
+  const double width_s = reach * limits.offset_step_s;
+  const double curvature = (left + right - 2.0 * *best) / (width_s * width_s);
+  if (!(curvature > 0.0)) return out;
+  out.offset_s += -0.5 * (right - left) / width_s / curvature;
+  const double freedom = std::max(1.0, 3.0 * static_cast<double>(pairs) - 7.0);
+  out.sigma_s = std::min(out.sigma_s, std::sqrt(2.0 * *best / freedom / curvature));
+  return out;
+}
+
+double misfit(const Pairs& pairs, const geometry::Mat3& R) {
+  double left = 0.0, all = 0.0;
+  for (std::size_t i = 0; i < pairs.lidar.size(); ++i) {
+    left += (pairs.imu[i] - R * pairs.lidar[i]).squaredNorm();
+    all += pairs.imu[i].squaredNorm();
+  }
+  return all > 0.0 ? std::sqrt(left / all) : 0.0;
+}
+
+}  // namespace
+
+GyroTrack::GyroTrack(std::span<const sensor::ImuSample> samples, double scale) {
+  for (const sensor::ImuSample& sample : samples) {
+    if (!sample.gyro_radps.allFinite()) continue;
+    const geometry::Vec3 rate = scale * sample.gyro_radps;
+    if (knots_.empty()) {
+      knots_.push_back({sample.t, geometry::Mat3::Identity(), rate, 0});
+      continue;
+    }
+    Knot& last = knots_.back();
+    const double dt_s = seconds_between(last.t, sample.t);
+    if (!(dt_s > 0.0)) continue;
+    // The mean of both ends: a sample's own rate held until the next one would shift the gyro by
+    // half a sample, 2.5 ms at 200 Hz, which is what is being measured here.
+    last.rate_radps = 0.5 * (last.rate_radps + rate);
+    const geometry::Mat3 R = last.R * geometry::so3_exp(last.rate_radps * dt_s);
+    knots_.push_back({sample.t, R, rate, last.gaps_before + (dt_s > kGap_s ? 1 : 0)});
+  }
+}
+
+const GyroTrack::Knot* GyroTrack::knot_before(Time t) const {
+  if (knots_.empty() || t < knots_.front().t || t > knots_.back().t) return nullptr;
+  const auto after = std::upper_bound(knots_.begin(), knots_.end(), t,
+                                      [](Time value, const Knot& k) { return value < k.t; });
+  return &*(after - 1);
+}
+
+geometry::Mat3 GyroTrack::orientation(const Knot& knot, Time t) {
+  return knot.R * geometry::so3_exp(knot.rate_radps * seconds_between(knot.t, t));
+}
+
+std::optional<geometry::Vec3> GyroTrack::turn(Time begin, Time end) const {
+  const Knot* a = knot_before(begin);
+  const Knot* b = knot_before(end);
+  if (a == nullptr || b == nullptr || end <= begin || a->gaps_before != b->gaps_before) {
+    return std::nullopt;
+  }
+  return geometry::so3_log(orientation(*a, begin).transpose() * orientation(*b, end));
+}
+
+RotationStudy study_rotations(std::span<const LidarTurn> lidar,
+                              std::span<const sensor::ImuSample> imu,
+                              const RotationStudyLimits& limits) {
+  RotationStudy out;
+  double duration_s = 0.0, square = 0.0;
+  std::vector<geometry::Vec3> turns;
+  for (const LidarTurn& turn : lidar) {
+    if (!turn.turn_lidar_rad.allFinite()) continue;
+    out.turned_rad += turn.turn_lidar_rad.norm();
+    square += turn.turn_lidar_rad.squaredNorm();
+    duration_s += seconds_between(turn.begin, turn.end);
+    turns.push_back(turn.turn_lidar_rad);
+  }
+  out.pairs = turns.size();
+  out.time_offset_sigma_s = limits.offset_max_s;
+  if (duration_s > 0.0) {
+    const auto n = static_cast<double>(turns.size());
+    out.turn_rate_rms = std::sqrt(square / n) / (duration_s / n);
+  }
+  out.second_axis_share = second_axis(turns);
+  if (out.pairs < limits.pairs_min || out.turned_rad < limits.turned_min_rad) return out;
+
+  const GyroTrack gyro_radps(imu);
+  const GyroTrack gyro_degps(imu, kRadPerDeg);
+  const Offset in_radps = search_offset(lidar, gyro_radps, limits);
+  const Offset in_degps = search_offset(lidar, gyro_degps, limits);
+  const bool degrees = in_degps.unexplained < in_radps.unexplained;
+  const GyroTrack& gyro = degrees ? gyro_degps : gyro_radps;
+  const Offset& offset = degrees ? in_degps : in_radps;
+  out.offset_at_border = offset.at_border;
+  // Where less than half is explained, minimum and scale are those of noise.
+  if (offset.unexplained > kUnexplainedMax) return out;
+  out.time_offset_sigma_s = offset.sigma_s;
+  const bool certain = !offset.at_border && offset.sigma_s <= limits.offset_sigma_max_s;
+  if (certain) out.time_offset_s = offset.offset_s;
+
+  const Pairs pairs = pairs_at(lidar, gyro, certain ? offset.offset_s : 0.0);
+  if (pairs.lidar.size() < limits.pairs_min) return out;
+  const Kabsch fit = kabsch(pairs);
+  out.best.R_imu_lidar = fit.R;
+  out.best.misfit = misfit(pairs, fit.R);
+  out.gyro_ratio = fit.scale / (degrees ? kRadPerDeg : 1.0);
+  return out;
+}
+
+double misfit_of(const geometry::Mat3& R_imu_lidar, std::span<const LidarTurn> lidar,
+                 std::span<const sensor::ImuSample> imu, const RotationStudy& study) {
+  const GyroTrack gyro(imu, study.gyro_ratio > 10.0 ? kRadPerDeg : 1.0);
+  return misfit(pairs_at(lidar, gyro, study.time_offset_s.value_or(0.0)), R_imu_lidar);
+}
+
+}  // namespace rali::inspect

@@ -1,0 +1,115 @@
+#include "rali/inspect/rotation_study.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "rali/inspect/test_motion.hpp"
+
+namespace rali::inspect {
+namespace {
+
+using test::TurningPair;
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+TEST(GyroTrack, a_constant_rate_gives_rate_times_time) {
+  std::vector<sensor::ImuSample> samples;
+  for (int i = 0; i <= 100; ++i) {
+    samples.push_back({Time::from_s(0.01 * i), {0.0, 0.0, 0.5}, geometry::Vec3::Zero()});
+  }
+  const GyroTrack track(samples);
+  const auto turn = track.turn(Time::from_s(0.123), Time::from_s(0.523));
+  ASSERT_TRUE(turn.has_value());
+  EXPECT_NEAR(turn->z(), 0.2, 1e-9);
+  EXPECT_FALSE(track.turn(Time::from_s(-0.1), Time::from_s(0.5)).has_value());
+  EXPECT_FALSE(track.turn(Time::from_s(0.5), Time::from_s(1.1)).has_value());
+}
+
+TEST(GyroTrack, says_nothing_across_a_gap) {
+  std::vector<sensor::ImuSample> samples;
+  for (int i = 0; i <= 100; ++i) {
+    if (i < 40 || i > 60)
+      samples.push_back({Time::from_s(0.01 * i), {0.0, 0.0, 0.5}, geometry::Vec3::Zero()});
+  }
+  const GyroTrack track(samples);
+  EXPECT_FALSE(track.turn(Time::from_s(0.3), Time::from_s(0.7)).has_value());
+  EXPECT_TRUE(track.turn(Time::from_s(0.1), Time::from_s(0.2)).has_value());
+}
+
+TEST(RotationStudy, finds_an_offset_of_38_ms_within_its_own_sigma) {
+  TurningPair pair;
+  pair.lidar_late_s = -0.038;  // stamps are too early: 38 ms must be added
+  const auto study = study_rotations(pair.lidar(), pair.imu());
+  ASSERT_TRUE(study.time_offset_s.has_value());
+  EXPECT_NEAR(*study.time_offset_s, 0.038, 0.002);
+  EXPECT_LT(std::abs(*study.time_offset_s - 0.038), 4.0 * study.time_offset_sigma_s);
+  EXPECT_LT(study.time_offset_sigma_s, 0.003);
+  EXPECT_NEAR(study.gyro_ratio, 1.0, 0.02);
+}
+
+TEST(RotationStudy, an_offset_of_zero_is_zero) {
+  const TurningPair pair;
+  const auto study = study_rotations(pair.lidar(), pair.imu());
+  ASSERT_TRUE(study.time_offset_s.has_value());
+  EXPECT_NEAR(*study.time_offset_s, 0.0, 0.002);
+}
+
+TEST(RotationStudy, a_vehicle_that_never_turns_gives_no_offset) {
+  TurningPair pair;
+  pair.rate_radps = 0.0;
+  const auto study = study_rotations(pair.lidar(), pair.imu());
+  EXPECT_FALSE(study.time_offset_s.has_value());
+  EXPECT_EQ(study.gyro_ratio, 0.0);
+}
+
+TEST(RotationStudy, degrees_per_second_show_as_a_ratio_of_57) {
+  TurningPair pair;
+  pair.gyro_scale = 180.0 / std::numbers::pi;
+  const auto study = study_rotations(pair.lidar(), pair.imu());
+  EXPECT_NEAR(study.gyro_ratio, 57.3, 1.5);
+}
+
+TEST(RotationStudy, finds_the_rotation_between_the_sensors) {
+  TurningPair pair;
+  pair.R_imu_lidar = geometry::rotation_from_rpy(0.1, -0.2, 1.3);
+  const auto study = study_rotations(pair.lidar(), pair.imu());
+  const double error =
+      geometry::so3_log(study.best.R_imu_lidar.transpose() * pair.R_imu_lidar).norm();
+  EXPECT_LT(error, 1.0 * kDeg);
+  EXPECT_GT(study.second_axis_share, 0.2);
+  EXPECT_LT(study.best.misfit, 0.1);
+  const double inverse = misfit_of(pair.R_imu_lidar.transpose(), pair.lidar(), pair.imu(), study);
+  EXPECT_GT(inverse, 5.0 * study.best.misfit);
+}
+
+TEST(RotationStudy, a_gyro_bias_does_not_turn_the_answer) {
+  TurningPair pair;
+  pair.gyro_bias_radps = {0.02, -0.03, 0.01};
+  const auto study = study_rotations(pair.lidar(), pair.imu());
+  EXPECT_LT(geometry::so3_log(study.best.R_imu_lidar).norm(), 1.0 * kDeg);
+}
+
+TEST(RotationStudy, a_mirrored_y_axis_looks_like_half_a_turn_about_y) {
+  TurningPair pair;
+  pair.mirrored_y = true;
+  const geometry::Mat3 R = study_rotations(pair.lidar(), pair.imu()).best.R_imu_lidar;
+  EXPECT_NEAR(R(0, 0), -1.0, 0.001);
+  EXPECT_NEAR(R(1, 1), 1.0, 0.001);
+  EXPECT_NEAR(R(2, 2), -1.0, 0.001);
+}
+
+TEST(RotationStudy, rubbish_gives_no_answer_and_no_crash) {
+  EXPECT_FALSE(study_rotations({}, {}).time_offset_s.has_value());
+  TurningPair pair;
+  auto lidar = pair.lidar();
+  auto imu = pair.imu();
+  for (LidarTurn& turn : lidar) turn.turn_lidar_rad.x() = std::nan("");
+  EXPECT_FALSE(study_rotations(lidar, imu).time_offset_s.has_value());
+  for (auto& sample : imu) sample.gyro_radps.x() = std::nan("");
+  EXPECT_FALSE(study_rotations(pair.lidar(), imu).time_offset_s.has_value());
+}
+
+}  // namespace
+}  // namespace rali::inspect
