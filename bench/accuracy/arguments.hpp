@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/sim/simulation.hpp"
+
+namespace rali::accuracy {
+
+struct Arguments {
+  std::vector<sim::Scene> scenes;
+  std::vector<std::uint64_t> seeds = {1, 2, 3};
+  std::vector<std::string> presets = {"robust"};
+  std::vector<std::string> settings;  ///< key=value for the vehicle
+  sim::SimOptions sim;                ///< scene and seed are replaced
+  std::string dump_dir, cache_dir;
+  bool per_run = false;  ///< one row for each run besides the summary
+  bool help = false;
+};
+
+[[nodiscard]] Result<Arguments> parse_arguments(int argc, const char* const* argv);
+
+[[nodiscard]] std::string help_text();
+
+}  // namespace rali::accuracy

@@ -1,0 +1,93 @@
+#include "table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "rali/eval/statistics.hpp"
+
+namespace rali::accuracy {
+
+namespace {
+
+struct Column {
+  const char* title;
+  double Scores::*value;
+  int digits;
+  bool low_is_bad;
+};
+
+constexpr std::array<Column, 14> kColumns{{{"APE rmse m", &Scores::ape_rmse_m, 3, false},
+                                           {"APE max m", &Scores::ape_max_m, 3, false},
+                                           {"z rmse m", &Scores::z_rmse_m, 3, false},
+                                           {"slip rmse m", &Scores::slip_rmse_m, 3, false},
+                                           {"end m", &Scores::end_m, 3, false},
+                                           {"RPE 10 m m", &Scores::rpe10_m, 3, false},
+                                           {"RPE 10 m deg", &Scores::rpe10_deg, 2, false},
+                                           {"NEES 6", &Scores::nees6, 1, false},
+                                           {"NEES 3", &Scores::nees3, 1, false},
+                                           {"in 95 %", &Scores::share95, 2, true},
+                                           {"CPU ms", &Scores::cpu_ms, 1, false},
+                                           {"p99 ms", &Scores::cpu_p99_ms, 1, false},
+                                           {"peak MB", &Scores::peak_mb, 0, false},
+                                           {"way m", &Scores::way_m, 0, true}}};
+
+std::string heading(const char* first) {
+  std::string titles = fmt::format("| {} |", first);
+  std::string line = "|---|";
+  for (const Column& c : kColumns) {
+    titles += fmt::format(" {} |", c.title);
+    line += "---|";
+  }
+  return titles + " weak | diverged | poses |\n" + line + "---|---|---|\n";
+}
+
+}  // namespace
+
+std::string run_table(const std::vector<Scores>& runs) {
+  std::string out = heading("run");
+  for (const Scores& s : runs) {
+    out += fmt::format("| {} {} {} |", s.scene, s.seed, s.preset);
+    for (const Column& c : kColumns) out += fmt::format(" {:.{}f} |", s.*c.value, c.digits);
+    out += fmt::format(" {} | {} | {}/{} |\n", s.weak, s.diverged, s.poses, s.sweeps);
+  }
+  return out;
+}
+
+std::string summary_table(const std::vector<Scores>& runs) {
+  std::string out = heading("median / worst");
+  std::vector<bool> done(runs.size(), false);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (done[i]) continue;
+    std::vector<Scores> group;
+    for (std::size_t k = i; k < runs.size(); ++k) {
+      if (runs[k].scene != runs[i].scene || runs[k].preset != runs[i].preset) continue;
+      group.push_back(runs[k]);
+      done[k] = true;
+    }
+    out += fmt::format("| {} {} ({}) |", runs[i].scene, runs[i].preset, group.size());
+    for (const Column& c : kColumns) {
+      std::vector<double> values;
+      for (const Scores& s : group) values.push_back(s.*c.value);
+      const auto [low, high] = std::minmax_element(values.begin(), values.end());
+      out += fmt::format(" {:.{}f} / {:.{}f} |", eval::quantile(values, 0.5), c.digits,
+                         c.low_is_bad ? *low : *high, c.digits);
+    }
+    std::size_t weak = 0;
+    std::size_t diverged = 0;
+    std::size_t poses = 0;
+    std::size_t sweeps = 0;
+    for (const Scores& s : group) {
+      weak += s.weak;
+      diverged += s.diverged;
+      poses += s.poses;
+      sweeps += s.sweeps;
+    }
+    out += fmt::format(" {} | {} | {}/{} |\n", weak, diverged, poses, sweeps);
+  }
+  return out;
+}
+
+}  // namespace rali::accuracy
