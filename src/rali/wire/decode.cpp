@@ -135,13 +135,11 @@ Result<TfMessage> decode_tf(std::span<const std::byte> message, Encoding encodin
     transform.frame_id = std::move(header.frame_id);
     transform.child_frame_id = in.string();
     transform.T_frame_child.p = vector3(in);
-    if (!rotation(in, transform.T_frame_child.R) && in.ok()) {
-      return fail(ErrorCode::kInput, fmt::format("byte {}", in.offset()),
-                  fmt::format("the transform of '{}' in '{}' has no rotation (quaternion of length "
-                              "0 or not a number)",
-                              transform.child_frame_id, transform.frame_id));
+    if (rotation(in, transform.T_frame_child.R)) {
+      tf.transforms.push_back(std::move(transform));
+    } else {
+      ++tf.refused;
     }
-    tf.transforms.push_back(std::move(transform));
   }
   return finish(in, "TFMessage", std::move(tf));
 }

@@ -34,7 +34,7 @@ namespace rali::wire {
 
 [[nodiscard]] Result<ImuMessage> decode_imu(std::span<const std::byte> message, Encoding encoding);
 
-/// Transforms whose quaternion has no length are refused, others are normalised.
+/// Transforms whose quaternion has no length are left out and counted, others are normalised.
 [[nodiscard]] Result<TfMessage> decode_tf(std::span<const std::byte> message, Encoding encoding);
 
 [[nodiscard]] Result<PoseStamped> decode_pose_stamped(std::span<const std::byte> message,

@@ -213,15 +213,28 @@ Duration to_duration(double value, double scale_s) {
   return Duration::from_ns(std::llround(ns));
 }
 
-/// Moves dt_s so that the earliest is 0; returns {earliest, latest} as they were.
-std::pair<float, float> start_at_zero(LidarScan& out, std::size_t count) {
-  float first_s = out.dt_s[0], last_s = out.dt_s[0];
-  for (std::size_t i = 1; i < count; ++i) {
-    first_s = std::min(first_s, out.dt_s[i]);
-    last_s = std::max(last_s, out.dt_s[i]);
+/// First and last of the points' times, as dt_s has them, and the index of the first.
+struct Extremes {
+  float first_s = 0.0F, last_s = 0.0F;
+  std::size_t first = 0;
+
+  [[nodiscard]] Duration span() const {
+    return Duration::from_s(static_cast<double>(last_s - first_s));
   }
-  for (std::size_t i = 0; i < count; ++i) out.dt_s[i] -= first_s;
-  return {first_s, last_s};
+};
+
+/// Moves dt_s so that the earliest is 0; returns the times as they were.
+Extremes start_at_zero(LidarScan& out, std::size_t count) {
+  Extremes times;
+  times.first_s = times.last_s = out.dt_s[0];
+  for (std::size_t i = 1; i < count; ++i) {
+    times.first_s = std::min(times.first_s, out.dt_s[i]);
+    times.last_s = std::max(times.last_s, out.dt_s[i]);
+  }
+  const auto begin = out.dt_s.begin();
+  times.first = static_cast<std::size_t>(std::find(begin, out.dt_s.end(), times.first_s) - begin);
+  for (std::size_t i = 0; i < count; ++i) out.dt_s[i] -= times.first_s;
+  return times;
 }
 
 void times_from_field(const CloudView& cloud, const CloudFormat& format, Kept& kept,
@@ -244,17 +257,20 @@ void times_from_field(const CloudView& cloud, const CloudFormat& format, Kept& k
         kept, out, [&](std::size_t i) { return !lost && std::abs(out.dt_s[i]) <= window; });
   }
   if (kept.count == 0) return;
-  const auto [first_s, last_s] = start_at_zero(out, kept.count);
-  Time zero = cloud.stamp;
+  const Extremes times = start_at_zero(out, kept.count);
+  // From the field again: a float of seconds would lose nanoseconds.
+  const Duration first =
+      to_duration(value_at(cloud, format.time, kept.offsets[times.first]), scale_s);
   if (relative) {
-    zero = zero + to_duration(reference, scale_s) + Duration::from_s(format.time_shift_s);
+    out.t_begin = cloud.stamp + first + Duration::from_s(format.time_shift_s);
   } else if (!format.anchor_to_header) {
-    zero = Time{} + to_duration(reference, scale_s);
+    out.t_begin = Time{} + first;
+  } else if (format.header_stamp == HeaderStamp::kEnd) {
+    out.t_begin = cloud.stamp - times.span();
+  } else {
+    out.t_begin = cloud.stamp;
   }
-  const double header_s = format.header_stamp == HeaderStamp::kEnd ? last_s : first_s;
-  if (!relative && format.anchor_to_header) zero = zero - Duration::from_s(header_s);
-  out.t_begin = zero + Duration::from_s(static_cast<double>(first_s));
-  out.t_end = zero + Duration::from_s(static_cast<double>(last_s));
+  out.t_end = out.t_begin + times.span();
   out.has_point_times = true;
 }
 
@@ -271,12 +287,13 @@ void times_from_azimuth(const CloudView& cloud, const CloudFormat& format, const
     if (share >= 1.0F) share = 0.0F;
     out.dt_s[i] = share * period_s;
   }
-  const auto [first_s, last_s] = start_at_zero(out, kept.count);
+  const Extremes times = start_at_zero(out, kept.count);
   Time zero = cloud.stamp;
-  if (format.header_stamp == HeaderStamp::kEnd)
+  if (format.header_stamp == HeaderStamp::kEnd) {
     zero = zero - Duration::from_s(format.sweep_period_s);
-  out.t_begin = zero + Duration::from_s(static_cast<double>(first_s));
-  out.t_end = zero + Duration::from_s(static_cast<double>(last_s));
+  }
+  out.t_begin = zero + Duration::from_s(static_cast<double>(times.first_s));
+  out.t_end = out.t_begin + times.span();
   out.has_point_times = true;
 }
 

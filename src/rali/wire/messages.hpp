@@ -32,6 +32,7 @@ struct TransformStamped {
 /// tf2_msgs/TFMessage.
 struct TfMessage {
   std::vector<TransformStamped> transforms;
+  std::uint32_t refused = 0;  ///< decoded ones without a rotation (quaternion 0 or NaN): left out
 };
 
 /// geometry_msgs/PoseStamped: pose of the body in frame_id.

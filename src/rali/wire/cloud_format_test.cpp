@@ -1,0 +1,424 @@
+#include "rali/wire/cloud_format.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "rali/wire/cloud_pack.hpp"
+#include "rali/wire/decode.hpp"
+#include "rali/wire/encode.hpp"
+#include "rali/wire/internal/test_sweep.hpp"
+
+// One test per row of users.md section 3 and per trap met there: the decision, then the points.
+namespace rali::wire {
+namespace {
+
+using internal::vlp16_sweep;
+using sensor::LidarScan;
+
+const Time kStart = Time::from_ns(1'700'000'000'123'456'789);
+constexpr double kPeriodS = 0.1;
+
+/// Three sweeps, `kPeriodS` apart, in one layout.
+std::vector<PackedCloud> three(CloudStyle style, HeaderStamp stamp = HeaderStamp::kStart,
+                               bool big_endian = false) {
+  std::vector<PackedCloud> clouds;
+  for (int i = 0; i < 3; ++i) {
+    const LidarScan scan = vlp16_sweep(kStart + Duration::from_s(i * kPeriodS));
+    clouds.push_back(pack_cloud(scan, "lidar", style, stamp, big_endian));
+  }
+  return clouds;
+}
+
+std::vector<CloudView> views(const std::vector<PackedCloud>& clouds) {
+  std::vector<CloudView> found;
+  for (const PackedCloud& cloud : clouds) found.push_back(cloud.view);
+  return found;
+}
+
+bool has_finding(const CloudFormat& format, std::string_view id) {
+  for (const Finding& finding : format.findings) {
+    if (finding.id == id) return true;
+  }
+  return false;
+}
+
+/// The third sweep must come back with times (to `tolerance_s`) and rings.
+void expect_third(const CloudView& cloud, const CloudFormat& format,
+                  const CloudFormatOptions& options, double tolerance_s) {
+  const LidarScan want = vlp16_sweep(kStart + Duration::from_s(2 * kPeriodS));
+  LidarScan got;
+  const Status status = decode_cloud(cloud, format, options, got);
+  ASSERT_TRUE(status.has_value()) << status.error().message();
+  ASSERT_EQ(got.size(), want.size());
+  EXPECT_EQ(got.x_m, want.x_m);
+  EXPECT_EQ(got.z_m, want.z_m);
+  EXPECT_NEAR(seconds_between(want.t_begin, got.t_begin), 0.0, tolerance_s);
+  EXPECT_NEAR(seconds_between(want.t_end, got.t_end), 0.0, tolerance_s);
+  EXPECT_TRUE(got.has_point_times);
+  for (std::size_t i = 0; i < got.size(); i += 97) {
+    EXPECT_NEAR(static_cast<double>(got.dt_s[i]), static_cast<double>(want.dt_s[i]), tolerance_s);
+    EXPECT_GE(got.dt_s[i], 0.0F);
+    EXPECT_EQ(got.ring[i], want.ring[i]);
+  }
+  EXPECT_EQ(got.rings, 16);
+}
+
+TEST(CloudFormat, velodyne_rows_are_seconds_after_the_header) {
+  for (const bool big_endian : {false, true}) {
+    for (const CloudStyle style : {CloudStyle::kVelodyne, CloudStyle::kVelodynePcl}) {
+      const auto clouds = three(style, HeaderStamp::kStart, big_endian);
+      const auto format = decide_cloud_format(views(clouds), {});
+      ASSERT_TRUE(format.has_value()) << format.error().message();
+      EXPECT_EQ(format->point_time, PointTime::kRelativeS);
+      EXPECT_EQ(format->header_stamp, HeaderStamp::kStart);
+      EXPECT_EQ(format->rings, 16);
+      EXPECT_EQ(format->ring_from, RingFrom::kField);
+      EXPECT_EQ(format->model, "vlp16");
+      EXPECT_EQ(format->summary,
+                "time: field 'time' float32 s after the header (span 0.0999 s); stamp = start of "
+                "sweep; ring: field 'ring' 0..15; model vlp16 (guessed from the elevations)");
+      EXPECT_TRUE(format->findings.empty());
+      expect_third(clouds[2].view, *format, {}, 1e-6);
+    }
+  }
+}
+
+TEST(CloudFormat, negative_times_mean_that_the_header_is_the_end_of_the_sweep) {
+  const auto clouds = three(CloudStyle::kVelodyne, HeaderStamp::kEnd);
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->header_stamp, HeaderStamp::kEnd);
+  EXPECT_TRUE(has_finding(*format, "D03"));
+  expect_third(clouds[2].view, *format, {}, 1e-6);
+}
+
+TEST(CloudFormat, ouster_t_is_nanoseconds_after_the_header) {
+  for (const bool big_endian : {false, true}) {
+    const auto clouds = three(CloudStyle::kOuster, HeaderStamp::kStart, big_endian);
+    const auto format = decide_cloud_format(views(clouds), {});
+    ASSERT_TRUE(format.has_value());
+    EXPECT_EQ(format->point_time, PointTime::kRelativeNs);
+    EXPECT_EQ(format->time_scale_s, 1e-9);
+    expect_third(clouds[2].view, *format, {}, 1e-6);
+  }
+}
+
+TEST(CloudFormat, robosense_timestamps_are_absolute_seconds) {
+  for (const HeaderStamp stamp : {HeaderStamp::kStart, HeaderStamp::kEnd}) {
+    for (const bool big_endian : {false, true}) {
+      const auto clouds = three(CloudStyle::kRoboSense, stamp, big_endian);
+      const auto format = decide_cloud_format(views(clouds), {});
+      ASSERT_TRUE(format.has_value());
+      EXPECT_EQ(format->point_time, PointTime::kAbsoluteS);
+      EXPECT_EQ(format->header_stamp, stamp);
+      EXPECT_FALSE(format->anchor_to_header);
+      expect_third(clouds[2].view, *format, {}, 1e-6);  // float64 of 1.7e9 s: steps of 238 ns
+    }
+  }
+}
+
+TEST(CloudFormat, livox_timestamps_are_absolute_nanoseconds_in_a_double) {
+  const auto clouds = three(CloudStyle::kLivox);
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->point_time, PointTime::kAbsoluteNs);
+  EXPECT_EQ(format->header_stamp, HeaderStamp::kStart);
+  LidarScan got;
+  ASSERT_TRUE(decode_cloud(clouds[2].view, *format, {}, got).has_value());
+  // steps of 256 ns
+  EXPECT_NEAR(seconds_between(clouds[2].view.stamp, got.t_begin), 0.0, 300e-9);
+  EXPECT_NEAR(static_cast<double>(got.dt_s.back()), 0.1 * 899.0 / 900.0, 1e-6);
+}
+
+TEST(CloudFormat, livox_custom_messages_of_both_worlds_give_the_same_scan) {
+  LivoxCustom custom;
+  custom.stamp = kStart;
+  custom.timebase_ns = static_cast<std::uint64_t>(kStart.ns);
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    const float angle = 0.5F * std::sin(0.01F * static_cast<float>(i));
+    custom.points.push_back({i * 50'000, 10.0F * std::cos(angle), 10.0F * std::sin(angle),
+                             0.001F * static_cast<float>(i), 50, 16,
+                             static_cast<std::uint8_t>(i % 4)});
+  }
+  for (const Encoding encoding : {Encoding::kRos1, Encoding::kCdr}) {
+    for (const bool big_endian : {false, true}) {
+      const Bytes message = encode(custom, encoding, big_endian);
+      const auto cloud = decode_cloud_message(MessageKind::kLivoxCustom, message, encoding);
+      ASSERT_TRUE(cloud.has_value());
+      const auto format = decide_cloud_format(std::span(&*cloud, 1), {});
+      ASSERT_TRUE(format.has_value()) << format.error().message();
+      EXPECT_EQ(format->point_time, PointTime::kRelativeNs);
+      EXPECT_EQ(format->model, "mid360");
+      LidarScan scan;
+      ASSERT_TRUE(decode_cloud(*cloud, *format, {}, scan).has_value());
+      ASSERT_EQ(scan.size(), 2000U);
+      EXPECT_EQ(scan.t_begin.ns, kStart.ns);
+      EXPECT_FLOAT_EQ(scan.dt_s[1999], 0.09995F);
+      EXPECT_EQ(scan.ring[7], 3);
+      EXPECT_EQ(scan.rings, 4);
+      EXPECT_EQ(scan.intensity[0], 50.0F);
+    }
+  }
+}
+
+TEST(CloudFormat, clouds_without_times_get_them_from_the_azimuth_of_a_known_model) {
+  const auto clouds = three(CloudStyle::kXyzi);
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->point_time, PointTime::kAzimuth);
+  EXPECT_TRUE(format->azimuth_clockwise);
+  EXPECT_EQ(format->ring_from, RingFrom::kElevation);
+  EXPECT_EQ(format->model, "vlp16");
+  EXPECT_TRUE(has_finding(*format, "D02"));
+  expect_third(clouds[2].view, *format, {}, 1e-4);
+}
+
+TEST(CloudFormat, kitti_order_without_rings_is_timed_from_the_rear_clockwise) {
+  // KITTI .bin: ring by ring, each from azimuth 0 upward, x y z intensity.
+  const LidarScan scan = vlp16_sweep(kStart);
+  LidarScan sorted;
+  for (std::uint16_t ring = 0; ring < 16; ++ring) {
+    for (std::size_t i = scan.size(); i-- > 0;) {
+      if (scan.ring[i] != ring) continue;
+      sorted.push_back(scan.x_m[i], scan.y_m[i], scan.z_m[i], 0.0F, scan.dt_s[i], ring);
+    }
+  }
+  const PackedCloud cloud = pack_cloud(sorted, "", CloudStyle::kXyzi);
+  const auto format = decide_cloud_format(std::span(&cloud.view, 1), {});
+  ASSERT_TRUE(format.has_value());
+  ASSERT_EQ(format->point_time, PointTime::kAzimuth);
+  LidarScan got;
+  ASSERT_TRUE(decode_cloud(cloud.view, *format, {}, got).has_value());
+  for (std::size_t i = 0; i < got.size(); i += 31) {
+    const double azimuth = std::atan2(got.y_m[i], got.x_m[i]);
+    const double want_s = 0.1 * 0.5 * (1.0 - azimuth / std::numbers::pi);
+    if (want_s > 0.0999) continue;  // the rear itself may be the first or the last
+    EXPECT_NEAR(static_cast<double>(got.dt_s[i]), want_s, 1e-6);
+    EXPECT_EQ(got.ring[i], sorted.ring[i]);
+  }
+}
+
+TEST(CloudFormat, all_zero_times_fall_back_to_the_azimuth_and_say_so) {
+  auto clouds = three(CloudStyle::kRoboSense);
+  for (PackedCloud& cloud : clouds) {
+    for (std::size_t i = 0; i < cloud.view.width; ++i) {
+      std::fill_n(cloud.data.begin() + static_cast<std::ptrdiff_t>(i * 26 + 18), 8, std::byte{0});
+    }
+  }
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->point_time, PointTime::kAzimuth);
+  EXPECT_EQ(format->findings[0].id, "D02");
+  EXPECT_EQ(format->findings[0].text, "field 'timestamp' is 0 in every point");
+}
+
+TEST(CloudFormat, an_unknown_sensor_without_times_is_not_deskewed) {
+  LidarScan scan;
+  for (int i = 0; i < 5000; ++i) {
+    const float a = 0.37F * static_cast<float>(i);
+    scan.push_back(5.0F * std::cos(a), 5.0F * std::sin(a), std::sin(0.731F * static_cast<float>(i)),
+                   0.0F, 0.0F, 0);
+  }
+  const PackedCloud cloud = pack_cloud(scan, "", CloudStyle::kXyzi);
+  const auto format = decide_cloud_format(std::span(&cloud.view, 1), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->point_time, PointTime::kNone);
+  EXPECT_EQ(format->ring_from, RingFrom::kNone);
+  EXPECT_TRUE(has_finding(*format, "D02"));
+  EXPECT_EQ(format->summary, "time: none, deskewing off; ring: none; model not known");
+  LidarScan got;
+  ASSERT_TRUE(decode_cloud(cloud.view, *format, {}, got).has_value());
+  EXPECT_FALSE(got.has_point_times);
+  EXPECT_EQ(got.t_begin, got.t_end);
+}
+
+/// Rewrites field `time` (float32 @18 of the Velodyne layout) as another type and unit.
+template <class T>
+std::vector<PackedCloud> with_times(FieldType type, std::string name, double unit_per_s,
+                                    double offset_s = 0.0) {
+  auto clouds = three(CloudStyle::kVelodynePcl);
+  for (PackedCloud& cloud : clouds) {
+    cloud.view.fields.back() = {name, 24, type, 1};
+    for (std::size_t i = 0; i < cloud.view.width; ++i) {
+      std::byte* at = cloud.data.data() + i * 32 + 24;
+      const double t_s = static_cast<double>(load<float>(at, false)) + offset_s;
+      const T value = static_cast<T>(t_s * unit_per_s);
+      std::memcpy(at, &value, sizeof(T));
+    }
+  }
+  return clouds;
+}
+
+TEST(CloudFormat, the_unit_is_found_by_value_whatever_the_field_is_called) {
+  struct Row {
+    std::vector<PackedCloud> clouds;
+    PointTime want;
+  };
+
+  const Row rows[] = {
+      {with_times<float>(FieldType::kFloat32, "time", 1.0), PointTime::kRelativeS},
+      {with_times<float>(FieldType::kFloat32, "t", 1e3), PointTime::kRelativeMs},
+      {with_times<float>(FieldType::kFloat32, "timestamp", 1e6), PointTime::kRelativeUs},
+      {with_times<float>(FieldType::kFloat32, "timeStamp", 1e9), PointTime::kRelativeNs},
+      {with_times<double>(FieldType::kFloat64, "time_stamp", 1e3), PointTime::kRelativeMs},
+      {with_times<std::uint32_t>(FieldType::kUint32, "offset_time", 1e9), PointTime::kRelativeNs},
+      {with_times<std::uint32_t>(FieldType::kUint32, "t", 1e6), PointTime::kRelativeUs},
+      {with_times<std::int32_t>(FieldType::kInt32, "t", 1e9, -0.0999), PointTime::kRelativeNs},
+      {with_times<std::uint16_t>(FieldType::kUint16, "t", 1e3), PointTime::kRelativeMs},
+  };
+  for (const Row& row : rows) {
+    const auto format = decide_cloud_format(views(row.clouds), {});
+    ASSERT_TRUE(format.has_value());
+    EXPECT_EQ(format->point_time, row.want) << format->summary;
+    EXPECT_NEAR(format->span_s, 0.0999, 0.001) << format->summary;
+  }
+}
+
+TEST(CloudFormat, points_on_another_clock_are_put_at_the_header) {
+  // a sensor that counts from its start, 7403 s ago; IMU and header run on the computer's clock
+  auto clouds = three(CloudStyle::kRoboSense);
+  for (PackedCloud& cloud : clouds) {
+    for (std::size_t i = 0; i < cloud.view.width; ++i) {
+      std::byte* at = cloud.data.data() + i * 26 + 18;
+      const double t_s = load<double>(at, false) - kStart.s() + 7403.0;
+      std::memcpy(at, &t_s, sizeof(t_s));
+    }
+  }
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_TRUE(format->anchor_to_header);
+  EXPECT_TRUE(has_finding(*format, "D03"));
+  expect_third(clouds[2].view, *format, {}, 1e-6);
+  CloudFormatOptions end;
+  end.header_stamp = HeaderStamp::kEnd;
+  const auto at_end = decide_cloud_format(views(clouds), end);
+  LidarScan got;
+  ASSERT_TRUE(decode_cloud(clouds[2].view, *at_end, end, got).has_value());
+  EXPECT_NEAR(seconds_between(clouds[2].view.stamp, got.t_end), 0.0, 1e-6);
+}
+
+TEST(CloudFormat, header_stamps_of_zero_leave_the_points_times) {
+  auto clouds = three(CloudStyle::kRoboSense);
+  for (PackedCloud& cloud : clouds) cloud.view.stamp = Time{};
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_FALSE(format->anchor_to_header);
+  EXPECT_TRUE(has_finding(*format, "D03"));
+  expect_third(clouds[2].view, *format, {}, 1e-6);
+}
+
+TEST(CloudFormat, a_fixed_header_stamp_moves_the_sweep) {
+  const auto clouds = three(CloudStyle::kVelodyne);
+  CloudFormatOptions options;
+  options.header_stamp = HeaderStamp::kEnd;
+  const auto format = decide_cloud_format(views(clouds), options);
+  ASSERT_TRUE(format.has_value());
+  LidarScan got;
+  ASSERT_TRUE(decode_cloud(clouds[1].view, *format, options, got).has_value());
+  EXPECT_NEAR(seconds_between(clouds[1].view.stamp, got.t_end), 0.0, 1e-6);
+  EXPECT_NEAR(seconds_between(clouds[1].view.stamp, got.t_begin), -0.0999, 1e-4);
+}
+
+TEST(CloudFormat, times_that_span_no_sweep_are_refused_with_their_number) {
+  const auto clouds = with_times<float>(FieldType::kFloat32, "time", 40.0);  // 4 s a sweep
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->point_time, PointTime::kAzimuth);
+  EXPECT_NE(format->findings[0].text.find("spans 3.99"), std::string::npos)
+      << format->findings[0].text;
+}
+
+TEST(CloudFormat, a_span_that_contradicts_the_rate_is_kept_but_reported) {
+  auto clouds = three(CloudStyle::kVelodyne);
+  for (int i = 0; i < 3; ++i) {
+    clouds[static_cast<std::size_t>(i)].view.stamp = kStart + Duration::from_s(0.05 * i);
+  }
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->point_time, PointTime::kRelativeS);
+  EXPECT_TRUE(has_finding(*format, "D02"));
+}
+
+TEST(CloudFormat, what_the_user_fixed_is_taken) {
+  const auto clouds = three(CloudStyle::kVelodyne);
+  CloudFormatOptions options;
+  options.point_time = PointTime::kNone;
+  EXPECT_EQ(decide_cloud_format(views(clouds), options)->point_time, PointTime::kNone);
+  options.point_time = PointTime::kAzimuth;
+  EXPECT_EQ(decide_cloud_format(views(clouds), options)->point_time, PointTime::kAzimuth);
+  options.point_time = PointTime::kRelativeS;
+  EXPECT_EQ(decide_cloud_format(views(clouds), options)->point_time, PointTime::kRelativeS);
+  const auto plain = three(CloudStyle::kXyzi);
+  const auto missing = decide_cloud_format(views(plain), options);
+  ASSERT_FALSE(missing.has_value());
+  EXPECT_EQ(missing.error().where, "lidar.point_time");
+  options = {};
+  options.model = "vlp17";
+  EXPECT_EQ(decide_cloud_format(views(plain), options).error().code, ErrorCode::kUsage);
+  options = {};
+  options.deskewed = true;
+  const auto deskewed = decide_cloud_format(views(clouds), options);
+  LidarScan got;
+  ASSERT_TRUE(decode_cloud(clouds[0].view, *deskewed, options, got).has_value());
+  EXPECT_TRUE(got.deskewed);
+  EXPECT_FALSE(got.has_point_times);
+  EXPECT_EQ(got.t_end, clouds[0].view.stamp);
+}
+
+TEST(CloudFormat, rings_that_are_no_ring_numbers_are_found_from_the_elevation) {
+  auto clouds = three(CloudStyle::kVelodyne);
+  for (PackedCloud& cloud : clouds) {
+    for (std::size_t i = 0; i < cloud.view.width; ++i) {
+      std::fill_n(cloud.data.begin() + static_cast<std::ptrdiff_t>(i * 22 + 16), 2, std::byte{0});
+    }
+  }
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->ring_from, RingFrom::kElevation);
+  EXPECT_EQ(format->rings, 16);
+  EXPECT_TRUE(has_finding(*format, "D06"));
+  expect_third(clouds[2].view, *format, {}, 1e-6);
+}
+
+TEST(CloudFormat, rings_in_firing_order_are_reported_as_fine) {
+  constexpr std::uint16_t kFiring[] = {0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15};
+  std::vector<PackedCloud> clouds;
+  for (int i = 0; i < 2; ++i) {
+    LidarScan scan = vlp16_sweep(kStart + Duration::from_s(0.1 * i));
+    for (auto& ring : scan.ring) ring = kFiring[ring];
+    clouds.push_back(pack_cloud(scan, "", CloudStyle::kVelodyne));
+  }
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->rings, 16);
+  EXPECT_EQ(format->model, "vlp16");
+  EXPECT_TRUE(has_finding(*format, "D06"));
+}
+
+TEST(CloudFormat, every_model_with_rings_is_found_from_its_elevations) {
+  for (const sensor::LidarModel& model : sensor::lidar_models()) {
+    if (model.elevations_deg.empty()) continue;
+    const LidarScan scan = internal::room_sweep(model.elevations_deg, 300, kStart);
+    const PackedCloud cloud = pack_cloud(scan, "", CloudStyle::kXyzi);
+    const auto format = decide_cloud_format(std::span(&cloud.view, 1), {});
+    ASSERT_TRUE(format.has_value());
+    EXPECT_EQ(format->rings, model.lines) << model.name << ": " << format->summary;
+    const sensor::LidarModel* found = sensor::find_lidar_model(format->model);
+    ASSERT_NE(found, nullptr);
+    EXPECT_EQ(found->lines, model.lines) << model.name << ": " << format->summary;
+  }
+}
+
+TEST(CloudFormat, clouds_without_xyz_and_empty_ones_are_refused_with_different_codes) {
+  auto clouds = three(CloudStyle::kXyzi);
+  EXPECT_EQ(decide_cloud_format({}, {}).error().code, ErrorCode::kNoAnswer);
+  clouds[0].view.fields[2].name = "zz";
+  EXPECT_EQ(decide_cloud_format(views(clouds), {}).error().code, ErrorCode::kInput);
+  clouds = three(CloudStyle::kXyzi);
+  clouds[0].view.width = 0;  // passed over
+  EXPECT_TRUE(decide_cloud_format(views(clouds), {}).has_value());
+}
+
+}  // namespace
+}  // namespace rali::wire
