@@ -7,9 +7,10 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "rali/drive/output/pose_files.hpp"
 #include "rali/io/files/atomic_file.hpp"
 #include "rali/io/files/cloud_file.hpp"
+#include "rali/io/files/text.hpp"
+#include "rali/io/files/tum.hpp"
 
 namespace rali::drive {
 namespace {
@@ -122,13 +123,11 @@ std::string keyframes_text(const std::vector<VehicleKeyframes>& vehicles, bool w
   for (const VehicleKeyframes& vehicle : vehicles) {
     for (const KeyframeRecord& record : *vehicle.records) {
       if (record.diverged) continue;
-      std::string pose = tum_line(record.t, vehicle.T_map_odom * record.T_odom_body);
-      pose.pop_back();
-      for (char& c : pose) {
-        if (c == ' ') c = ',';
-      }
-      text += fmt::format("{},{},{},{},{},{}\n", id++, vehicle.vehicle, record.id.seq, pose,
-                          record.points, with_files ? record.file : std::string());
+      std::string pose = io::pose_text(vehicle.T_map_odom * record.T_odom_body, 6, 9);
+      std::replace(pose.begin(), pose.end(), ' ', ',');
+      text += fmt::format("{},{},{},{},{},{},{}\n", id++, vehicle.vehicle, record.id.seq,
+                          io::format_stamp(record.t), pose, record.points,
+                          with_files ? record.file : std::string());
     }
   }
   return text;

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "rali/base/result.hpp"
-#include "rali/io/files/atomic_file.hpp"
+#include "rali/io/files/csv_writer.hpp"
+#include "rali/io/files/tum.hpp"
 #include "rali/vehicle/event.hpp"
 
 namespace rali::drive {
@@ -24,25 +25,17 @@ struct PoseRecord {
 
 [[nodiscard]] PoseRecord pose_record(const vehicle::PoseEstimate& pose);
 
-/// "stamp_s x y z qx qy qz qw\n": nine decimals of stamp and quaternion, six of position. The
-/// stamp is written from its nanoseconds, without rounding; qw is never negative.
-[[nodiscard]] std::string tum_line(Time t, const geometry::SE3& T_outer_body);
-
-/// "stamp_s,c00..c55\n": upper triangle of the covariance in the order x y z rx ry rz about the
-/// fixed axes of the outer frame. Numbers that are not finite are left empty.
-[[nodiscard]] std::string covariance_line(Time t, const geometry::Mat6& cov_boxplus,
-                                          const geometry::Mat3& R_outer_body);
-
-/// Seconds with nine decimals from whole nanoseconds.
-[[nodiscard]] std::string stamp_text(Time t);
+/// Columns of a covariance file: stamp_s,c00..c55, the upper triangle in the order x y z rx ry rz
+/// about the fixed axes of the outer frame.
+[[nodiscard]] std::vector<std::string> covariance_columns();
+[[nodiscard]] io::CsvRow covariance_row(Time t, const geometry::Mat6& cov_boxplus,
+                                        const geometry::Mat3& R_outer_body);
 
 /// odometry/<v>.tum and .cov.csv: each pose as it was known when its sweep was processed. Reaches
-/// the disk at most kFlushDataS of data late and in whole lines, so that even a kill leaves
+/// the disk at most 10 s of data late and in whole lines, so that even a kill leaves
 /// odometry/.<v>.tum.tmp readable.
 class OdometryFiles {
  public:
-  static constexpr double kFlushDataS = 5.0;
-
   /// Errors: kMachine.
   [[nodiscard]] static Result<OdometryFiles> create(const std::string& out_dir,
                                                     const std::string& vehicle);
@@ -50,11 +43,10 @@ class OdometryFiles {
   [[nodiscard]] Status close();
 
  private:
-  OdometryFiles(io::AtomicFile poses, io::AtomicFile covariances);
+  OdometryFiles(io::TumWriter poses, io::CsvWriter covariances);
 
-  io::AtomicFile poses_, covariances_;
-  Time t_flushed_;
-  bool started_ = false;
+  io::TumWriter poses_;
+  io::CsvWriter covariances_;
 };
 
 /// Text of trajectory/<v>.tum: T_map_body of each pose, diverged stretches left out and named.

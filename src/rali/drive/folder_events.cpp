@@ -1,0 +1,262 @@
+#include "rali/drive/folder_events.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "rali/drive/input/event_outlet.hpp"
+#include "rali/drive/input/imu_csv.hpp"
+#include "rali/drive/input/imu_intake.hpp"
+#include "rali/drive/input/recording_probe.hpp"
+#include "rali/io/files/scan_folder.hpp"
+
+namespace rali::drive {
+namespace {
+
+constexpr std::size_t kSweeps = 10;
+constexpr std::size_t kImuSamples = 20000;
+constexpr double kProbeS = 3.0;
+/// Inertial data is handed out so far ahead of the sweeps that none waits for it.
+constexpr double kImuLeadS = 0.3;
+constexpr std::uint64_t kNamedErrors = 5;
+
+class FolderEvents final : public ReportedSource {
+ public:
+  FolderEvents(io::ScanFolder folder, std::optional<ImuCsv> imu, ImuUnits units,
+               InputOptions options, InputReport report)
+      : folder_(std::move(folder)),
+        imu_(std::move(imu)),
+        options_(std::move(options)),
+        report_(std::move(report)),
+        intake_(units, options_.T_body_imu),
+        outlet_(options_) {}
+
+  Result<std::optional<vehicle::Event>> next() override {
+    while (!ended_) {
+      std::optional<vehicle::Event> event = outlet_.pop(report_);
+      if (event) return event;
+      if (exhausted_ || outlet_.past_end()) {
+        end();
+        continue;
+      }
+      const Result<bool> more = read_one();
+      if (!more) return tl::make_unexpected(more.error());
+      if (!*more || (options_.strict && report_.gaps.damaged)) {
+        exhausted_ = true;
+        outlet_.finish();
+      }
+    }
+    return std::optional<vehicle::Event>();
+  }
+
+  double progress() const override {
+    return ended_ ? 1.0
+                  : static_cast<double>(sweeps_) / static_cast<double>(folder_.entries().size());
+  }
+
+  const InputReport& report() const override { return report_; }
+
+ private:
+  Result<bool> read_one() {
+    io::CloudFile cloud;
+    Time t;
+    const Result<bool> got = folder_.next(cloud, t);
+    if (!got || !*got) return got;
+    ++sweeps_;
+    auto scan = std::make_shared<sensor::LidarScan>();
+    if (Status s =
+            wire::decode_cloud(cloud.view(t, "lidar"), report_.cloud_format, options_.cloud, *scan);
+        !s) {
+      damaged(s.error());
+      return true;
+    }
+    if (scan->size() == 0) return true;
+    const Duration offset = Duration::from_s(options_.lidar_time_offset_s);
+    scan->t_begin = scan->t_begin + offset;
+    scan->t_end = scan->t_end + offset;
+    push_imu_until(scan->t_end + Duration::from_s(kImuLeadS));
+    outlet_.push(std::move(scan));
+    return true;
+  }
+
+  void push_imu_until(Time t) {
+    while (imu_) {
+      if (!waiting_) waiting_ = imu_->next(report_.gaps, report_.findings);
+      if (!waiting_) {
+        imu_.reset();
+      } else if (waiting_->t > t) {
+        return;
+      } else {
+        if (last_imu_ && waiting_->t <= *last_imu_) {
+          ++report_.gaps.repeated;
+        } else {
+          last_imu_ = waiting_->t;
+          if (const auto sample = intake_.take(*waiting_, report_.gaps)) outlet_.push(*sample);
+        }
+        waiting_.reset();
+      }
+    }
+  }
+
+  void damaged(const Error& error) {
+    report_.gaps.damaged = true;
+    if (++report_.gaps.undecodable > kNamedErrors) return;
+    Finding f;
+    f.id = "D19";
+    f.vehicle = report_.vehicle;
+    f.topic = folder_.path();
+    f.text = fmt::format("sweep {} left out: {}", sweeps_, error.message());
+    report_.findings.push_back(std::move(f));
+  }
+
+  void end() {
+    ended_ = true;
+    if (folder_.skipped() > 0) report_.gaps.damaged = true;
+    report_.gaps.undecodable += folder_.skipped();
+    for (std::size_t i = known_findings_; i < folder_.findings().size(); ++i) {
+      report_.findings.push_back(folder_.findings()[i]);
+      report_.findings.back().vehicle = report_.vehicle;
+    }
+    outlet_.close(report_);
+  }
+
+  io::ScanFolder folder_;
+  std::optional<ImuCsv> imu_;
+  InputOptions options_;
+  InputReport report_;
+  ImuIntake intake_;
+  EventOutlet outlet_;
+  std::size_t known_findings_ = folder_.findings().size();
+  std::optional<sensor::ImuSample> waiting_;
+  std::optional<Time> last_imu_;
+  std::size_t sweeps_ = 0;
+  bool exhausted_ = false, ended_ = false;
+};
+
+/// The first sweeps, decoded, with the format that was decided from them.
+Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
+                                                   const InputOptions& options,
+                                                   InputReport& report) {
+  std::vector<io::CloudFile> clouds;
+  std::vector<Time> times;
+  while (clouds.size() < kSweeps) {
+    io::CloudFile cloud;
+    Time t;
+    const Result<bool> got = folder.next(cloud, t);
+    if (!got) return tl::make_unexpected(got.error());
+    if (!*got) break;
+    clouds.push_back(std::move(cloud));
+    times.push_back(t);
+  }
+  std::vector<wire::CloudView> views;
+  for (std::size_t i = 0; i < clouds.size(); ++i)
+    views.push_back(clouds[i].view(times[i], "lidar"));
+  Result<wire::CloudFormat> format = wire::decide_cloud_format(views, options.cloud);
+  if (!format) {
+    Error error = format.error();
+    error.code = ErrorCode::kInput;
+    error.where = folder.path() + (error.where.empty() ? "" : ": " + error.where);
+    return tl::make_unexpected(std::move(error));
+  }
+  report.cloud_format = *format;
+  for (Finding f : format->findings) {
+    f.vehicle = report.vehicle;
+    f.topic = folder.path();
+    report.findings.push_back(std::move(f));
+  }
+  std::vector<sensor::LidarScan> scans;
+  for (std::size_t i = 0; i < views.size() && scans.size() < 3; ++i) {
+    sensor::LidarScan scan;
+    if (wire::decode_cloud(views[i], *format, options.cloud, scan))
+      scans.push_back(std::move(scan));
+  }
+  folder.rewind();
+  return scans;
+}
+
+Result<std::vector<sensor::ImuSample>> first_imu(const std::string& path,
+                                                 const io::ScanFolder& folder) {
+  std::vector<sensor::ImuSample> samples;
+  Result<ImuCsv> csv = ImuCsv::open(path);
+  if (!csv) return tl::make_unexpected(csv.error());
+  InputGaps ignored;
+  FindingList findings;
+  while (samples.size() < kImuSamples) {
+    const std::optional<sensor::ImuSample> sample = csv->next(ignored, findings);
+    if (!sample) break;
+    if (!is_plausible(*sample)) continue;
+    samples.push_back(*sample);
+    if (seconds_between(samples.front().t, sample->t) > kProbeS) break;
+  }
+  const Time t_last = folder.entries().back().t;
+  if (!samples.empty() && samples.front().t > t_last) {
+    return fail(ErrorCode::kInput, path,
+                fmt::format("begins at {:.3f} s, after the last sweep at {:.3f} s",
+                            samples.front().t.s(), t_last.s()),
+                folder.times_assumed() ? "Give times.txt with the stamps of the sweeps."
+                                       : "Are both on one clock and in seconds?");
+  }
+  return samples;
+}
+
+void no_imu_finding(const std::string& folder, InputReport& report) {
+  Finding f;
+  f.id = "D10";
+  f.severity = Severity::kInfo;
+  f.vehicle = report.vehicle;
+  f.text = fmt::format(
+      "{}{} no imu.csv. Mapping with LiDAR alone; blind directions are held by "
+      "ranges only",
+      folder, folder.ends_with('/') ? ":" : "/:");
+  report.findings.push_back(std::move(f));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ReportedSource>> open_folder_events(const std::string& path,
+                                                           const std::string& imu_file,
+                                                           const InputOptions& options) {
+  Result<io::ScanFolder> folder = io::ScanFolder::open(path);
+  if (!folder) return tl::make_unexpected(folder.error());
+  InputReport report;
+  report.vehicle = options.vehicle;
+  report.files = {path};
+  report.lidar_time_offset_s = options.lidar_time_offset_s;
+  for (const Finding& f : folder->findings()) {
+    report.findings.push_back(f);
+    report.findings.back().vehicle = options.vehicle;
+  }
+  const Result<std::vector<sensor::LidarScan>> scans = first_scans(*folder, options, report);
+  if (!scans) return tl::make_unexpected(scans.error());
+
+  std::string imu_path = imu_file.empty() ? folder->imu_path().value_or("") : imu_file;
+  if (options.imu_topic == "none") imu_path.clear();
+  report.has_imu = !imu_path.empty();
+  std::optional<ImuCsv> imu;
+  std::vector<sensor::ImuSample> samples;
+  if (report.has_imu) {
+    report.imu_topic = imu_path;
+    Result<std::vector<sensor::ImuSample>> first = first_imu(imu_path, *folder);
+    if (!first) return tl::make_unexpected(first.error());
+    samples = std::move(*first);
+    Result<ImuCsv> csv = ImuCsv::open(imu_path);
+    if (!csv) return tl::make_unexpected(csv.error());
+    imu = std::move(*csv);
+  } else {
+    no_imu_finding(path, report);
+  }
+  const Result<ImuUnits> units = decide_imu_units(samples, options, imu_path);
+  if (!units) return tl::make_unexpected(units.error());
+  report.accel_scale = units->accel_scale;
+  report.gyro_scale = units->gyro_scale;
+  report.findings.insert(report.findings.end(), units->findings.begin(), units->findings.end());
+  if (Status s = decide_extrinsics(options, TfTree{}, *scans, samples, *units, report); !s) {
+    return tl::make_unexpected(s.error());
+  }
+  return std::make_unique<FolderEvents>(std::move(*folder), std::move(imu), *units, options,
+                                        std::move(report));
+}
+
+}  // namespace rali::drive
