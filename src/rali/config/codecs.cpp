@@ -8,10 +8,8 @@ namespace rali::config {
 
 tl::unexpected<Error> not_allowed(const Node& node, const std::string& key,
                                   const std::string& type) {
-  std::string is = "is a group or a list";
-  if (node.kind == Node::Kind::kNull) is = "is empty";
-  if (node.kind == Node::Kind::kScalar) is = "is " + yaml_quoted(node.text.substr(0, 60));
-  return fail(ErrorCode::kUsage, node.where, fmt::format("{} {}; allowed is {}", key, is, type));
+  return fail(ErrorCode::kUsage, node.where,
+              fmt::format("{} {}; allowed is {}", key, describe_value(node), type));
 }
 
 std::string encode_list(std::span<const double> values) {

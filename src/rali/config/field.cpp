@@ -22,24 +22,12 @@ tl::unexpected<Error> refuse(const Field& field, const Node& node, std::string_v
               fmt::format("{} {}; allowed is {}", field.key, is, allowed_text(field)));
 }
 
-/// How a value that does not fit is shown: cut, so that a message stays one line.
-std::string shown(const Node& node) {
-  if (node.kind == Node::Kind::kNull) return "is empty";
-  if (node.kind == Node::Kind::kMap) return "is a group of keys";
-  if (node.kind == Node::Kind::kSequence)
-    return fmt::format("is a list of {}", node.children.size());
-  const std::string text = node.text.substr(0, 60);
-  const bool printable =
-      std::all_of(text.begin(), text.end(), [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
-  return "is " + (node.quoted || !printable ? yaml_quoted(text) : text);
-}
-
 Result<double> number(const Field& field, const Node& node) {
   double value = 0.0;
   if (node.kind != Node::Kind::kScalar || node.quoted || !parse_double(node.text, value)) {
-    return refuse(field, node, shown(node));
+    return refuse(field, node, describe_value(node));
   }
-  if (!(value >= field.min && value <= field.max)) return refuse(field, node, shown(node));
+  if (!(value >= field.min && value <= field.max)) return refuse(field, node, describe_value(node));
   return value;
 }
 
@@ -47,20 +35,21 @@ template <class I>
 Status integer(const Field& field, const Node& node, I* target) {
   long long value = 0;
   if (node.kind != Node::Kind::kScalar || node.quoted || !parse_integer(node.text, value)) {
-    return refuse(field, node, shown(node));
+    return refuse(field, node, describe_value(node));
   }
   const auto as_double = static_cast<double>(value);
-  if (as_double < field.min || as_double > field.max) return refuse(field, node, shown(node));
+  if (as_double < field.min || as_double > field.max)
+    return refuse(field, node, describe_value(node));
   const auto low = static_cast<double>(std::numeric_limits<I>::lowest());
   const auto high = static_cast<double>(std::numeric_limits<I>::max());
-  if (as_double < low || as_double > high) return refuse(field, node, shown(node));
+  if (as_double < low || as_double > high) return refuse(field, node, describe_value(node));
   *target = static_cast<I>(value);
   return {};
 }
 
 Status array(const Field& field, const Node& node, std::span<double> target) {
   if (node.kind != Node::Kind::kSequence || node.children.size() != target.size()) {
-    return refuse(field, node, shown(node));
+    return refuse(field, node, describe_value(node));
   }
   std::vector<double> values;
   for (const Node& child : node.children) {
@@ -75,7 +64,7 @@ Status array(const Field& field, const Node& node, std::span<double> target) {
 Status boolean(const Field& field, const Node& node, bool* target) {
   if (node.kind != Node::Kind::kScalar || node.quoted ||
       (node.text != "true" && node.text != "false")) {
-    return refuse(field, node, shown(node));
+    return refuse(field, node, describe_value(node));
   }
   *target = node.text == "true";
   return {};
@@ -88,7 +77,7 @@ Status one_of(const Field& field, const Node& node, const ChoiceTarget& choice) 
       return {};
     }
   }
-  return refuse(field, node, shown(node));
+  return refuse(field, node, describe_value(node));
 }
 
 std::string bounds_text(const Field& field) {
@@ -96,6 +85,17 @@ std::string bounds_text(const Field& field) {
 }
 
 }  // namespace
+
+std::string describe_value(const Node& node) {
+  if (node.kind == Node::Kind::kNull) return "is empty";
+  if (node.kind == Node::Kind::kMap) return "is a group of keys";
+  if (node.kind == Node::Kind::kSequence)
+    return fmt::format("is a list of {}", node.children.size());
+  const std::string text = node.text.substr(0, 60);
+  const bool printable =
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
+  return "is " + (node.quoted || !printable ? yaml_quoted(text) : text);
+}
 
 Status decode_field(const Field& field, const Node& node) {
   const auto visitor = Overloaded{
@@ -109,7 +109,7 @@ Status decode_field(const Field& field, const Node& node) {
       [&](std::size_t* target) -> Status { return integer(field, node, target); },
       [&](bool* target) -> Status { return boolean(field, node, target); },
       [&](std::string* target) -> Status {
-        if (node.kind != Node::Kind::kScalar) return refuse(field, node, shown(node));
+        if (node.kind != Node::Kind::kScalar) return refuse(field, node, describe_value(node));
         *target = node.text;
         return {};
       },

@@ -129,6 +129,10 @@ void collect_fields(std::string prefix, S& settings, FieldList& fields) {
 /// The field's value as one line of YAML; decode_field of it gives the same value.
 [[nodiscard]] std::string encode_field(const Field& field);
 
+/// How a value that does not fit is told: "is 7.5", "is empty", "is a list of 2"; cut, so that a
+/// message stays one line.
+[[nodiscard]] std::string describe_value(const Node& node);
+
 /// What may stand there: "0.1 to 10", "true or false", "robust, paper".
 [[nodiscard]] std::string allowed_text(const Field& field);
 

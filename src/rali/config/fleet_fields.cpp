@@ -131,9 +131,8 @@ CustomTarget schema_target(int& schema) {
       schema = 1;
       return {};
     }
-    return fail(ErrorCode::kUsage, node.where,
-                fmt::format("schema {} is not known", yaml_quoted(node.text.substr(0, 20))),
-                "This program reads schema 1.");
+    return fail(ErrorCode::kUsage, node.where, fmt::format("schema {}", describe_value(node)),
+                "This program reads schema 1 only.");
   };
   target.encode = [&schema] { return fmt::format("{}", schema); };
   return target;

@@ -185,8 +185,9 @@ TEST(LoadFleet, a_file_without_vehicle_or_recording_is_told_what_to_write) {
   EXPECT_NE(error_of("vehicles: {../x: {recording: a}}").find("no name of a vehicle"),
             std::string::npos);
   EXPECT_NE(error_of("[1, 2]").find("no group of keys"), std::string::npos);
-  EXPECT_NE(error_of("schema: 2\nvehicles: {v1: {recording: a}}").find("schema 2 is not known"),
-            std::string::npos);
+  EXPECT_NE(
+      error_of("schema: 2\nvehicles: {v1: {recording: a}}").find("schema is 2. This program reads"),
+      std::string::npos);
 }
 
 TEST(LoadFleet, names_that_do_not_fit_each_other_are_refused_with_their_line) {
@@ -302,7 +303,8 @@ TEST(LoadFleet, a_complete_file_cut_at_every_byte_loads_or_explains) {
 TEST(LoadFleet, the_manual_in_docs_is_that_of_the_program) {
   std::ifstream file(std::string(RALI_SOURCE_DIR) + "/docs/settings.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  EXPECT_TRUE(text == settings_manual()) << "docs/settings.md is not that of the program; renew it with: make docs";
+  EXPECT_TRUE(text == settings_manual())
+      << "docs/settings.md is not that of the program; renew it with: make docs";
 }
 
 }  // namespace

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/cli/session.hpp"
+
+namespace rali::cli {
+
+/// What the program ends with (docs/cli.md).
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitBelowAsked = 1;
+inline constexpr int kExitNotStarted = 2;
+inline constexpr int kExitGaps = 3;
+inline constexpr int kExitMachine = 4;
+inline constexpr int kExitInternal = 5;
+
+/// The exit code of an error; `kInterrupted` is the signal's own code.
+[[nodiscard]] int exit_code_of(const Error& error, int signal_number);
+
+/// Where an option's value goes. bool: a flag; vectors: repeatable.
+using OptionTarget = std::variant<bool*, int*, double*, std::string*, std::vector<std::string>*>;
+
+/// One option of a command. Parsing, help, docs/cli.md and completion are made from it.
+struct Option {
+  std::string names;  ///< "-o,--out"
+  std::string value;  ///< "DIR"; empty for a flag
+  std::string help;   ///< what it does, with unit
+  OptionTarget target;
+  bool rare = false;                 ///< only in --help-all
+  std::vector<std::string> choices;  ///< the only words allowed; empty: any
+};
+
+/// What stands on the command line without a name.
+struct Positional {
+  std::string name;  ///< "INPUT"
+  std::string help;
+  std::vector<std::string>* target = nullptr;
+  int at_least = 1;
+  int at_most = 1000;
+  std::vector<std::string> choices;
+};
+
+/// One command of `rali`. Made afresh for each call; options point into it.
+class Command {
+ public:
+  virtual ~Command() = default;
+  [[nodiscard]] virtual std::string name() const = 0;
+  [[nodiscard]] virtual std::string summary() const = 0;  ///< one line, without a full stop
+  [[nodiscard]] virtual std::vector<std::string> examples() const = 0;  ///< two
+  [[nodiscard]] virtual std::string exit_codes() const = 0;             ///< one line
+  [[nodiscard]] virtual Positional positional() = 0;
+  [[nodiscard]] virtual std::vector<Option> options() = 0;
+
+  /// Hidden commands work but are not listed.
+  [[nodiscard]] virtual bool hidden() const { return false; }
+
+  /// @return the exit code. Errors are printed by the caller as `rali: error: ...`.
+  [[nodiscard]] virtual Result<int> run(Session& session) = 0;
+};
+
+using CommandList = std::vector<std::unique_ptr<Command>>;
+
+}  // namespace rali::cli

@@ -1,0 +1,14 @@
+#include "rali/cli/commands/commands.hpp"
+
+namespace rali::cli {
+
+CommandList all_commands() {
+  CommandList commands;
+  commands.push_back(make_map_command());
+  commands.push_back(make_completion_command());
+  commands.push_back(make_help_settings_command());
+  commands.push_back(make_help_cli_command());
+  return commands;
+}
+
+}  // namespace rali::cli

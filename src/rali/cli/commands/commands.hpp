@@ -1,0 +1,16 @@
+#pragma once
+
+#include "rali/cli/command.hpp"
+
+namespace rali::cli {
+
+/// Every command of the program, in the order of the help. A command is here when it works.
+[[nodiscard]] CommandList all_commands();
+
+[[nodiscard]] std::unique_ptr<Command> make_map_command();
+[[nodiscard]] std::unique_ptr<Command> make_completion_command();
+/// Hidden: print docs/settings.md and docs/cli.md.
+[[nodiscard]] std::unique_ptr<Command> make_help_settings_command();
+[[nodiscard]] std::unique_ptr<Command> make_help_cli_command();
+
+}  // namespace rali::cli

@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "rali/cli/commands/commands.hpp"
+#include "rali/cli/map_job.hpp"
+#include "rali/cli/map_summary.hpp"
+#include "rali/cli/progress_view.hpp"
+#include "rali/config/load_fleet.hpp"
+
+namespace rali::cli {
+namespace {
+
+bool is_yaml(const std::string& input) {
+  const std::string extension = std::filesystem::path(input).extension().string();
+  return extension == ".yaml" || extension == ".yml";
+}
+
+/// Words of the command line that stand for a key of every vehicle.
+struct Shortcut {
+  std::string option, key, value;
+  bool single_only = true;
+};
+
+class MapCommand final : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "map"; }
+
+  [[nodiscard]] std::string summary() const override {
+    return "map recordings: trajectories, covariances, cloud, 2-D grid";
+  }
+
+  [[nodiscard]] std::vector<std::string> examples() const override {
+    return {"rali map run1.bag", "rali map fleet.yaml --preset paper -o out_paper"};
+  }
+
+  [[nodiscard]] std::string exit_codes() const override {
+    return "0 done, 1 --require not met, 2 not started, 3 done with gaps or vehicles not joined, "
+           "4 disk or memory, 130 interrupted";
+  }
+
+  [[nodiscard]] Positional positional() override {
+    return {"INPUT",  "recordings (.bag .mcap .db3, scan folders) or one fleet.yaml",
+            &inputs_, 1,
+            64,       {}};
+  }
+
+  [[nodiscard]] std::vector<Option> options() override;
+  [[nodiscard]] Result<int> run(Session& session) override;
+
+ private:
+  [[nodiscard]] std::vector<Shortcut> shortcuts() const;
+  [[nodiscard]] Result<config::FleetConfig> load(const config::Overrides& overrides) const;
+  [[nodiscard]] Result<config::FleetConfig> load_with_shortcuts() const;
+  [[nodiscard]] Status read_formats();
+  [[nodiscard]] Result<int> plan(const config::FleetConfig& fleet, const drive::MapJob& job,
+                                 Session& session) const;
+  void warn_fleet(const config::FleetConfig& fleet, Session& session) const;
+
+  std::vector<std::string> inputs_, assignments_, requirements_;
+  MapOptions map_;
+  std::string preset_, formats_ = "pcd,ply";
+  std::string ranges_, lidar_topic_, imu_topic_, lidar_model_, imu_file_;
+  std::string start_s_, duration_s_, map_voxel_m_;
+  bool no_mcap_ = false, no_keyframes_ = false, dry_run_ = false;
+};
+
+std::vector<Option> MapCommand::options() {
+  return {
+      {"-o,--out", "DIR", "where the results go", &map_.out_dir, false, {}},
+      {"--preset",
+       "NAME",
+       "robust (default) or paper (as printed)",
+       &preset_,
+       false,
+       {"robust", "paper"}},
+      {"--set",
+       "KEY=VALUE",
+       "any setting of docs/settings.md; repeatable",
+       &assignments_,
+       false,
+       {}},
+      {"--lidar-topic", "TOPIC", "cloud topic, if there are several", &lidar_topic_, false, {}},
+      {"--imu-topic", "TOPIC", "IMU topic; none: LiDAR alone", &imu_topic_, false, {}},
+      {"--lidar-model", "NAME", "for point times that are missing", &lidar_model_, true, {}},
+      {"--imu", "FILE", "CSV of inertial data of a scan folder", &imu_file_, false, {}},
+      {"--ranges", "FILE", "CSV of ranges: checked and reported, not used yet", &ranges_, true, {}},
+      {"--start", "S", "leave out so much data [s]", &start_s_, false, {}},
+      {"--duration", "S", "use so much data [s]; 0: all", &duration_s_, false, {}},
+      {"--require", "COND", "max_sigma_m=M, connected; else exit 1", &requirements_, true, {}},
+      {"--formats", "LIST", "of map.*: pcd, ply, las", &formats_, false, {}},
+      {"--map-voxel",
+       "M",
+       "one point per cube [m]; 0: all (default 0.05)",
+       &map_voxel_m_,
+       false,
+       {}},
+      {"--no-mcap", "", "do not write session.mcap", &no_mcap_, true, {}},
+      {"--no-keyframes", "", "do not keep the keyframes' clouds", &no_keyframes_, true, {}},
+      {"--threads", "N", "0: one per core; results do not depend on it", &map_.threads, true, {}},
+      {"--dry-run", "", "read, check, print settings and plan, stop", &dry_run_, false, {}},
+      {"--strict", "", "the first gap ends the run with 3", &map_.strict, true, {}},
+      {"--overwrite", "", "replace what rali wrote into DIR", &map_.overwrite, false, {}},
+  };
+}
+
+std::vector<Shortcut> MapCommand::shortcuts() const {
+  return {{"--lidar-topic", "lidar.topic", lidar_topic_, true},
+          {"--imu-topic", "imu.topic", imu_topic_, true},
+          {"--lidar-model", "lidar.model", lidar_model_, true},
+          {"--imu", "imu.file", imu_file_, true},
+          {"--start", "start_s", start_s_, false},
+          {"--duration", "duration_s", duration_s_, false}};
+}
+
+Result<config::FleetConfig> MapCommand::load(const config::Overrides& overrides) const {
+  const auto file = std::find_if(inputs_.begin(), inputs_.end(), is_yaml);
+  if (file == inputs_.end()) return config::fleet_of_recordings(inputs_, overrides);
+  if (inputs_.size() > 1) {
+    return fail(ErrorCode::kUsage, *file, "a fleet.yaml stands alone",
+                "Name the other recordings in it.");
+  }
+  return config::load_fleet(*file, overrides);
+}
+
+/// The vehicles' names are known only after loading, so shortcuts load a second time.
+Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
+  config::Overrides overrides{preset_, assignments_};
+  if (!map_voxel_m_.empty()) overrides.assignments.push_back("output.map_voxel_m=" + map_voxel_m_);
+  if (!ranges_.empty()) {
+    overrides.assignments.push_back(
+        fmt::format("ranges.sources=[{{file: {}}}]", config::yaml_quoted(ranges_)));
+  }
+  Result<config::FleetConfig> fleet = load(overrides);
+  if (!fleet) return fleet;
+  const std::size_t before = overrides.assignments.size();
+  for (const Shortcut& shortcut : shortcuts()) {
+    if (shortcut.value.empty()) continue;
+    if (shortcut.single_only && fleet->vehicles.size() > 1) {
+      return fail(ErrorCode::kUsage, shortcut.option,
+                  fmt::format("there are {} vehicles", fleet->vehicles.size()),
+                  fmt::format("Write vehicles.NAME.{} into a fleet.yaml.", shortcut.key));
+    }
+    for (const config::VehicleConfig& vehicle : fleet->vehicles) {
+      overrides.assignments.push_back(fmt::format("vehicles.{}.{}={}", vehicle.name, shortcut.key,
+                                                  config::yaml_quoted(shortcut.value)));
+    }
+  }
+  return overrides.assignments.size() == before ? std::move(fleet) : load(overrides);
+}
+
+Status MapCommand::read_formats() {
+  map_.formats.clear();
+  std::size_t begin = 0;
+  while (begin <= formats_.size()) {
+    const std::size_t comma = std::min(formats_.find(',', begin), formats_.size());
+    const std::string format = formats_.substr(begin, comma - begin);
+    if (format != "pcd" && format != "ply" && format != "las") {
+      return fail(ErrorCode::kUsage, "--formats",
+                  fmt::format("'{}' is no format", format.substr(0, 60)),
+                  "Known here: pcd, ply, las.");
+    }
+    map_.formats.push_back(format);
+    begin = comma + 1;
+  }
+  return {};
+}
+
+void MapCommand::warn_fleet(const config::FleetConfig& fleet, Session& session) const {
+  const std::vector<std::string> idle = idle_keys(fleet);
+  if (!idle.empty()) {
+    session.warning(
+        fmt::format("{}: checked, but without effect: this version maps each vehicle alone.",
+                    fmt::join(idle, ", ")));
+  }
+  if (fleet.vehicles.size() < 2) return;
+  std::vector<std::string> names;
+  for (const config::VehicleConfig& vehicle : fleet.vehicles) names.push_back(vehicle.name);
+  session.warning(
+      fmt::format("{} are mapped each in a frame of its own: this version does not join vehicles.",
+                  fmt::join(names, ", ")));
+}
+
+Result<int> MapCommand::plan(const config::FleetConfig& fleet, const drive::MapJob& job,
+                             Session& session) const {
+  const auto reports = drive::plan_map(job);
+  if (!reports) return tl::make_unexpected(reports.error());
+  for (const drive::InputReport& report : *reports) session.note(input_text(report));
+  session.result(config::dump_fleet(with_findings(fleet, *reports), ""));
+  return kExitDone;
+}
+
+Result<int> MapCommand::run(Session& session) {
+  const Result<std::vector<Requirement>> requirements = parse_requirements(requirements_);
+  if (!requirements) return tl::make_unexpected(requirements.error());
+  if (Status status = read_formats(); !status) return tl::make_unexpected(status.error());
+  if (map_.threads < 0 || map_.threads > 1024) {
+    return fail(ErrorCode::kUsage, "--threads", fmt::format("{} is not 0 to 1024", map_.threads));
+  }
+  map_.mcap = !no_mcap_;
+  map_.keyframes = !no_keyframes_;
+  map_.command_line = session.command_line;
+  const Result<config::FleetConfig> fleet = load_with_shortcuts();
+  if (!fleet) return tl::make_unexpected(fleet.error());
+  const Result<drive::MapJob> job = make_map_job(*fleet, map_);
+  if (!job) return tl::make_unexpected(job.error());
+  warn_fleet(*fleet, session);
+  if (dry_run_) return plan(*fleet, *job, session);
+
+  ProgressView view(session);
+  const Result<drive::MapSummary> summary = drive::run_map(*job, view, stop_requested());
+  session.live_line("");
+  if (!summary) return tl::make_unexpected(summary.error());
+  for (const drive::VehicleSummary& vehicle : summary->vehicles) {
+    session.note(input_text(vehicle.input));
+  }
+  session.result(session.options.json ? summary->metrics_json : summary_text(*summary));
+  const int code = exit_code_of(*summary, stop_signal());
+  const std::vector<std::string> broken = broken_requirements(*requirements, *summary);
+  for (const std::string& sentence : broken) session.error(sentence + '.');
+  return broken.empty() || code >= kExitMachine ? code : kExitBelowAsked;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_map_command() { return std::make_unique<MapCommand>(); }
+
+}  // namespace rali::cli

@@ -1,0 +1,224 @@
+#include "rali/cli/help.hpp"
+
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "rali/cli/parse.hpp"
+
+namespace rali::cli {
+namespace {
+
+constexpr std::size_t kColumns = 80;
+constexpr std::size_t kHelpColumn = 27;
+
+/// Words of `text` in lines that start at `column` (the first continues `line`).
+std::string wrapped(std::string line, const std::string& text, std::size_t column) {
+  std::string out;
+  if (line.size() + 2 > column) {
+    out = line + '\n';
+    line.clear();
+  }
+  line.resize(column, ' ');
+  bool empty = true;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (!empty && line.size() + 1 + word.size() > kColumns) {
+      out += line + '\n';
+      line = std::string(column, ' ');
+      empty = true;
+    }
+    line += (empty ? "" : " ") + word;
+    empty = false;
+  }
+  return out + line + '\n';
+}
+
+std::string default_text(const Option& option) {
+  if (auto* const* text = std::get_if<std::string*>(&option.target)) {
+    return (*text)->empty() ? "" : fmt::format(" [{}]", **text);
+  }
+  if (auto* const* number = std::get_if<double*>(&option.target))
+    return fmt::format(" [{}]", **number);
+  if (auto* const* whole = std::get_if<int*>(&option.target)) {
+    return option.value.empty() ? "" : fmt::format(" [{}]", **whole);
+  }
+  return "";
+}
+
+std::string option_names(const Option& option) {
+  std::string names = option.names;
+  for (std::size_t at = names.find(','); at != std::string::npos; at = names.find(',', at + 2)) {
+    names.insert(at + 1, " ");
+  }
+  return option.value.empty() ? names : names + ' ' + option.value;
+}
+
+std::vector<Option> all_options(Command& command, CommonOptions& common) {
+  std::vector<Option> options = command.options();
+  for (Option& option : common_options(common)) options.push_back(std::move(option));
+  return options;
+}
+
+std::string usage_line(Command& command) {
+  const Positional positional = command.positional();
+  std::string input = positional.name;
+  if (positional.at_most > 1 && !input.empty()) input += "...";
+  if (positional.at_least == 0 && !input.empty()) input = '[' + input + ']';
+  return fmt::format("rali {} {}{}[options]", command.name(), input, input.empty() ? "" : " ");
+}
+
+std::string escaped_cell(std::string text) {
+  for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2)) {
+    text.insert(at, "\\");
+  }
+  return text;
+}
+
+/// Every word that may follow `rali CMD`, long options first.
+std::string completion_words(Command& command) {
+  CommonOptions common;
+  std::string words;
+  for (const Option& option : all_options(command, common)) {
+    std::istringstream names(option.names);
+    for (std::string name; std::getline(names, name, ',');) words += name + ' ';
+  }
+  for (const std::string& choice : command.positional().choices) words += choice + ' ';
+  return words + "--help --help-all";
+}
+
+std::string names_of(const CommandList& commands) {
+  std::string names;
+  for (const auto& command : commands) {
+    if (!command->hidden()) names += (names.empty() ? "" : " ") + command->name();
+  }
+  return names;
+}
+
+std::string bash_completion(const CommandList& commands) {
+  std::string text =
+      "# bash completion of rali; load it with: source <(rali completion bash)\n"
+      "_rali() {\n"
+      "  local cur=\"${COMP_WORDS[COMP_CWORD]}\" words=\"\"\n"
+      "  if [ \"$COMP_CWORD\" -eq 1 ]; then\n";
+  text += fmt::format("    words=\"{} --help --version\"\n  else\n", names_of(commands));
+  text += "    case \"${COMP_WORDS[1]}\" in\n";
+  for (const auto& command : commands) {
+    if (command->hidden()) continue;
+    text += fmt::format("      {}) words=\"{}\" ;;\n", command->name(), completion_words(*command));
+  }
+  return text +
+         "    esac\n  fi\n"
+         "  COMPREPLY=( $(compgen -W \"$words\" -- \"$cur\") )\n"
+         "  case \"$cur\" in -*) ;; *) COMPREPLY+=( $(compgen -f -- \"$cur\") ) ;; esac\n"
+         "}\ncomplete -o filenames -F _rali rali\n";
+}
+
+std::string fish_quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text)
+    out += c == '\'' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+  return out + '\'';
+}
+
+std::string fish_completion(const CommandList& commands) {
+  std::string text = "# fish completion of rali; load it with: rali completion fish | source\n";
+  for (const auto& command : commands) {
+    if (command->hidden()) continue;
+    text += fmt::format("complete -c rali -n __fish_use_subcommand -a {} -d {}\n", command->name(),
+                        fish_quoted(command->summary()));
+    CommonOptions common;
+    for (const Option& option : all_options(*command, common)) {
+      text += fmt::format("complete -c rali -n '__fish_seen_subcommand_from {}'", command->name());
+      std::istringstream names(option.names);
+      for (std::string name; std::getline(names, name, ',');) {
+        text += name.compare(0, 2, "--") == 0 ? " -l " + name.substr(2) : " -s " + name.substr(1);
+      }
+      if (!option.value.empty()) text += " -r";
+      text += " -d " + fish_quoted(option.help) + '\n';
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string program_help(const CommandList& commands) {
+  std::string text =
+      "rali: maps from LiDAR and inertial recordings of vehicles\n\n"
+      "usage: rali COMMAND INPUT... [options]\n\n";
+  for (const auto& command : commands) {
+    if (!command->hidden()) text += wrapped("  " + command->name(), command->summary(), 16);
+  }
+  return text +
+         "\n  rali map run1.bag                 one vehicle, topics found\n"
+         "  rali map fleet.yaml -o out        vehicles and sensors named in a file\n\n"
+         "`rali COMMAND -h` tells the options, `rali --version` the version.\n"
+         "exit codes: 0 done  1 below what was asked  2 not started  3 done with gaps\n"
+         "            4 stopped by the machine  5 internal fault  130, 143 interrupted\n";
+}
+
+std::string command_help(Command& command, bool all) {
+  std::string text = fmt::format("rali {}: {}\n\nusage: {}\n", command.name(), command.summary(),
+                                 usage_line(command));
+  for (const std::string& example : command.examples()) text += "  " + example + '\n';
+  text += '\n';
+  const Positional positional = command.positional();
+  if (!positional.name.empty())
+    text += wrapped("  " + positional.name, positional.help, kHelpColumn);
+  CommonOptions common;
+  bool hidden = false;
+  for (const Option& option : all_options(command, common)) {
+    hidden = hidden || option.rare;
+    if (option.rare && !all) continue;
+    text += wrapped("  " + option_names(option), option.help + default_text(option), kHelpColumn);
+  }
+  if (hidden && !all) text += wrapped("  --help-all", "all options", kHelpColumn);
+  return text + '\n' + wrapped("exit codes:", command.exit_codes(), 12);
+}
+
+std::string cli_manual(const CommandList& commands) {
+  std::string text =
+      "# Commands\n\nMade by `rali help-cli`; do not edit.\n\n"
+      "Results go to stdout, progress and messages to stderr. Messages read\n"
+      "`rali: error: FILE:WHERE: what is wrong. What to do.` Colour and the live line appear only\n"
+      "on a terminal and without `NO_COLOR`; elsewhere there is one line per 10 %.\n\n"
+      "| exit code | meaning |\n|---|---|\n"
+      "| 0 | done, as asked |\n"
+      "| 1 | done, but below what was asked |\n"
+      "| 2 | not started: usage, settings, unreadable or unfit input |\n"
+      "| 3 | done with gaps: damaged input, vehicles not joined, a diverged stretch |\n"
+      "| 4 | stopped by the machine: disk full, memory, permission; what is whole is kept |\n"
+      "| 5 | internal fault (a bug) |\n"
+      "| 130, 143 | stopped by SIGINT, SIGTERM: outputs finished up to the time reached; a second "
+      "signal stops at once |\n";
+  for (const auto& command : commands) {
+    if (command->hidden()) continue;
+    text += fmt::format("\n## rali {}\n\n{}.\n\n```\n{}\n", command->name(), command->summary(),
+                        usage_line(*command));
+    for (const std::string& example : command->examples()) text += example + '\n';
+    text += "```\n\n| option | default | |\n|---|---|---|\n";
+    CommonOptions common;
+    for (const Option& option : all_options(*command, common)) {
+      std::string fallback = default_text(option);
+      if (!fallback.empty()) fallback = fallback.substr(2, fallback.size() - 3);
+      text += fmt::format("| `{}` | {} | {} |\n", option_names(option), fallback,
+                          escaped_cell(option.help));
+    }
+    text += "\nExit codes: " + command->exit_codes() + ".\n";
+  }
+  return text;
+}
+
+std::string completion_script(const std::string& shell, const CommandList& commands) {
+  if (shell == "bash") return bash_completion(commands);
+  if (shell == "fish") return fish_completion(commands);
+  if (shell == "zsh") {
+    return "# zsh completion of rali; load it with: source <(rali completion zsh)\n"
+           "autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bashcompinit\n" +
+           bash_completion(commands);
+  }
+  return {};
+}
+
+}  // namespace rali::cli

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "rali/cli/command.hpp"
+
+namespace rali::cli {
+
+/// `rali -h`: the commands. At most 80 columns.
+[[nodiscard]] std::string program_help(const CommandList& commands);
+
+/// `rali CMD -h`: what, two examples, options, exit codes; at most 40 lines of 80 columns.
+/// With `all` the rare options too.
+[[nodiscard]] std::string command_help(Command& command, bool all);
+
+/// docs/cli.md.
+[[nodiscard]] std::string cli_manual(const CommandList& commands);
+
+/// The completion script of a shell (bash, zsh, fish); empty for another one.
+[[nodiscard]] std::string completion_script(const std::string& shell, const CommandList& commands);
+
+}  // namespace rali::cli

@@ -1,0 +1,208 @@
+#include "rali/cli/map_job.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+#include "rali/config/imu_models.hpp"
+#include "rali/config/load_fleet.hpp"
+
+namespace rali::cli {
+namespace {
+
+using config::Extrinsics;
+using config::FleetConfig;
+using config::VehicleConfig;
+
+// The rooms config and wire may not know each other; their lists must stay alike.
+static_assert(static_cast<int>(config::PointTime::kNone) ==
+              static_cast<int>(wire::PointTime::kNone));
+static_assert(static_cast<int>(config::PointTime::kAzimuth) ==
+              static_cast<int>(wire::PointTime::kAzimuth));
+static_assert(static_cast<int>(config::PointTime::kRelativeMs) ==
+              static_cast<int>(wire::PointTime::kRelativeMs));
+static_assert(static_cast<int>(config::HeaderStamp::kEnd) ==
+              static_cast<int>(wire::HeaderStamp::kEnd));
+static_assert(static_cast<int>(config::AccelUnit::kG) == static_cast<int>(drive::AccelUnit::kG));
+static_assert(static_cast<int>(config::GyroUnit::kDegps) ==
+              static_cast<int>(drive::GyroUnit::kDegps));
+static_assert(static_cast<int>(config::CheckAction::kOff) ==
+              static_cast<int>(drive::ExtrinsicsCheck::kOff));
+
+std::string origin_of(const FleetConfig& fleet, const std::string& key) {
+  const auto origin = fleet.origins.find(key);
+  return origin == fleet.origins.end() ? key : origin->second;
+}
+
+tl::unexpected<Error> cannot(const FleetConfig& fleet, const std::string& key,
+                             const std::string& what, const std::string& remedy) {
+  return fail(ErrorCode::kUsage, origin_of(fleet, key), fmt::format("{} {}", key, what), remedy);
+}
+
+/// The box in the LiDAR's axes that holds the box given in the body.
+std::array<double, 6> box_in_lidar(const std::array<double, 6>& box_body,
+                                   const geometry::SE3& T_body_lidar) {
+  const geometry::SE3 T_lidar_body = T_body_lidar.inverse();
+  std::array<double, 6> box{};
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const geometry::Vec3 p_body(box_body[corner & 1U], box_body[2 + ((corner >> 1U) & 1U)],
+                                box_body[4 + ((corner >> 2U) & 1U)]);
+    const geometry::Vec3 p_lidar = T_lidar_body * p_body;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double value = p_lidar[static_cast<Eigen::Index>(axis)];
+      box[2 * axis] = corner == 0 ? value : std::min(box[2 * axis], value);
+      box[2 * axis + 1] = corner == 0 ? value : std::max(box[2 * axis + 1], value);
+    }
+  }
+  return box;
+}
+
+Status check_possible(const FleetConfig& fleet) {
+  for (const VehicleConfig& vehicle : fleet.vehicles) {
+    const std::string key = "vehicles." + vehicle.name;
+    if (vehicle.lidar.returns != config::Returns::kAuto) {
+      return cannot(fleet, key + ".lidar.returns", "cannot be chosen in this version",
+                    "Leave it at auto.");
+    }
+    if (vehicle.self_box_m && vehicle.lidar.T_body_lidar.source != Extrinsics::Source::kGiven) {
+      return cannot(fleet, key + ".self_box_m", "needs numbers in lidar.T_body_lidar",
+                    "Give T_body_lidar, since the box is in the body.");
+    }
+  }
+  if (fleet.output.frame != config::OutputFrame::kBody) {
+    return cannot(fleet, "output.frame", "can only be body in this version", "Leave it out.");
+  }
+  if (!fleet.output.georeference.empty()) {
+    return cannot(fleet, "output.georeference", "is not possible in this version", "Leave it out.");
+  }
+  return {};
+}
+
+drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig& vehicle) {
+  drive::InputOptions input;
+  input.vehicle = vehicle.name;
+  input.lidar_topic = vehicle.lidar.topic;
+  input.imu_topic = vehicle.imu.topic;
+  input.cloud.model = vehicle.lidar.model;
+  input.cloud.point_time = static_cast<wire::PointTime>(vehicle.lidar.point_time);
+  input.cloud.header_stamp = static_cast<wire::HeaderStamp>(vehicle.lidar.header_stamp);
+  input.cloud.deskewed = vehicle.lidar.deskewed;
+  input.cloud.range_m = vehicle.lidar.range_m;
+  if (vehicle.self_box_m) {
+    input.cloud.self_box_lidar_m = box_in_lidar(*vehicle.self_box_m, vehicle.lidar.T_body_lidar.T);
+  }
+  input.accel_unit = static_cast<drive::AccelUnit>(vehicle.imu.accel_unit);
+  input.gyro_unit = static_cast<drive::GyroUnit>(vehicle.imu.gyro_unit);
+  if (vehicle.lidar.T_body_lidar.source == Extrinsics::Source::kGiven) {
+    input.T_body_lidar = vehicle.lidar.T_body_lidar.T;
+  }
+  input.lidar_tf_frame = vehicle.lidar.T_body_lidar.tf_frame;
+  input.T_body_imu = vehicle.imu.T_body_imu.T;
+  input.imu_tf_frame = vehicle.imu.T_body_imu.tf_frame;
+  input.lidar_time_offset_s = vehicle.lidar.time_offset_s.value_or(0.0);
+  input.start_s = vehicle.start_s;
+  input.duration_s = vehicle.duration_s;
+  input.extrinsics = static_cast<drive::ExtrinsicsCheck>(fleet.settings.checks.extrinsics);
+  return input;
+}
+
+drive::VehicleJob vehicle_job(const FleetConfig& fleet, const VehicleConfig& vehicle,
+                              const MapOptions& options) {
+  drive::VehicleJob job;
+  job.inputs = vehicle.recordings;
+  job.imu_file = vehicle.imu.file;
+  job.input = input_options(fleet, vehicle);
+  job.input.strict = options.strict;
+  job.settings = fleet.settings.vehicle;
+  job.settings.name = vehicle.name;
+  job.settings.odometry = fleet.settings.odometry;
+  job.settings.odometry.imu_noise = config::imu_noise_of(fleet, vehicle);
+  job.settings.calibration.T_body_lidar = vehicle.lidar.T_body_lidar.T;
+  job.settings.calibration.T_body_imu = vehicle.imu.T_body_imu.T;
+  job.settings.calibration.lidar_time_offset_s = job.input.lidar_time_offset_s;
+  job.settings.has_imu = vehicle.imu.topic != "none";
+  return job;
+}
+
+void note_found(FleetConfig& fleet, const VehicleConfig& vehicle, const std::string& key,
+                const std::string& origin) {
+  fleet.origins["vehicles." + vehicle.name + '.' + key] = origin;
+}
+
+}  // namespace
+
+Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& options) {
+  if (Status status = check_possible(fleet); !status) return tl::make_unexpected(status.error());
+  drive::MapJob job;
+  for (const VehicleConfig& vehicle : fleet.vehicles) {
+    job.vehicles.push_back(vehicle_job(fleet, vehicle, options));
+  }
+  job.out_dir = options.out_dir;
+  job.overwrite = options.overwrite;
+  job.strict = options.strict;
+  job.threads = options.threads;
+  job.formats = options.formats;
+  job.map_voxel_m = fleet.output.map_voxel_m;
+  job.grid_cell_m = fleet.output.grid_cell_m;
+  job.grid_z_min_m = fleet.output.grid_z_m[0];
+  job.grid_z_max_m = fleet.output.grid_z_m[1];
+  job.write_mcap = options.mcap;
+  job.write_keyframes = options.keyframes;
+  job.command_line = options.command_line;
+  for (const config::RangeSource& source : fleet.ranges.sources) {
+    if (job.ranges_file.empty()) job.ranges_file = source.file;
+  }
+  job.settings_text = [fleet,
+                       dir = options.out_dir](const std::vector<drive::InputReport>& reports) {
+    return config::dump_fleet(with_findings(fleet, reports), dir);
+  };
+  return job;
+}
+
+std::vector<std::string> idle_keys(const FleetConfig& fleet) {
+  std::vector<std::string> idle;
+  for (const auto& origin : fleet.origins) {
+    const std::string& key = origin.first;
+    const std::string room = key.substr(0, key.find('.'));
+    const bool fleet_only = room == "ranges" || room == "radio" || room == "priors" ||
+                            room == "rounds" || room == "clock" ||
+                            key.find(".antennas") != std::string::npos;
+    if (fleet_only && origin.second.find("settings.yaml") == std::string::npos) idle.push_back(key);
+  }
+  return idle;
+}
+
+FleetConfig with_findings(const FleetConfig& fleet,
+                          const std::vector<drive::InputReport>& reports) {
+  FleetConfig found = fleet;
+  for (const drive::InputReport& report : reports) {
+    const auto vehicle =
+        std::find_if(found.vehicles.begin(), found.vehicles.end(),
+                     [&](const VehicleConfig& v) { return v.name == report.vehicle; });
+    if (vehicle == found.vehicles.end()) continue;
+    if (vehicle->lidar.topic == "auto" && !report.lidar_topic.empty()) {
+      vehicle->lidar.topic = report.lidar_topic;
+      note_found(found, *vehicle, "lidar.topic", "found in the recording");
+    }
+    if (vehicle->imu.topic == "auto" && !report.imu_topic.empty()) {
+      vehicle->imu.topic = report.imu_topic;
+      note_found(found, *vehicle, "imu.topic", "found in the recording");
+    }
+    if (vehicle->lidar.T_body_lidar.source != Extrinsics::Source::kGiven) {
+      vehicle->lidar.T_body_lidar = {Extrinsics::Source::kGiven, report.T_body_lidar, {}, {}};
+      note_found(found, *vehicle, "lidar.T_body_lidar", report.T_body_lidar_origin);
+    }
+    if (vehicle->imu.T_body_imu.source == Extrinsics::Source::kFromTf) {
+      vehicle->imu.T_body_imu = {Extrinsics::Source::kGiven, report.T_body_imu, {}, {}};
+      note_found(found, *vehicle, "imu.T_body_imu", "/tf_static");
+    }
+    if (!vehicle->lidar.time_offset_s) {
+      vehicle->lidar.time_offset_s = report.lidar_time_offset_s;
+      note_found(found, *vehicle, "lidar.time_offset_s", "auto");
+    }
+  }
+  return found;
+}
+
+}  // namespace rali::cli

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/config/fleet_config.hpp"
+#include "rali/drive/map_run.hpp"
+
+namespace rali::cli {
+
+/// What `rali map` takes besides the fleet.
+struct MapOptions {
+  std::string out_dir = "out";
+  std::vector<std::string> formats = {"pcd", "ply"};
+  bool mcap = true, keyframes = true;
+  bool strict = false, overwrite = false;
+  int threads = 0;
+  std::string command_line;
+};
+
+/// The job that the room drive runs. settings.yaml of the job names what was found in the data
+/// with its origin.
+/// Errors (kUsage): settings that this version reads but cannot obey.
+[[nodiscard]] Result<drive::MapJob> make_map_job(const config::FleetConfig& fleet,
+                                                 const MapOptions& options);
+
+/// Keys that were given but have no effect on single vehicles, for one warning; empty if none.
+[[nodiscard]] std::vector<std::string> idle_keys(const config::FleetConfig& fleet);
+
+/// The fleet with everything that was found in the data, and where.
+[[nodiscard]] config::FleetConfig with_findings(const config::FleetConfig& fleet,
+                                                const std::vector<drive::InputReport>& reports);
+
+}  // namespace rali::cli

@@ -1,0 +1,159 @@
+#include "rali/cli/map_summary.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "rali/cli/command.hpp"
+#include "rali/config/extrinsics.hpp"
+#include "rali/config/suggest.hpp"
+#include "rali/config/yaml_tree.hpp"
+
+namespace rali::cli {
+namespace {
+
+using drive::MapSummary;
+using drive::VehicleSummary;
+
+std::string joined(const MapSummary& summary, std::string_view separator,
+                   std::string (*text)(const VehicleSummary&)) {
+  std::vector<std::string> parts;
+  for (const VehicleSummary& vehicle : summary.vehicles) parts.push_back(text(vehicle));
+  return fmt::format("{}", fmt::join(parts, separator));
+}
+
+std::string vehicles_line(const MapSummary& summary) {
+  if (summary.vehicles.size() == 1) return "1 vehicle";
+  return fmt::format("{} vehicles, each in a frame of its own", summary.vehicles.size());
+}
+
+std::string sigma_line(const MapSummary& summary) {
+  const VehicleSummary* worst = nullptr;
+  std::vector<double> medians;
+  for (const VehicleSummary& vehicle : summary.vehicles) {
+    medians.push_back(vehicle.sigma_median_m);
+    if (worst == nullptr || vehicle.sigma_max_m > worst->sigma_max_m) worst = &vehicle;
+  }
+  if (worst == nullptr) return "";
+  const double at_s = seconds_between(worst->input.t_begin, worst->t_sigma_max);
+  return fmt::format(
+      "expected position error (1 sigma): median {:.2f} m, worst {:.2f} m ({}, {:.0f} s)\n",
+      *std::max_element(medians.begin(), medians.end()), worst->sigma_max_m, worst->name, at_s);
+}
+
+void add(std::vector<std::string>& parts, std::uint64_t n, std::string_view what) {
+  if (n > 0) parts.push_back(fmt::format("{} {}", n, what));
+}
+
+std::string gaps_of(const VehicleSummary& vehicle) {
+  const drive::InputGaps& gaps = vehicle.input.gaps;
+  std::vector<std::string> parts;
+  add(parts, gaps.jumps, "clock jumps closed");
+  if (gaps.missing_s > 0.0) parts.push_back(fmt::format("{:.1f} s without sweeps", gaps.missing_s));
+  if (gaps.imu_missing_s > 0.0) {
+    parts.push_back(fmt::format("{:.1f} s without inertial data", gaps.imu_missing_s));
+  }
+  add(parts, gaps.late, "messages late");
+  add(parts, gaps.undecodable, "messages unreadable");
+  add(parts, gaps.bytes_lost, "bytes lost at the end");
+  add(parts, vehicle.sweeps_dropped, "sweeps left out");
+  if (vehicle.diverged_s > 0.0) {
+    parts.push_back(
+        fmt::format("{:.1f} s cut out where the odometry diverged", vehicle.diverged_s));
+  }
+  if (parts.empty()) return {};
+  return fmt::format("{}: {}", vehicle.name, fmt::join(parts, ", "));
+}
+
+std::string gaps_line(const MapSummary& summary) {
+  std::vector<std::string> parts;
+  for (const VehicleSummary& vehicle : summary.vehicles) {
+    const std::string gaps = gaps_of(vehicle);
+    if (!gaps.empty()) parts.push_back(gaps);
+  }
+  return parts.empty() ? "gaps: none" : fmt::format("gaps: {}", fmt::join(parts, "; "));
+}
+
+}  // namespace
+
+std::string summary_text(const MapSummary& summary) {
+  const std::string paths = joined(
+      summary, " + ", [](const VehicleSummary& v) { return fmt::format("{:.0f}", v.path_m); });
+  const std::string blind = joined(summary, ", ", [](const VehicleSummary& v) {
+    return fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share);
+  });
+  std::size_t keyframes = 0;
+  for (const VehicleSummary& vehicle : summary.vehicles) keyframes += vehicle.keyframes;
+  std::string text = summary.out_dir + '\n' + vehicles_line(summary) + '\n';
+  text +=
+      fmt::format("path {} m, {} keyframes, {} map points", paths, keyframes, summary.map_points);
+  if (summary.removed_points > 0)
+    text += fmt::format(", {} moving removed", summary.removed_points);
+  text += fmt::format("\nblind: {} of the way\n", blind) + sigma_line(summary) + gaps_line(summary);
+  return text + '\n';
+}
+
+std::string input_text(const drive::InputReport& report) {
+  std::string text =
+      fmt::format("lidar of {}: {} ({})\n", report.vehicle,
+                  config::pose_in_words(report.T_body_lidar), report.T_body_lidar_origin);
+  if (!report.cloud_format.summary.empty()) {
+    text += fmt::format("clouds of {}: {}\n", report.vehicle, report.cloud_format.summary);
+  }
+  if (!report.has_imu) text += fmt::format("{}: no inertial data, LiDAR alone\n", report.vehicle);
+  return text;
+}
+
+Result<std::vector<Requirement>> parse_requirements(const std::vector<std::string>& texts) {
+  const std::vector<std::string> known{"connected", "max_sigma_m"};
+  std::vector<Requirement> requirements;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    Requirement requirement{text.substr(0, equals), 0.0};
+    if (std::find(known.begin(), known.end(), requirement.name) == known.end()) {
+      return fail(ErrorCode::kUsage, "--require",
+                  fmt::format("'{}' is no condition", requirement.name.substr(0, 60)),
+                  config::suggestion(requirement.name, known));
+    }
+    const bool wants_value = requirement.name == "max_sigma_m";
+    const bool has_value =
+        equals != std::string::npos &&
+        config::parse_double(std::string_view(text).substr(equals + 1), requirement.limit) &&
+        requirement.limit >= 0.0;
+    if (wants_value ? !has_value : equals != std::string::npos) {
+      return fail(ErrorCode::kUsage, "--require",
+                  fmt::format("'{}' is no condition", text.substr(0, 60)),
+                  "Write connected or max_sigma_m=0.5.");
+    }
+    requirements.push_back(std::move(requirement));
+  }
+  return requirements;
+}
+
+std::vector<std::string> broken_requirements(const std::vector<Requirement>& requirements,
+                                             const MapSummary& summary) {
+  std::vector<std::string> broken;
+  for (const Requirement& requirement : requirements) {
+    if (requirement.name == "connected" && summary.vehicles.size() > 1) {
+      broken.push_back("required connected: the vehicles are not joined in one frame");
+    }
+    if (requirement.name != "max_sigma_m") continue;
+    for (const VehicleSummary& vehicle : summary.vehicles) {
+      if (vehicle.sigma_max_m <= requirement.limit) continue;
+      broken.push_back(fmt::format("required max_sigma_m={}: {} reaches {:.2f} m",
+                                   requirement.limit, vehicle.name, vehicle.sigma_max_m));
+    }
+  }
+  return broken;
+}
+
+int exit_code_of(const MapSummary& summary, int signal_number) {
+  if (signal_number != 0 && summary.status == drive::RunStatus::kInterrupted) {
+    return 128 + signal_number;
+  }
+  const bool gaps = summary.gaps || summary.status != drive::RunStatus::kComplete;
+  return gaps || summary.vehicles.size() > 1 ? kExitGaps : kExitDone;
+}
+
+}  // namespace rali::cli

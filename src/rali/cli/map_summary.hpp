@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/drive/map_run.hpp"
+
+namespace rali::cli {
+
+/// What `rali map` prints to stdout when it is done.
+[[nodiscard]] std::string summary_text(const drive::MapSummary& summary);
+
+/// "lidar of v1: 0.08 m forward ... (settings)" and what else was decided about one input.
+[[nodiscard]] std::string input_text(const drive::InputReport& report);
+
+/// One condition of --require.
+struct Requirement {
+  std::string name;  ///< connected, max_sigma_m
+  double limit = 0.0;
+};
+
+/// Errors (kUsage): an unknown name, a value that is no number.
+[[nodiscard]] Result<std::vector<Requirement>> parse_requirements(
+    const std::vector<std::string>& texts);
+
+/// The sentences of the conditions that do not hold.
+[[nodiscard]] std::vector<std::string> broken_requirements(
+    const std::vector<Requirement>& requirements, const drive::MapSummary& summary);
+
+/// The exit code of a finished run (before --require).
+[[nodiscard]] int exit_code_of(const drive::MapSummary& summary, int signal_number);
+
+}  // namespace rali::cli

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/cli/command.hpp"
+
+namespace rali::cli {
+
+/// Options that every command takes besides its own.
+[[nodiscard]] std::vector<Option> common_options(CommonOptions& common);
+
+/// What the words after the command's name ask for.
+enum class Parsed { kRun, kHelp, kHelpAll };
+
+/// Fills the targets of a command's options from its words.
+/// Errors (kUsage, where = "rali NAME"): unknown option with the nearest name, missing or wrong
+/// value, too few inputs.
+[[nodiscard]] Result<Parsed> parse_words(Command& command, CommonOptions& common,
+                                         const std::vector<std::string>& words);
+
+}  // namespace rali::cli

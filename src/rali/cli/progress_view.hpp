@@ -1,0 +1,34 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <string>
+
+#include "rali/cli/session.hpp"
+#include "rali/drive/map_run.hpp"
+
+namespace rali::cli {
+
+/// Shows a run on stderr: a live line on a terminal, one line per 10 % elsewhere, or one JSON
+/// object per line.
+class ProgressView final : public drive::ProgressSink {
+ public:
+  explicit ProgressView(Session& session);
+
+  void progress(const drive::Progress& progress) override;
+  void finding(const Finding& finding) override;
+
+ private:
+  Session& session_;
+  std::chrono::steady_clock::time_point begin_;
+  std::map<std::string, int> tenths_;  ///< last line per vehicle and stage
+};
+
+/// "v1 [#########-----]  62 %  6.4x  312 m  blind  8 %  ETA 0:41"; without a bar if not `bar`.
+/// @param eta_s below 0: not known.
+[[nodiscard]] std::string progress_line(const drive::Progress& progress, bool bar, double eta_s);
+
+/// "v1 /imu at 12.3 s: text. Remedy": a finding as one line.
+[[nodiscard]] std::string finding_line(const Finding& finding);
+
+}  // namespace rali::cli

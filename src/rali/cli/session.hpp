@@ -1,0 +1,76 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "rali/base/result.hpp"
+
+namespace rali::cli {
+
+/// Options that every command has.
+struct CommonOptions {
+  bool json = false;
+  bool quiet = false;
+  int verbose = 0;
+  std::string progress = "auto";  ///< auto, json, off
+  std::string log;                ///< file that gets everything stderr gets
+};
+
+/// What a command may say and where it goes: results to stdout, all else to stderr and the log.
+class Session {
+ public:
+  Session();
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  CommonOptions options;
+  std::string command_line;  ///< as typed, for run.log
+
+  /// Opens the log file. Errors: kMachine.
+  [[nodiscard]] Status open_log();
+
+  /// A result, to stdout as it is.
+  void result(std::string_view text);
+
+  void error(std::string_view sentence);    ///< rali: error: ...
+  void warning(std::string_view sentence);  ///< rali: warning: ...; not with -q
+  void note(std::string_view sentence);     ///< as it is; not with -q
+  void detail(std::string_view sentence);   ///< only with -v
+
+  /// A line of progress: to stderr even with -q; who calls has asked the options.
+  void progress_text(std::string_view line) { say("", "", line); }
+
+  /// The last line of the terminal, written over and over; "" removes it.
+  void live_line(std::string_view text);
+
+  [[nodiscard]] bool live() const { return live_; }  ///< stderr is a terminal that can move
+
+  [[nodiscard]] bool coloured() const { return coloured_; }
+
+  /// False once stdout could not be written (a closed pipe, a full disk).
+  [[nodiscard]] bool stdout_whole() const { return stdout_whole_; }
+
+ private:
+  void say(std::string_view label, std::string_view colour, std::string_view sentence);
+
+  struct Log;
+  std::unique_ptr<Log> log_;
+  bool live_ = false;
+  bool coloured_ = false;
+  bool live_line_shown_ = false;
+  bool stdout_whole_ = true;
+};
+
+/// SIGINT and SIGTERM: the first sets `stop`, the second ends the process at once with 128 + n.
+void watch_signals();
+[[nodiscard]] const std::atomic<bool>& stop_requested();
+/// The signal that asked to stop, 0 if none.
+[[nodiscard]] int stop_signal();
+
+/// Terminals must not obey bytes of a file: control characters become '?', except line ends.
+[[nodiscard]] std::string printable(std::string_view text);
+
+}  // namespace rali::cli
