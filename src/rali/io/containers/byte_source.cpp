@@ -74,7 +74,9 @@ class MemoryBytes final : public ByteSource {
 
 }  // namespace
 
-Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path) {
+Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path, std::string name) {
+  if (name.empty()) name = path;
+
   struct stat info {};
 
   // Asked before opening: opening a pipe would wait for a writer.
@@ -88,7 +90,7 @@ Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path) {
     return fail(ErrorCode::kMachine, path,
                 std::string("cannot be opened: ") + std::strerror(errno));
   }
-  return std::make_shared<FileBytes>(fd, static_cast<std::uint64_t>(info.st_size), path);
+  return std::make_shared<FileBytes>(fd, static_cast<std::uint64_t>(info.st_size), std::move(name));
 }
 
 std::shared_ptr<ByteSource> memory_bytes(std::vector<std::byte> bytes, std::string name) {

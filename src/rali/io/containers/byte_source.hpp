@@ -26,8 +26,10 @@ class ByteSource {
   [[nodiscard]] virtual Status read(std::uint64_t offset, std::span<std::byte> out) = 0;
 };
 
-/// Opens a regular file for reading; needs no right to write beside it.
-[[nodiscard]] Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path);
+/// Opens a regular file for reading; needs no right to write beside it. `name` stands for it in
+/// sentences, the path if empty.
+[[nodiscard]] Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path,
+                                                                  std::string name = {});
 
 [[nodiscard]] std::shared_ptr<ByteSource> memory_bytes(std::vector<std::byte> bytes,
                                                        std::string name);

@@ -154,9 +154,13 @@ Result<std::vector<std::byte>> compress_bz2(std::span<const std::byte> in) {
     return fail(ErrorCode::kInput, "bz2", "a chunk must be smaller than 4 GB");
   }
   auto n = static_cast<unsigned>(out.size());
+  // The library refuses a null pointer even for no bytes.
+  std::byte nothing{};
+  const std::byte* data = in.empty() ? &nothing : in.data();
   const int status = BZ2_bzBuffToBuffCompress(
-      reinterpret_cast<char*>(out.data()), &n, const_cast<char*>(text_of(in).data()),
-      static_cast<unsigned>(in.size()), /*blockSize100k=*/9, /*verbosity=*/0, /*workFactor=*/0);
+      reinterpret_cast<char*>(out.data()), &n,
+      const_cast<char*>(reinterpret_cast<const char*>(data)), static_cast<unsigned>(in.size()),
+      /*blockSize100k=*/9, /*verbosity=*/0, /*workFactor=*/0);
   if (status != BZ_OK) {
     return fail(ErrorCode::kMachine, "bz2", "compression failed: " + std::to_string(status));
   }

@@ -32,6 +32,12 @@ struct Key {
   auto operator<=>(const Key&) const = default;
 };
 
+bool find_row(SqlStatement& statement, std::int64_t row) {
+  statement.reset();
+  statement.bind(1, row);
+  return statement.step() == SqlStatement::Step::kRow;
+}
+
 class Db3Reader final : public MessageSource {
  public:
   Db3Reader(SqlDatabase database, std::string name, std::uint64_t file_bytes, const Db3Hints& hints,
@@ -80,7 +86,8 @@ class Db3Reader final : public MessageSource {
 
   std::optional<SqlStatement> in_order_;
   std::optional<SqlStatement> after_;
-  std::optional<SqlStatement> fetch_;
+  std::optional<SqlStatement> head_;
+  std::optional<SqlStatement> data_;
   Key last_;  ///< of the row taken last in the order of time
   std::int64_t row_ = std::numeric_limits<std::int64_t>::min();
   std::uint64_t rows_ = 0;
@@ -98,8 +105,10 @@ Status Db3Reader::start() {
   take_span();
   in_order_ = database_.prepare("SELECT rowid, timestamp FROM messages ORDER BY timestamp, rowid");
   after_ = database_.prepare("SELECT rowid FROM messages WHERE rowid > ?1 ORDER BY rowid LIMIT 1");
-  fetch_ = database_.prepare("SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?1");
-  if (in_order_ && after_ && fetch_) return {};
+  // Apart, so that the data of topics that are not wanted are not read.
+  head_ = database_.prepare("SELECT topic_id, timestamp FROM messages WHERE rowid = ?1");
+  data_ = database_.prepare("SELECT data FROM messages WHERE rowid = ?1");
+  if (in_order_ && after_ && head_ && data_) return {};
   return fail(ErrorCode::kInput, state_.name(),
               "table 'messages' is not that of rosbag2: " + database_.last_error());
 }
@@ -243,22 +252,21 @@ std::optional<std::int64_t> Db3Reader::next_row_by_number() {
 }
 
 bool Db3Reader::take_row(std::int64_t row, RawMessage& out) {
-  fetch_->reset();
-  fetch_->bind(1, row);
-  if (fetch_->step() != SqlStatement::Step::kRow) {
+  if (!find_row(*head_, row)) {
     ++state_.health.messages_skipped;
     malformed(fmt::format("row {}", row));
     return false;
   }
-  const Time t = Time::from_ns(fetch_->integer(1));
+  const Time t = Time::from_ns(head_->integer(1));
   // Before the order of time broke, rows up to last_ were handed out already.
   if (by_number_ && Key{t.ns, row} <= last_) return false;
   state_.saw(t);
+  // In doubles: hostile times may lie further apart than a Duration holds.
   if (span_ && span_->second > span_->first) {
-    const double share = (t - span_->first).s() / (span_->second - span_->first).s();
-    progress_ = std::clamp(share, progress_, 1.0);
+    const double share = (t.s() - span_->first.s()) / (span_->second.s() - span_->first.s());
+    progress_ = std::max(progress_, std::min(share, 1.0));
   }
-  const auto topic = topic_of_id_.find(fetch_->integer(0));
+  const auto topic = topic_of_id_.find(head_->integer(0));
   if (topic == topic_of_id_.end()) {
     ++state_.health.messages_skipped;
     state_.find(Severity::kWarning, "io.damaged", std::nullopt,
@@ -266,7 +274,7 @@ bool Db3Reader::take_row(std::int64_t row, RawMessage& out) {
     return false;
   }
   if (!state_.wanted(topic->second)) return false;
-  const auto data = fetch_->blob(2);
+  const auto data = find_row(*data_, row) ? data_->blob(0) : std::nullopt;
   if (!data) {
     ++state_.health.messages_skipped;
     malformed(fmt::format("the data of row {}", row));

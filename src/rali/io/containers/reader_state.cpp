@@ -44,6 +44,10 @@ void ReaderState::add_count(std::size_t topic, std::uint64_t messages) {
   count = count.value_or(0) + messages;
 }
 
+void ReaderState::forget_counts() {
+  for (Topic& topic : topics_) topic.messages.reset();
+}
+
 void ReaderState::expect(std::uint64_t messages) {
   const std::uint64_t met = seen_messages_ + health.messages_skipped;
   if (messages <= met) return;

@@ -40,6 +40,9 @@ class ReaderState {
   /// Adds to the count the index tells for a topic.
   void add_count(std::size_t topic, std::uint64_t messages);
 
+  /// Where not every part of a recording knows its counts.
+  void forget_counts();
+
   /// Each whole message, wanted or not: tells how much of a cut file was read.
   void saw(Time t);
 

@@ -1,10 +1,17 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <unistd.h>
 
 #include "rali/io/containers/cursor.hpp"
 #include "rali/io/message_source.hpp"
@@ -64,6 +71,35 @@ inline bool is_prefix(const std::vector<Got>& some, const std::vector<Got>& all)
   return some.size() <= all.size() &&
          std::equal(some.begin(), some.end(), all.begin(),
                     all.begin() + static_cast<std::ptrdiff_t>(some.size()));
+}
+
+/// A folder of this test's own, removed at its end.
+struct ScratchFolder {
+  ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "rali-test-XXXXXX").string();
+    if (::mkdtemp(name.data()) != nullptr) path = name;
+  }
+
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  ~ScratchFolder() {
+    std::error_code error;
+    if (!path.empty()) std::filesystem::remove_all(path, error);
+  }
+
+  std::string path;
+};
+
+inline void write_file(const std::string& path, const std::vector<std::byte>& bytes) {
+  const std::string_view text = text_of(bytes);
+  std::ofstream(path, std::ios::binary)
+      .write(text.data(), static_cast<std::streamsize>(text.size()));
+}
+
+inline std::vector<std::byte> read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return copy(std::string(std::istreambuf_iterator<char>(file), {}));
 }
 
 }  // namespace rali::io::testing

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "rali/base/result.hpp"
+#include "rali/io/containers/byte_source.hpp"
+
+namespace rali::io {
+
+/// A file of its own in the folder for temporary files (TMPDIR), removed with this object. A
+/// reader that has opened it may outlive it: the bytes go when the last reader does.
+class TempFile {
+ public:
+  [[nodiscard]] static Result<TempFile> create();
+
+  TempFile(TempFile&& other) noexcept;
+  TempFile& operator=(TempFile&& other) noexcept;
+  TempFile(const TempFile&) = delete;
+  TempFile& operator=(const TempFile&) = delete;
+  ~TempFile();
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+  [[nodiscard]] Status write(std::span<const std::byte> bytes);
+
+ private:
+  TempFile(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
+
+  int fd_ = -1;
+  std::string path_;
+};
+
+/// How much of a .zstd file could be had.
+struct Unpacked {
+  TempFile file;
+  std::string trouble;  ///< empty if all: "is cut", "is damaged"
+};
+
+/// Decompresses a file to a temporary one, at most `bytes_max`. A cut or damaged file gives what
+/// comes before. Errors: disk full, no room for `bytes_max`.
+[[nodiscard]] Result<Unpacked> unpack_zstd_file(ByteSource& source, std::uint64_t bytes_max);
+
+}  // namespace rali::io
