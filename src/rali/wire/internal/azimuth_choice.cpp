@@ -108,7 +108,7 @@ std::string choose_azimuth(const FirstClouds& first, const CloudFormatOptions& o
   if (const std::optional<Turn> turn = common_turn(first)) {
     format.azimuth_clockwise = turn->clockwise;
     format.azimuth_start_rad = turn->start_rad;
-    from = fmt::format("from {:.0f} deg", turn->start_rad * 360.0 / kTurn);
+    from = fmt::format("from {:.0f} deg", std::round(turn->start_rad * 360.0 / kTurn) + 0.0);
   } else if (model != nullptr) {
     format.azimuth_clockwise = model->clockwise;
   }

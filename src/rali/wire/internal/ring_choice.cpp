@@ -182,6 +182,16 @@ bool take_rows(const FirstClouds& first, const CloudFormatOptions& options, Clou
   return true;
 }
 
+/// Adds the rings of the model that saw nothing, at their design elevations, so that indices are
+/// the same in every recording of the sensor.
+void complete_rings(const sensor::LidarModel& model, std::vector<float>& elevations_rad) {
+  if (elevations_rad.size() >= model.elevations_deg.size()) return;
+  std::vector<float> all;
+  for (const float deg : model.elevations_deg) all.push_back(deg * kRad);
+  for (const float found : elevations_rad) all[sensor::nearest_ring(all, found)] = found;
+  elevations_rad = std::move(all);
+}
+
 bool take_elevations(const FirstClouds& first, const CloudFormatOptions& options,
                      CloudFormat& format, std::string& said) {
   const sensor::LidarModel* model = sensor::find_lidar_model(format.model);
@@ -193,6 +203,8 @@ bool take_elevations(const FirstClouds& first, const CloudFormatOptions& options
     if (format.ring_elevations_rad.empty()) return false;
     said = fmt::format("ring: {} found from elevation", format.ring_elevations_rad.size());
     guess_model(format.ring_elevations_rad, options, format);
+    model = sensor::find_lidar_model(format.model);
+    if (model != nullptr) complete_rings(*model, format.ring_elevations_rad);
   }
   format.ring_from = RingFrom::kElevation;
   format.rings_from_elevation = true;
