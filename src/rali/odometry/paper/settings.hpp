@@ -49,7 +49,7 @@ struct PaperSettings {
   int n_kf = 20;
 
   int iterations_max = 10;
-  double damping = 1e-4;
+  double damping = 0.01;
   double velocity_gain = 0.5;
   int matches_min = 20;
   int keyframes_kept_max = 4000;
@@ -76,7 +76,8 @@ struct PaperSettings {
     v("keyframe_overlap", keyframe_overlap, 0.0, 1.0, "less overlap makes a keyframe");
     v("n_kf", n_kf, 1, 1000, "keyframes of the submap");
     v("iterations_max", iterations_max, 1, 100, "iterations of one registration");
-    v("damping", damping, 1e-9, 1.0, "least damping, as a share of the largest information");
+    v("damping", damping, 1e-9, 1.0,
+      "pull to the initial guess, as a share of the largest information");
     v("velocity_gain", velocity_gain, 0.0, 1.0, "share of the registered velocity in the state");
     v("matches_min", matches_min, 6, 10000, "with fewer matches the prediction is kept");
     v("keyframes_kept_max", keyframes_kept_max, 2, 1000000, "older keyframes leave the memory");

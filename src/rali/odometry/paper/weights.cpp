@@ -23,6 +23,11 @@ double nearest_rank(std::vector<double>& values, double quantile) {
   return *at;
 }
 
+double huber_cost(double x, double knee) {
+  const double a = std::abs(x);
+  return a <= knee ? 0.5 * a * a : knee * (a - 0.5 * knee);
+}
+
 }  // namespace
 
 RangeQuartiles range_quartiles(std::vector<double>& ranges_m) {
@@ -76,6 +81,13 @@ double irls_weight(double omega, double r_m, const PaperSettings& settings) {
     return omega * geometry::huber_weight(r_m, settings.huber_m);
   }
   return omega * omega * geometry::huber_weight(omega * r_m, settings.huber_m);
+}
+
+double robust_cost(double omega, double r_m, const PaperSettings& settings) {
+  if (settings.weight_place == WeightPlace::kOutside) {
+    return omega * huber_cost(r_m, settings.huber_m);
+  }
+  return huber_cost(omega * r_m, settings.huber_m);
 }
 
 }  // namespace rali::odometry::paper

@@ -42,4 +42,7 @@ struct RangeQuartiles {
 /// Weight of r^2 in iterated least squares for rho(omega r) or omega rho(r), by setting.
 [[nodiscard]] double irls_weight(double omega, double r_m, const PaperSettings& settings);
 
+/// The loss itself: rho(omega r) or omega rho(r) with rho(x) = x^2/2 inside the knee.
+[[nodiscard]] double robust_cost(double omega, double r_m, const PaperSettings& settings);
+
 }  // namespace rali::odometry::paper

@@ -99,6 +99,22 @@ TEST(PaperWeights, inside_of_rho_acts_on_the_square_and_on_the_knee) {
   EXPECT_NEAR(irls_weight(4.0, 0.05, s), 4.0, 1e-15);
 }
 
+// The weight is rho'(r)/r, or the steps do not go down the cost they are judged by.
+TEST(PaperWeights, irls_weight_is_the_slope_of_the_cost) {
+  for (const WeightPlace place : {WeightPlace::kInside, WeightPlace::kOutside}) {
+    PaperSettings s;
+    s.weight_place = place;
+    for (const double omega : {0.5, 1.0, 4.0}) {
+      for (const double r : {-0.5, -0.02, 0.03, 0.3}) {
+        const double h = 1e-6;
+        const double slope =
+            (robust_cost(omega, r + h, s) - robust_cost(omega, r - h, s)) / (2 * h);
+        EXPECT_NEAR(irls_weight(omega, r, s) * r, slope, 1e-8);
+      }
+    }
+  }
+}
+
 TEST(PaperWeights, literal_stands_for_the_printed_readings) {
   PaperSettings s;
   s.literal = true;

@@ -1,0 +1,276 @@
+#include "rali/odometry/paper/inertial_guess.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace rali::odometry::paper {
+
+using geometry::SE3;
+using geometry::Vec3;
+using sensor::ImuSample;
+
+namespace {
+
+constexpr double kGravityMps2 = 9.81;
+constexpr double kStartWindowS = 1.0;           // algorithms.md 1.4
+constexpr std::int64_t kBlockNs = 100'000'000;  // white noise is averaged out, driving is not
+constexpr double kMotionKnownS = 0.45;          // blocks for this long show motion
+constexpr double kRestTravelM = 0.02;           // by the LiDAR, over one second
+constexpr double kRestTurnRad = 0.3 * std::numbers::pi / 180.0;
+constexpr double kCoveredMin = 0.5;           // less of an interval with samples: no IMU
+constexpr double kSampleGapS = 0.1;           // algorithms.md 1.2: longer is a gap
+constexpr std::size_t kSamplesMax = 100'000;  // 100 s at 1 kHz: older ones leave
+
+double seconds_of(const std::vector<ImuSample>& samples) {
+  return samples.size() < 2 ? 0.0 : seconds_between(samples.front().t, samples.back().t);
+}
+
+}  // namespace
+
+InertialGuess::InertialGuess(const ImuNoiseSettings& noise, const SE3& T_body_imu,
+                             double velocity_gain)
+    : T_body_imu_(T_body_imu),
+      velocity_gain_(velocity_gain),
+      pre_({}, {noise.gyro_radps_rthz * noise.vibration_factor,
+                noise.accel_mps2_rthz * noise.vibration_factor}) {
+  reset(Time{}, {});
+}
+
+void InertialGuess::add(const ImuSample& sample) {
+  if (!sample.gyro_radps.allFinite() || !sample.accel_mps2.allFinite()) return;
+  if (!samples_.empty() && sample.t <= samples_.back().t) return;
+  samples_.push_back(sample);
+  samples_.back().accel_mps2 *= accel_scale_;
+  if (samples_.size() > kSamplesMax) samples_.pop_front();
+}
+
+std::vector<ImuSample> InertialGuess::between(Time begin, Time end) const {
+  std::vector<ImuSample> out;
+  for (const ImuSample& s : samples_) {
+    if (s.t >= begin && s.t <= end) out.push_back(s);
+  }
+  return out;
+}
+
+std::vector<ImuSample> InertialGuess::block_means(Time begin, Time end) const {
+  std::vector<ImuSample> out;
+  double n = 0.0;
+  for (const ImuSample& s : between(begin, end)) {
+    if (out.empty() || s.t.ns - out.back().t.ns >= kBlockNs) {
+      out.push_back({s.t, Vec3::Zero(), Vec3::Zero()});
+      n = 0.0;
+    }
+    n += 1.0;
+    out.back().gyro_radps += (s.gyro_radps - out.back().gyro_radps) / n;
+    out.back().accel_mps2 += (s.accel_mps2 - out.back().accel_mps2) / n;
+  }
+  return out;
+}
+
+InertialGuess::Start InertialGuess::try_start(Time t, FindingList& findings) {
+  if (samples_.empty()) return Start::kWait;
+  const Time begin = t - Duration::from_s(kStartWindowS);
+  const std::vector<ImuSample> window = between(begin, t);
+  const double seen_s = seconds_of(window);
+  if (seen_s < kMotionKnownS) return Start::kWait;
+  scale_units(findings);
+  const std::vector<ImuSample> blocks = block_means(begin, t);
+  imu::ImuStatistics stats = imu::statistics(blocks);
+  stats.samples *= 10;  // is_rest counts samples; a block stands for ten and more
+  const bool rest = imu::is_rest(stats, imu::RestSettings{});
+  if (rest && seen_s < 0.9 * kStartWindowS) return Start::kWait;
+  set_attitude(between(begin, t), rest);
+  reset(t, T_odom_body());
+  return rest ? Start::kAtRest : Start::kInMotion;
+}
+
+// A sensor that gives g instead of m/s^2 shows it in any second: no vehicle falls at 0.9 g.
+void InertialGuess::scale_units(FindingList& findings) {
+  if (units_known_) return;
+  units_known_ = true;
+  Vec3 mean = Vec3::Zero();
+  for (const ImuSample& s : samples_) mean += s.accel_mps2 / static_cast<double>(samples_.size());
+  const double norm = mean.norm();
+  if (norm > 0.9 && norm < 1.1) {
+    accel_scale_ = kGravityMps2;
+    for (ImuSample& s : samples_) s.accel_mps2 *= accel_scale_;
+  } else if (std::abs(norm - kGravityMps2) < 0.3) {
+    return;
+  }
+  Finding f;
+  f.id = accel_scale_ > 1.0 ? "odometry.accel_in_g" : "odometry.accel_norm";
+  f.t = samples_.back().t;
+  f.value = norm;
+  f.limit = kGravityMps2;
+  f.text =
+      accel_scale_ > 1.0
+          ? fmt::format("mean acceleration at the start is {:.3f}: taken as g, times 9.81", norm)
+          : fmt::format("mean acceleration at the start is {:.2f} m/s2 instead of 9.81", norm);
+  f.effect = accel_scale_ > 1.0 ? "" : "level and speed may be wrong";
+  f.remedy = accel_scale_ > 1.0 ? "" : "Start at rest, or check the accelerometer's unit.";
+  findings.push_back(f);
+}
+
+// Test T5 of the design: the smallest rotation that turns the mean force up. At rest the gyro's
+// mean is its bias, and of the accelerometer's bias the part along gravity shows; the rest of it
+// cannot be told from a tilt.
+void InertialGuess::set_attitude(const std::vector<ImuSample>& samples, bool at_rest) {
+  const imu::ImuStatistics mean = imu::statistics(samples);
+  const double norm = mean.accel_mean_mps2.norm();
+  const geometry::Mat3 R_odom_body = norm > 1e-3 ? imu::level(T_body_imu_.R * mean.accel_mean_mps2)
+                                                 : geometry::Mat3(geometry::Mat3::Identity());
+  state_ = {};
+  state_.R_odom_imu = R_odom_body * T_body_imu_.R;
+  state_.p_odom_m = R_odom_body * T_body_imu_.p;
+  bias_ = {};
+  if (at_rest) {
+    bias_.gyro_radps = mean.gyro_mean_radps;
+    bias_.accel_mps2 = mean.accel_mean_mps2 * (1.0 - kGravityMps2 / norm);
+  }
+}
+
+void InertialGuess::predict(Time t_end, std::vector<TimedPose>& poses) {
+  poses.assign(1, {t_, T_odom_body()});
+  pre_.reset(bias_);
+  const double span_s = seconds_between(t_, t_end);
+  if (!(span_s > 0.0)) return;
+  const imu::InertialState before = state_;
+  const double covered_s = integrate_to(t_end, poses);
+  inertial_ = covered_s >= kCoveredMin * span_s;
+  if (!inertial_) {
+    state_ = before;
+    poses.resize(1);
+    pre_.reset(bias_);
+    coast_to(t_end);
+    poses.push_back({t_end, T_odom_body()});
+  }
+  t_ = t_end;
+  delta_rotation_ = last_registered_.R_odom_imu.transpose() * state_.R_odom_imu;
+}
+
+// Samples are averaged over each interval instead of held: held ones lag by half an interval.
+double InertialGuess::integrate_to(Time t_end, std::vector<TimedPose>& poses) {
+  const Time t_begin = t_;
+  const imu::InertialState start = state_;
+  double covered_s = 0.0;
+  if (samples_.empty() || samples_.back().t < t_begin) return 0.0;
+  Time from = t_begin;
+  ImuSample left = at(from);
+  const auto add_until = [&](Time to, const ImuSample& right) {
+    const double dt_s = seconds_between(from, to);
+    if (pre_.add(0.5 * (left.gyro_radps + right.gyro_radps),
+                 0.5 * (left.accel_mps2 + right.accel_mps2), dt_s)) {
+      if (dt_s <= kSampleGapS) covered_s += dt_s;
+      state_ = pre_.predict(start, kGravityOdom, bias_);
+      rate_imu_radps_ = right.gyro_radps - bias_.gyro_radps;
+      poses.push_back({to, T_odom_body()});
+    }
+    from = to;
+    left = right;
+  };
+  for (const ImuSample& s : samples_) {
+    if (s.t > from && s.t < t_end) add_until(s.t, s);
+  }
+  if (from < t_end) add_until(t_end, at(t_end));
+  return covered_s;
+}
+
+// Linear between samples, held beyond the ends.
+ImuSample InertialGuess::at(Time t) const {
+  const auto after = std::lower_bound(samples_.begin(), samples_.end(), t,
+                                      [](const ImuSample& s, Time time) { return s.t < time; });
+  if (after == samples_.begin()) return samples_.front();
+  if (after == samples_.end()) return samples_.back();
+  const ImuSample& a = *(after - 1);
+  const ImuSample& b = *after;
+  const double s = seconds_between(a.t, t) / seconds_between(a.t, b.t);
+  return {t, a.gyro_radps + s * (b.gyro_radps - a.gyro_radps),
+          a.accel_mps2 + s * (b.accel_mps2 - a.accel_mps2)};
+}
+
+void InertialGuess::coast_to(Time t_end) {
+  const double dt_s = seconds_between(t_, t_end);
+  state_.p_odom_m += state_.v_odom_mps * dt_s;
+  state_.R_odom_imu =
+      geometry::so3_normalised(state_.R_odom_imu * geometry::so3_exp(rate_imu_radps_ * dt_s));
+}
+
+void InertialGuess::correct(const SE3& T_odom_body) {
+  const SE3 T_odom_imu = T_odom_body * T_body_imu_;
+  const double D = seconds_between(t_last_registered_, t_);
+  if (D > 0.0) {
+    const Vec3 mean_v = (T_odom_imu.p - last_registered_.p_odom_m) / D;
+    Vec3 v = mean_v;
+    // After a scan that was only predicted the deltas cover but the last part of D.
+    const bool deltas_cover = std::abs(pre_.duration_s() - D) < 1e-6;
+    if (inertial_ && deltas_cover) {
+      // r_p = 0 solved for v_i, then r_v = 0 for v_j: the finite difference is the velocity in the
+      // middle of the interval, the deltas carry it to the end.
+      v += kGravityOdom * (0.5 * D) +
+           last_registered_.R_odom_imu *
+               (pre_.delta_velocity_mps(bias_) - pre_.delta_position_m(bias_) / D);
+      state_.v_odom_mps += velocity_gain_ * (v - state_.v_odom_mps);
+    } else if (!inertial_) {
+      state_.v_odom_mps = v;
+      rate_imu_radps_ =
+          geometry::so3_log(last_registered_.R_odom_imu.transpose() * T_odom_imu.R) / D;
+    }
+  }
+  state_.R_odom_imu = T_odom_imu.R;
+  state_.p_odom_m = T_odom_imu.p;
+  last_registered_ = state_;
+  t_last_registered_ = t_;
+  past_.push_back({t_, T_odom_imu});
+  while (!past_.empty() && seconds_between(past_.front().t, t_) > 1.5 * kStartWindowS) {
+    past_.pop_front();
+  }
+  if (inertial_) learn_gyro_bias();
+  drop_used();
+}
+
+// While IMU and LiDAR both say that nothing moves, the gyro's mean is its bias. Both, because slow
+// even driving looks like rest to the IMU, and a blind direction looks like rest to the LiDAR.
+void InertialGuess::learn_gyro_bias() {
+  if (seconds_between(past_.front().t, t_) < kStartWindowS) return;
+  for (const PastPose& p : past_) {
+    if ((p.T_odom_imu.p - state_.p_odom_m).norm() > kRestTravelM) return;
+    if (geometry::so3_log(p.T_odom_imu.R.transpose() * state_.R_odom_imu).norm() > kRestTurnRad) {
+      return;
+    }
+  }
+  const Time begin = t_ - Duration::from_s(kStartWindowS);
+  imu::ImuStatistics stats = imu::statistics(block_means(begin, t_));
+  stats.samples *= 10;
+  if (imu::is_rest(stats, imu::RestSettings{})) bias_.gyro_radps = stats.gyro_mean_radps;
+}
+
+void InertialGuess::drop_used() {
+  const Time oldest = t_ - Duration::from_s(1.5 * kStartWindowS);
+  while (samples_.size() > 1 && samples_[1].t < oldest) samples_.pop_front();
+}
+
+void InertialGuess::reset(Time t, const SE3& T_odom_body) {
+  const SE3 T_odom_imu = T_odom_body * T_body_imu_;
+  t_ = t;
+  state_ = {T_odom_imu.R, T_odom_imu.p, Vec3::Zero()};
+  rate_imu_radps_.setZero();
+  last_registered_ = state_;
+  t_last_registered_ = t;
+  delta_rotation_.setIdentity();
+  past_.clear();
+}
+
+SE3 InertialGuess::T_odom_body() const {
+  return SE3{state_.R_odom_imu, state_.p_odom_m} * T_body_imu_.inverse();
+}
+
+// The IMU sits beside the body's origin: v_body = v_imu + w x (from IMU to body).
+Vec3 InertialGuess::v_odom_body_mps() const {
+  const Vec3 p_imu_body = T_body_imu_.inverse().p;
+  return state_.v_odom_mps + state_.R_odom_imu * (geometry::skew(rate_imu_radps_) * p_imu_body);
+}
+
+}  // namespace rali::odometry::paper

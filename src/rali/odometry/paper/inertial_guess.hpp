@@ -1,0 +1,90 @@
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "rali/base/finding.hpp"
+#include "rali/imu/preintegration.hpp"
+#include "rali/imu/rest.hpp"
+#include "rali/odometry/deskew.hpp"
+#include "rali/odometry/imu_noise.hpp"
+
+namespace rali::odometry::paper {
+
+/// Gravity of odom: its z axis is up by construction [m/s^2].
+inline const geometry::Vec3 kGravityOdom{0.0, 0.0, -9.81};
+
+/// Initial guesses of scan poses from inertial data, and the velocity and biases they need. The
+/// paper says only that preintegration gives the guess; the reading is in docs/math/paper_odometry.
+class InertialGuess {
+ public:
+  enum class Start { kWait, kAtRest, kInMotion };
+
+  InertialGuess(const ImuNoiseSettings& noise, const geometry::SE3& T_body_imu,
+                double velocity_gain);
+
+  /// Samples in time order; what is not finite or not later than the last one is ignored.
+  void add(const sensor::ImuSample& sample);
+
+  /// Tries to find attitude and biases at time t: from a second at rest, or at the first sign of
+  /// motion from the mean acceleration so far. Sets the state on success, with yaw and position 0.
+  Start try_start(Time t, FindingList& findings);
+
+  /// Moves the state to t_end by preintegration, or at constant velocity where less than half of
+  /// the interval has samples. `poses` receives the body's path, first and last included.
+  void predict(Time t_end, std::vector<TimedPose>& poses);
+
+  /// Takes over the registered pose of the time last predicted to; velocity is drawn towards what
+  /// the last two registered poses and the inertial deltas between them say.
+  void correct(const geometry::SE3& T_odom_body);
+
+  /// Puts the vehicle at a pose at time t without velocity.
+  void reset(Time t, const geometry::SE3& T_odom_body);
+
+  [[nodiscard]] geometry::SE3 T_odom_body() const;
+
+  [[nodiscard]] geometry::Vec3 v_odom_body_mps() const;
+
+  /// Rotation since the last registered pose, by the gyro.
+  [[nodiscard]] const geometry::Mat3& rotation_since_last() const { return delta_rotation_; }
+
+  [[nodiscard]] const imu::InertialBias& bias() const { return bias_; }
+
+  /// True if the last prediction had inertial samples.
+  [[nodiscard]] bool inertial() const { return inertial_; }
+
+ private:
+  struct PastPose {
+    Time t;
+    geometry::SE3 T_odom_imu;
+  };
+
+  [[nodiscard]] std::vector<sensor::ImuSample> block_means(Time begin, Time end) const;
+  [[nodiscard]] std::vector<sensor::ImuSample> between(Time begin, Time end) const;
+  [[nodiscard]] sensor::ImuSample at(Time t) const;
+  void scale_units(FindingList& findings);
+  void set_attitude(const std::vector<sensor::ImuSample>& samples, bool at_rest);
+  double integrate_to(Time t_end, std::vector<TimedPose>& poses);
+  void coast_to(Time t_end);
+  void drop_used();
+  void learn_gyro_bias();
+
+  geometry::SE3 T_body_imu_;
+  double velocity_gain_;
+  std::deque<sensor::ImuSample> samples_;
+  double accel_scale_ = 1.0;  ///< 9.81 if the sensor gives g
+  bool units_known_ = false;
+
+  Time t_;
+  imu::InertialState state_;                                ///< of the IMU, at t_
+  geometry::Vec3 rate_imu_radps_ = geometry::Vec3::Zero();  ///< at t_, for constant velocity
+  imu::InertialBias bias_;
+  imu::Preintegration pre_;
+  imu::InertialState last_registered_;
+  Time t_last_registered_;
+  geometry::Mat3 delta_rotation_ = geometry::Mat3::Identity();
+  std::deque<PastPose> past_;  ///< registered poses of the last second
+  bool inertial_ = false;
+};
+
+}  // namespace rali::odometry::paper

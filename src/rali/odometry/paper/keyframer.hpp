@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+
+#include "rali/odometry/deskew.hpp"
+#include "rali/odometry/odometry.hpp"
+#include "rali/odometry/paper/octree.hpp"
+
+namespace rali::odometry::paper {
+
+/// Chooses keyframes by the overlap with the last one.
+/// Source: paper, section "Keyframe Selection".
+class OverlapKeyframer {
+ public:
+  OverlapKeyframer(double overlap_min, double radius_m, const geometry::SE3& T_body_lidar);
+
+  /// Share of `thinned` points of `cloud_lidar` (in the LiDAR frame at T_odom_body) that have a
+  /// point of the last keyframe nearer than the radius; 0 if there is none yet, 1 without points.
+  [[nodiscard]] double overlap(const BodyPoints& cloud_lidar,
+                               std::span<const std::uint32_t> thinned,
+                               const geometry::SE3& T_odom_body) const;
+
+  [[nodiscard]] bool wants(double overlap) const { return !has_last_ || overlap < overlap_min_; }
+
+  /// Makes this scan the last keyframe.
+  std::shared_ptr<const Keyframe> make(const sensor::LidarScan& scan, const BodyPoints& cloud_lidar,
+                                       std::span<const std::uint32_t> thinned,
+                                       const ScanResult& result);
+
+  /// Forgets the last keyframe for the overlap; the next one still hangs on its pose.
+  void clear_overlap() { tree_.build({}, {}, {}); }
+
+ private:
+  double overlap_min_;
+  double radius_m_;
+  geometry::SE3 T_body_lidar_;
+  Octree tree_;  ///< thinned points of the last keyframe in its LiDAR frame
+  std::vector<float> x_m_, y_m_, z_m_;
+  geometry::SE3 T_odom_body_last_;
+  bool has_last_ = false;
+};
+
+}  // namespace rali::odometry::paper

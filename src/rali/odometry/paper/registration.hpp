@@ -1,0 +1,92 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/degeneracy/evidence.hpp"
+#include "rali/geometry/se3.hpp"
+#include "rali/odometry/paper/planar_features.hpp"
+#include "rali/odometry/paper/settings.hpp"
+#include "rali/odometry/paper/submap.hpp"
+
+namespace rali::odometry::paper {
+
+/// Distance of a point to a plane and its derivative by geometry::boxplus.
+struct PlaneResidual {
+  double r_m = 0.0;
+  geometry::Vec6 J = geometry::Vec6::Zero();
+};
+
+/// r = n . (R p_body + p - q); dr/dtheta = -n^T R [p_body]x, dr/dp = n^T. Source: algorithms 2.3.
+[[nodiscard]] PlaneResidual plane_residual(const geometry::SE3& T_odom_body,
+                                           const geometry::Vec3& p_body,
+                                           const geometry::Vec3& q_odom,
+                                           const geometry::Vec3& n_odom);
+
+struct RegistrationResult {
+  geometry::SE3 T_odom_body;
+  bool matched = false;    ///< false: too few matches, T_odom_body is the guess
+  bool converged = false;  ///< last step below 1 mm and 0.01 deg
+  int matches = 0;
+  int iterations = 0;
+  double residual_rms_m = 0.0;  ///< weighted
+  /// Weighted Hessian divided by the variance of unit weight; boxplus order.
+  geometry::Mat6 information = geometry::Mat6::Zero();
+};
+
+/// Scan-to-map registration with the multi-metric weights, by Levenberg-Marquardt.
+/// Source: paper, section "Scan-to-Map Matching with Multi-Metric Weights".
+class Registration {
+ public:
+  explicit Registration(const PaperSettings& settings) : settings_(settings) {}
+
+  /// @param features in the LiDAR frame at the time of the pose sought
+  /// @param guess pose to start from; along directions that no match constrains it stays there
+  /// @param turning the kinematic weight is on
+  RegistrationResult align(const PlanarFeatures& features, const geometry::SE3& T_body_lidar,
+                           const geometry::SE3& guess, bool turning, const Submap& map,
+                           Executor& executor);
+
+  /// One entry per match of the last call: the planes overlap, so they are not independent.
+  [[nodiscard]] std::span<const degeneracy::PlaneEvidence> evidence() const { return evidence_; }
+
+ private:
+  struct Match {
+    geometry::Vec3 p_lidar, p_body, n_body;
+    LocalPlane plane;
+    double omega = 0.0;
+    bool valid = false;
+  };
+
+  struct NormalEquations {
+    geometry::Mat6 H = geometry::Mat6::Zero();
+    geometry::Vec6 b = geometry::Vec6::Zero();
+    double cost = 0.0;
+    double sum_w = 0.0;
+    double sum_wr2 = 0.0;
+    int matches = 0;
+  };
+
+  void set_features(const PlanarFeatures& features, const geometry::SE3& T_body_lidar);
+  void match(const geometry::SE3& T, const geometry::SE3& T_body_lidar, bool turning,
+             const Submap& map, Executor& executor);
+  [[nodiscard]] NormalEquations accumulate(const geometry::SE3& T) const;
+  [[nodiscard]] double cost(const geometry::SE3& T) const;
+  void hold(const geometry::Mat6& H, const geometry::SE3& guess);
+  [[nodiscard]] double hold_cost(const geometry::SE3& T) const;
+  [[nodiscard]] bool step(const NormalEquations& equations, geometry::SE3& T, double& damping,
+                          geometry::Vec6& taken) const;
+  void finish(const NormalEquations& equations, RegistrationResult& out);
+
+  PaperSettings settings_;
+  std::vector<Match> matches_;
+  std::vector<double> ranges_m_;
+  double q2_m_ = 0.0;
+  double q3_m_ = 0.0;
+  geometry::SE3 guess_;
+  geometry::Vec6 hold_ = geometry::Vec6::Zero();  ///< information that holds the pose at the guess
+  std::vector<degeneracy::PlaneEvidence> evidence_;
+};
+
+}  // namespace rali::odometry::paper
