@@ -143,10 +143,7 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   job.strict = options.strict;
   job.threads = options.threads;
   job.formats = options.formats;
-  job.map_voxel_m = fleet.output.map_voxel_m;
-  job.grid_cell_m = fleet.output.grid_cell_m;
-  job.grid_z_min_m = fleet.output.grid_z_m[0];
-  job.grid_z_max_m = fleet.output.grid_z_m[1];
+  job.map = fleet.settings.map;
   job.write_mcap = options.mcap;
   job.write_keyframes = options.keyframes;
   job.command_line = options.command_line;

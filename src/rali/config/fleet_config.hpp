@@ -131,9 +131,6 @@ inline constexpr ChoiceNames<3> kOutputFrameNames{"body", "lidar", "imu"};
 
 struct OutputConfig {
   OutputFrame frame = OutputFrame::kBody;
-  double map_voxel_m = 0.05;  ///< 0 keeps every point
-  double grid_cell_m = 0.05;
-  std::array<double, 2> grid_z_m = {0.15, 1.5};
   std::string georeference;  ///< CSV of marks; empty = none
 };
 

@@ -95,13 +95,15 @@ void range_fields(RangesConfig& ranges, const std::string& base_dir, FieldList& 
   v("limits_m", ranges.limits_m, 0.0, 10000.0, "ranges outside are not used [m]");
 }
 
-void output_fields(OutputConfig& output, const std::string& base_dir, FieldList& fields) {
+/// The map's voxel and grid are kept in the settings of room map, but named here.
+void output_fields(OutputConfig& output, map::MapSettings& map, const std::string& base_dir,
+                   FieldList& fields) {
   FieldCollector v("output.", fields);
   v.choice("frame", output.frame, kOutputFrameNames, "whose pose the trajectories give");
-  v("map_voxel_m", output.map_voxel_m, 0.0, 10.0, "one map point per cube; 0 keeps all [m]");
+  v("map_voxel_m", map.voxel_m, 0.0, 10.0, "one map point per cube; 0 keeps all [m]");
   FieldCollector grid("output.grid.", fields);
-  grid("cell_m", output.grid_cell_m, 0.01, 1.0, "side of a cell of the 2-D grid [m]");
-  grid("z_m", output.grid_z_m, -10.0, 50.0, "band above ground that is an obstacle [m]");
+  grid("cell_m", map.grid.cell_m, 0.01, 1.0, "side of a cell of the 2-D grid [m]");
+  grid("z_m", map.grid.z_m, -10.0, 50.0, "band above ground that is an obstacle [m]");
   v.custom("georeference", path_or_none(output.georeference, base_dir),
            "CSV of marks with known coordinates");
 }
@@ -156,8 +158,12 @@ FieldList fleet_fields(FleetConfig& config, const std::string& base_dir) {
            "synchronised; offset: one per vehicle; separate: other days");
   v.custom("priors", priors_target(config.priors), "known start poses");
   v.custom("rounds", rounds_target(config.rounds, base_dir), "who stood still as anchor, and when");
-  output_fields(config.output, base_dir, fields);
+  output_fields(config.output, config.settings.map, base_dir, fields);
   collect_fields("settings.", config.settings, fields);
+  std::erase_if(fields, [](const Field& field) {  // named under output: already
+    return field.key == "settings.map.voxel_m" || field.key == "settings.map.grid.cell_m" ||
+           field.key == "settings.map.grid.z_m";
+  });
   return fields;
 }
 

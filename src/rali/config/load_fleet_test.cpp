@@ -103,7 +103,7 @@ TEST(LoadFleet, every_key_of_the_contract_is_read) {
   EXPECT_EQ(config->clock, Clock::kOffset);
   EXPECT_EQ(config->priors.at(0).yaw_deg, 30.0);
   EXPECT_EQ(config->rounds, "/data/run/rounds.csv");
-  EXPECT_EQ(config->output.grid_z_m[1], 1.4);
+  EXPECT_EQ(config->settings.map.grid.z_m[1], 1.4);
   EXPECT_EQ(config->settings.checks.extrinsics, CheckAction::kWarn);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "rali/base/settings.hpp"
+#include "rali/map/settings.hpp"
 #include "rali/odometry/settings.hpp"
 #include "rali/vehicle/settings.hpp"
 
@@ -24,12 +25,14 @@ struct ChecksSettings {
 struct RoomSettings {
   ChecksSettings checks;
   odometry::OdometrySettings odometry;
+  map::MapSettings map;              ///< voxel and grid are set by fleet.yaml's `output:`
   vehicle::VehicleSettings vehicle;  ///< its own fields; odometry and calibration come from above
 
   template <class V>
   void visit(V& v) {
     v.group("checks", checks, "settings against data");
     v.group("odometry", odometry, "LiDAR-inertial odometry");
+    v.group("map", map, "the merged map");
     v.group("vehicle", vehicle, "one vehicle's step");
   }
 };

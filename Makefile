@@ -1,0 +1,68 @@
+# make test     install what is missing, build, run all tests
+# make demo     build, map a recording, leave rali-demo/map.png
+# make fuzz     each fuzz target for FUZZ_SECONDS (needs clang)
+# make bench    Google Benchmark programs
+# make asan | tsan | lint | format | docs | clean
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := test
+.PHONY: test demo fuzz bench format lint asan tsan docs packages release clean
+
+JOBS ?= $(shell nproc)
+FUZZ_SECONDS ?= 60
+DEV_PACKAGES := clang clang-format clang-tidy
+CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS)
+SOURCES = git ls-files 'src/*.hpp' 'src/*.cpp' 'tests/*.cpp' 'bench/*.cpp' 'bench/*.hpp'
+
+# Installs the packages of Debian 12 that are missing, if we may.
+packages:
+	@tools/install_packages.sh $$(cat packages.txt)
+
+release: packages
+	cmake --preset release -DRALI_BENCH=OFF
+	cmake --build build/release -j $(JOBS)
+
+test: release
+	$(CTEST) --test-dir build/release
+
+demo: packages
+	cmake --preset release -DRALI_BENCH=OFF
+	cmake --build build/release -j $(JOBS) --target rali
+	RALI=$(CURDIR)/build/release/bin/rali tools/demo.sh
+
+bench: packages
+	cmake --preset release -B build/bench -DRALI_BENCH=ON -DRALI_TESTS=OFF
+	cmake --build build/bench -j $(JOBS)
+	for program in build/bench/bin/bench_*; do "$$program"; done
+
+fuzz: packages
+	@tools/install_packages.sh $(DEV_PACKAGES)
+	cmake --preset fuzz
+	cmake --build build/fuzz -j $(JOBS)
+	tools/run_fuzz.sh build/fuzz/bin $(FUZZ_SECONDS)
+
+asan tsan: packages
+	cmake --preset $@
+	cmake --build build/$@ -j $(JOBS)
+	$(CTEST) --test-dir build/$@
+
+format:
+	@tools/install_packages.sh $(DEV_PACKAGES)
+	$(SOURCES) | xargs clang-format -i
+
+# Formatting, layers, and clang-tidy on what differs from BASE.
+BASE ?= HEAD~1
+lint: packages
+	@tools/install_packages.sh $(DEV_PACKAGES)
+	python3 tools/check_layers.py .
+	$(SOURCES) | xargs clang-format --dry-run --Werror
+	cmake --preset dev
+	git diff --name-only --diff-filter=d $(BASE) -- 'src/*.cpp' | xargs -r clang-tidy --quiet -p build/dev
+
+# The pages that are made from the program's own tables; tests compare them.
+docs: release
+	build/release/bin/rali help-settings > docs/settings.md
+	build/release/bin/rali help-cli > docs/cli.md
+
+clean:
+	rm -rf build rali-demo
