@@ -174,7 +174,7 @@ std::string command_help(Command& command, bool all) {
     text += wrapped("  " + option_names(option), option.help + default_text(option), kHelpColumn);
   }
   if (hidden && !all) text += wrapped("  --help-all", "all options", kHelpColumn);
-  return text + '\n' + wrapped("exit codes:", command.exit_codes(), 12);
+  return text + '\n' + wrapped("exit codes:", command.exit_codes(), 13);
 }
 
 std::string cli_manual(const CommandList& commands) {

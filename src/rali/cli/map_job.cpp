@@ -180,19 +180,19 @@ FleetConfig with_findings(const FleetConfig& fleet,
     if (vehicle == found.vehicles.end()) continue;
     if (vehicle->lidar.topic == "auto" && !report.lidar_topic.empty()) {
       vehicle->lidar.topic = report.lidar_topic;
-      note_found(found, *vehicle, "lidar.topic", "found in the recording");
+      note_found(found, *vehicle, "lidar.topic", "found: the recording");
     }
     if (vehicle->imu.topic == "auto" && !report.imu_topic.empty()) {
       vehicle->imu.topic = report.imu_topic;
-      note_found(found, *vehicle, "imu.topic", "found in the recording");
+      note_found(found, *vehicle, "imu.topic", "found: the recording");
     }
     if (vehicle->lidar.T_body_lidar.source != Extrinsics::Source::kGiven) {
       vehicle->lidar.T_body_lidar = {Extrinsics::Source::kGiven, report.T_body_lidar, {}, {}};
-      note_found(found, *vehicle, "lidar.T_body_lidar", report.T_body_lidar_origin);
+      note_found(found, *vehicle, "lidar.T_body_lidar", "found: " + report.T_body_lidar_origin);
     }
     if (vehicle->imu.T_body_imu.source == Extrinsics::Source::kFromTf) {
       vehicle->imu.T_body_imu = {Extrinsics::Source::kGiven, report.T_body_imu, {}, {}};
-      note_found(found, *vehicle, "imu.T_body_imu", "/tf_static");
+      note_found(found, *vehicle, "imu.T_body_imu", "found: /tf_static");
     }
     if (!vehicle->lidar.time_offset_s) {
       vehicle->lidar.time_offset_s = report.lidar_time_offset_s;

@@ -96,12 +96,12 @@ std::string summary_text(const MapSummary& summary) {
 
 std::string input_text(const drive::InputReport& report) {
   std::string text =
-      fmt::format("lidar of {}: {} ({})\n", report.vehicle,
-                  config::pose_in_words(report.T_body_lidar), report.T_body_lidar_origin);
+      fmt::format("lidar of {}: {}", report.vehicle, config::pose_in_words(report.T_body_lidar));
+  if (!report.T_body_lidar_origin.empty()) text += fmt::format(" ({})", report.T_body_lidar_origin);
   if (!report.cloud_format.summary.empty()) {
-    text += fmt::format("clouds of {}: {}\n", report.vehicle, report.cloud_format.summary);
+    text += fmt::format("\nclouds of {}: {}", report.vehicle, report.cloud_format.summary);
   }
-  if (!report.has_imu) text += fmt::format("{}: no inertial data, LiDAR alone\n", report.vehicle);
+  if (!report.has_imu) text += fmt::format("\n{}: no inertial data, LiDAR alone", report.vehicle);
   return text;
 }
 

@@ -1,5 +1,6 @@
 #include "rali/cli/session.hpp"
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -54,7 +55,8 @@ Status Session::open_log() {
 
 void Session::result(std::string_view text) {
   live_line("");
-  stdout_whole_ = write_all(stdout, text) && std::fflush(stdout) == 0 && stdout_whole_;
+  if (write_all(stdout, text) && std::fflush(stdout) == 0) return;
+  if (errno != EPIPE) stdout_whole_ = false;  // a reader that has seen enough is no fault
 }
 
 void Session::error(std::string_view sentence) { say("rali: error: ", "\033[1;31m", sentence); }

@@ -50,7 +50,7 @@ class Session {
 
   [[nodiscard]] bool coloured() const { return coloured_; }
 
-  /// False once stdout could not be written (a closed pipe, a full disk).
+  /// False once stdout could not be written (a full disk).
   [[nodiscard]] bool stdout_whole() const { return stdout_whole_; }
 
  private:

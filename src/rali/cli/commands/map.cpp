@@ -151,6 +151,20 @@ Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
   return overrides.assignments.size() == before ? std::move(fleet) : load(overrides);
 }
 
+Status check_recordings(const config::FleetConfig& fleet) {
+  for (const config::VehicleConfig& vehicle : fleet.vehicles) {
+    for (const std::string& recording : vehicle.recordings) {
+      std::error_code error;
+      if (std::filesystem::exists(recording, error)) continue;
+      const auto origin = fleet.origins.find("vehicles." + vehicle.name + ".recording");
+      const bool typed = origin == fleet.origins.end() || origin->second == "command line";
+      return fail(ErrorCode::kInput, recording, "there is no such file or folder",
+                  typed ? "" : fmt::format("It is named at {}.", origin->second));
+    }
+  }
+  return {};
+}
+
 Status MapCommand::read_formats() {
   map_.formats.clear();
   std::size_t begin = 0;
@@ -206,6 +220,7 @@ Result<int> MapCommand::run(Session& session) {
   if (!fleet) return tl::make_unexpected(fleet.error());
   const Result<drive::MapJob> job = make_map_job(*fleet, map_);
   if (!job) return tl::make_unexpected(job.error());
+  if (Status status = check_recordings(*fleet); !status) return tl::make_unexpected(status.error());
   warn_fleet(*fleet, session);
   if (dry_run_) return plan(*fleet, *job, session);
 

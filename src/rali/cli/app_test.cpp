@@ -1,0 +1,213 @@
+#include "rali/cli/app.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "rali/cli/commands/commands.hpp"
+#include "rali/cli/help.hpp"
+#include "rali/cli/parse.hpp"
+
+namespace rali::cli {
+namespace {
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome run(const std::vector<std::string>& arguments) {
+  Outcome result;
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  {
+    Session session;
+    result.code = run_app(arguments, session);
+  }
+  std::fflush(stdout);
+  result.out = testing::internal::GetCapturedStdout();
+  result.err = testing::internal::GetCapturedStderr();
+  return result;
+}
+
+void expect_fits(const std::string& text, std::size_t lines_max, const std::string& what) {
+  std::size_t lines = 0, begin = 0;
+  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', begin)) {
+    EXPECT_LE(end - begin, 80U) << what << ": " << text.substr(begin, end - begin);
+    begin = end + 1;
+    ++lines;
+  }
+  EXPECT_LE(lines, lines_max) << what << '\n' << text;
+}
+
+TEST(App, without_a_command_it_tells_the_commands_and_ends_with_2) {
+  const Outcome nothing = run({});
+  EXPECT_EQ(nothing.code, 2);
+  EXPECT_EQ(nothing.out, "");
+  EXPECT_NE(nothing.err.find("usage: rali COMMAND"), std::string::npos);
+  const Outcome help = run({"--help"});
+  EXPECT_EQ(help.code, 0);
+  EXPECT_EQ(help.err, "");
+  EXPECT_NE(help.out.find("map"), std::string::npos);
+}
+
+TEST(App, the_version_stands_on_stdout) {
+  EXPECT_EQ(run({"--version"}).out.substr(0, 5), "rali ");
+  EXPECT_EQ(run({"--version"}).code, 0);
+}
+
+TEST(App, an_unknown_command_names_the_nearest) {
+  const Outcome typo = run({"mapp", "a.bag"});
+  EXPECT_EQ(typo.code, 2);
+  EXPECT_EQ(typo.err, "rali: error: unknown command 'mapp'. Did you mean 'map'?\n");
+}
+
+TEST(App, an_unknown_option_names_the_nearest) {
+  const Outcome typo = run({"map", "a.bag", "--oevrwrite"});
+  EXPECT_EQ(typo.code, 2);
+  EXPECT_EQ(typo.err,
+            "rali: error: rali map: unknown option '--oevrwrite'. Did you mean --overwrite?\n");
+}
+
+TEST(App, missing_inputs_and_values_are_usage_errors) {
+  EXPECT_EQ(run({"map"}).err, "rali: error: rali map: INPUT is missing. See `rali map -h`.\n");
+  EXPECT_EQ(run({"map", "a.bag", "--out"}).code, 2);
+  EXPECT_EQ(run({"map", "a.bag", "--threads", "many"}).code, 2);
+  EXPECT_EQ(run({"map", "a.bag", "--preset", "papr"}).code, 2);
+  EXPECT_EQ(run({"completion"}).code, 2);
+  EXPECT_EQ(run({"completion", "csh"}).err,
+            "rali: error: rali completion: 'csh' is none of bash, zsh, fish.\n");
+}
+
+TEST(App, settings_errors_name_file_and_line) {
+  const auto dir = std::filesystem::temp_directory_path() / "rali_cli_app_test";
+  std::filesystem::create_directories(dir);
+  const std::string path = (dir / "fleet.yaml").string();
+  std::ofstream(path) << "vehicles: {v1: {recording: a.bag}}\nsettings:\n  output:\n    map: 3\n";
+  const Outcome wrong = run({"map", path});
+  std::filesystem::remove_all(dir);
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_EQ(wrong.err.substr(0, 13 + path.size() + 3), "rali: error: " + path + ":3:") << wrong.err;
+  EXPECT_EQ(run({"map", "/nowhere/fleet.yaml"}).err,
+            "rali: error: /nowhere/fleet.yaml: cannot be opened.\n");
+  EXPECT_EQ(run({"map", "a.yaml", "b.bag"}).code, 2);
+}
+
+TEST(App, settings_of_the_command_line_are_checked_before_anything_is_read) {
+  EXPECT_NE(
+      run({"map", "a.bag", "--set", "output.map_voxel=1"}).err.find("Did you mean 'map_voxel_m'?"),
+      std::string::npos);
+  EXPECT_NE(
+      run({"map", "a.bag", "--map-voxel", "-1"}).err.find("output.map_voxel_m is -1; allowed is"),
+      std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "--lidar-model", "vlp17"}).err.find("lidar.model"),
+            std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "b.bag", "--lidar-topic", "/x"}).err.find("there are 2 vehicles"),
+            std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "--formats", "pcd,xyz"}).err.find("'xyz' is no format"),
+            std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "--formats", ""}).err, "");
+  EXPECT_NE(run({"map", "a.bag", "--require", "max_sigma_m"}).err.find("Write connected"),
+            std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "--require", "conected"}).err.find("Did you mean 'connected'?"),
+            std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "--threads", "-3"}).err, "");
+}
+
+TEST(App, a_recording_that_is_not_there_is_named) {
+  EXPECT_EQ(run({"map", "/nowhere/a.bag"}).err,
+            "rali: error: /nowhere/a.bag: there is no such file or folder.\n");
+  EXPECT_EQ(run({"map", "/nowhere/a.bag"}).code, 2);
+}
+
+TEST(App, control_bytes_of_an_argument_do_not_reach_the_terminal) {
+  EXPECT_EQ(run({"\033[31mred"}).err.find('\033'), std::string::npos);
+}
+
+TEST(App, the_log_gets_what_stderr_gets) {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "rali_cli_log_test.txt").string();
+  const Outcome logged = run({"map", "/nowhere/fleet.yaml", "--log", path});
+  std::ifstream file(path);
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::filesystem::remove(path);
+  EXPECT_EQ(text, logged.err);
+  EXPECT_EQ(run({"map", "a.bag", "--log", "/nowhere/log"}).code, 4);
+}
+
+TEST(Help, of_each_command_fits_40_lines_of_80_columns_with_two_examples) {
+  expect_fits(program_help(all_commands()), 40, "rali");
+  for (const auto& command : all_commands()) {
+    expect_fits(command_help(*command, false), 40, command->name());
+    expect_fits(command_help(*command, true), 80, command->name() + " --help-all");
+    EXPECT_GE(command->examples().size(), 2U) << command->name();
+    for (const std::string& example : command->examples()) {
+      EXPECT_NE(example.find("rali " + command->name()), std::string::npos);
+    }
+  }
+}
+
+TEST(Help, tells_every_option_and_help_all_the_rare_ones) {
+  for (const auto& command : all_commands()) {
+    const std::string brief = command_help(*command, false), all = command_help(*command, true);
+    for (const Option& option : command->options()) {
+      EXPECT_NE(all.find(option.names.substr(option.names.rfind(',') + 1)), std::string::npos);
+      if (option.rare) {
+        EXPECT_EQ(brief.find("  " + option.names + ' '), std::string::npos);
+      }
+    }
+  }
+}
+
+TEST(Completion, of_each_shell_knows_every_command_and_option) {
+  for (const std::string shell : {"bash", "zsh", "fish"}) {
+    const Outcome script = run({"completion", shell});
+    EXPECT_EQ(script.code, 0);
+    for (const auto& command : all_commands()) {
+      if (command->hidden()) {
+        EXPECT_EQ(script.out.find(command->name()), std::string::npos);
+        continue;
+      }
+      EXPECT_NE(script.out.find(command->name()), std::string::npos);
+      for (const Option& option : command->options()) {
+        const std::string name = option.names.substr(option.names.find("--") + 2);
+        EXPECT_NE(script.out.find(name), std::string::npos) << shell << ' ' << name;
+      }
+    }
+  }
+}
+
+TEST(Completion, of_bash_is_accepted_by_bash) {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "rali_completion_test.sh").string();
+  std::ofstream(path) << completion_script("bash", all_commands())
+                      << "COMP_WORDS=(rali map --over); COMP_CWORD=2; _rali\n"
+                         "[ \"${COMPREPLY[0]}\" = --overwrite ]\n";
+  const int code = std::system(("bash " + path).c_str());
+  std::filesystem::remove(path);
+  EXPECT_EQ(code, 0);
+}
+
+TEST(Options, of_no_command_are_named_twice) {
+  for (const auto& command : all_commands()) {
+    CommonOptions common;
+    std::vector<Option> options = command->options();
+    for (Option& option : common_options(common)) options.push_back(std::move(option));
+    for (std::size_t i = 0; i < options.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) EXPECT_NE(options[i].names, options[k].names);
+    }
+  }
+}
+
+TEST(Docs, of_the_commands_are_those_of_the_program) {
+  std::ifstream file(std::string(RALI_SOURCE_DIR) + "/docs/cli.md");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  EXPECT_TRUE(text == cli_manual(all_commands()))
+      << "docs/cli.md is not that of the program; renew it with: make docs";
+}
+
+}  // namespace
+}  // namespace rali::cli

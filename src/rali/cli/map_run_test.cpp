@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "rali/cli/map_job.hpp"
+#include "rali/cli/map_summary.hpp"
+#include "rali/cli/progress_view.hpp"
+#include "rali/config/load_fleet.hpp"
+
+namespace rali::cli {
+namespace {
+
+config::FleetConfig fleet_of(std::string_view text) {
+  const auto fleet = config::parse_fleet(text, "fleet.yaml", "", {});
+  EXPECT_TRUE(fleet) << fleet.error().message();
+  return fleet ? *fleet : config::FleetConfig{};
+}
+
+drive::MapSummary summary_of(std::size_t vehicles) {
+  drive::MapSummary summary;
+  summary.out_dir = "out";
+  for (std::size_t i = 0; i < vehicles; ++i) {
+    drive::VehicleSummary vehicle;
+    vehicle.name = "v" + std::to_string(i + 1);
+    vehicle.path_m = 512.0 - 14.0 * static_cast<double>(i);
+    vehicle.keyframes = 602;
+    vehicle.blind_share = i == 0 ? 0.08 : 0.27;
+    vehicle.sigma_median_m = 0.06;
+    vehicle.sigma_max_m = i == 0 ? 0.2 : 0.31;
+    vehicle.input.t_begin = Time::from_s(1000.0);
+    vehicle.t_sigma_max = Time::from_s(1388.0);
+    summary.vehicles.push_back(vehicle);
+  }
+  return summary;
+}
+
+TEST(MapJob, carries_what_the_fleet_says) {
+  const config::FleetConfig fleet = fleet_of(
+      "vehicles:\n  v1:\n    recording: a.bag\n    start_s: 3\n"
+      "    lidar: {topic: /p, point_time: azimuth, header_stamp: end, range_m: [1, 50],\n"
+      "            T_body_lidar: {xyz_m: [0, 0, 1]}, time_offset_s: 0.02}\n"
+      "    imu: {topic: none, accel_unit: g, model: bmi088}\n"
+      "    self_box_m: [-1, 1, -2, 2, 0, 1]\n"
+      "output: {map_voxel_m: 0.2}\nsettings: {checks: {extrinsics: off}}\n");
+  const auto job = make_map_job(fleet, MapOptions{});
+  ASSERT_TRUE(job) << job.error().message();
+  const drive::VehicleJob& v1 = job->vehicles.at(0);
+  EXPECT_EQ(v1.inputs.at(0), "a.bag");
+  EXPECT_EQ(v1.input.lidar_topic, "/p");
+  EXPECT_EQ(v1.input.cloud.point_time, wire::PointTime::kAzimuth);
+  EXPECT_EQ(v1.input.cloud.header_stamp, wire::HeaderStamp::kEnd);
+  EXPECT_EQ(v1.input.start_s, 3.0);
+  EXPECT_EQ(v1.input.accel_unit, drive::AccelUnit::kG);
+  EXPECT_EQ(v1.input.extrinsics, drive::ExtrinsicsCheck::kOff);
+  EXPECT_FALSE(v1.settings.has_imu);
+  EXPECT_EQ(v1.settings.calibration.lidar_time_offset_s, 0.02);
+  EXPECT_NEAR(v1.settings.odometry.imu_noise.accel_mps2_rthz, 175.0 * 9.80665e-6, 1e-9);
+  EXPECT_EQ(job->map.voxel_m, 0.2);
+  // The LiDAR is 1 m up: the box of the body is 1 m down in its axes.
+  ASSERT_TRUE(v1.input.cloud.self_box_lidar_m);
+  EXPECT_EQ((*v1.input.cloud.self_box_lidar_m)[4], -1.0);
+  EXPECT_EQ((*v1.input.cloud.self_box_lidar_m)[5], 0.0);
+  EXPECT_EQ((*v1.input.cloud.self_box_lidar_m)[3], 2.0);
+}
+
+TEST(MapJob, refuses_what_this_version_cannot_obey) {
+  const auto error_of = [](std::string_view text) {
+    const auto job = make_map_job(fleet_of(text), MapOptions{});
+    return job ? std::string() : job.error().message();
+  };
+  EXPECT_EQ(error_of("vehicles: {v1: {recording: a, lidar: {returns: last}}}"),
+            "fleet.yaml:1: vehicles.v1.lidar.returns cannot be chosen in this version. Leave it at "
+            "auto.");
+  EXPECT_NE(error_of("vehicles: {v1: {recording: a, self_box_m: [0, 1, 0, 1, 0, 1]}}"), "");
+  EXPECT_NE(error_of("vehicles: {v1: {recording: a}}\noutput: {frame: lidar}"), "");
+  EXPECT_NE(error_of("vehicles: {v1: {recording: a}}\noutput: {georeference: marks.csv}"), "");
+}
+
+TEST(MapJob, names_the_keys_that_have_no_effect) {
+  const auto idle = idle_keys(fleet_of(
+      "vehicles: {v1: {recording: a, antennas: {u: {xyz_m: [0, 0, 1]}}}}\nclock: offset\n"));
+  EXPECT_EQ(idle, (std::vector<std::string>{"clock", "vehicles.v1.antennas"}));
+  EXPECT_TRUE(idle_keys(fleet_of("vehicles: {v1: {recording: a}}")).empty());
+}
+
+TEST(MapJob, its_settings_name_what_was_found_and_load_again) {
+  const auto job = make_map_job(fleet_of("vehicles: {v1: {recording: a.bag}}"), MapOptions{});
+  ASSERT_TRUE(job);
+  drive::InputReport report;
+  report.vehicle = "v1";
+  report.lidar_topic = "/points";
+  report.T_body_lidar.p = geometry::Vec3(0.1, 0.0, 0.2);
+  report.T_body_lidar_origin = "/tf_static";
+  const std::string text = job->settings_text({report});
+  EXPECT_NE(text.find("topic: /points"), std::string::npos) << text;
+  EXPECT_NE(text.find("# found: /tf_static"), std::string::npos);
+  EXPECT_NE(text.find("recording: ../a.bag"), std::string::npos);
+  const config::FleetConfig again = fleet_of(text);
+  ASSERT_EQ(again.vehicles.size(), 1U);
+  EXPECT_EQ(again.vehicles[0].lidar.T_body_lidar.T.p.z(), 0.2);
+}
+
+TEST(MapSummary, tells_the_run_in_a_few_lines) {
+  EXPECT_EQ(summary_text(summary_of(2)),
+            "out\n2 vehicles, each in a frame of its own\n"
+            "path 512 + 498 m, 1204 keyframes, 0 map points\n"
+            "blind: v1 8 %, v2 27 % of the way\n"
+            "expected position error (1 sigma): median 0.06 m, worst 0.31 m (v2, 388 s)\n"
+            "gaps: none\n");
+  drive::MapSummary damaged = summary_of(1);
+  damaged.vehicles[0].input.gaps.jumps = 2;
+  damaged.vehicles[0].diverged_s = 3.0;
+  EXPECT_NE(summary_text(damaged).find(
+                "gaps: v1: 2 clock jumps closed, 3.0 s cut out where the odometry diverged"),
+            std::string::npos);
+}
+
+TEST(MapSummary, the_exit_code_follows_the_table) {
+  drive::MapSummary summary = summary_of(1);
+  EXPECT_EQ(exit_code_of(summary, 0), 0);
+  summary.gaps = true;
+  EXPECT_EQ(exit_code_of(summary, 0), 3);
+  summary.gaps = false;
+  summary.status = drive::RunStatus::kPartial;
+  EXPECT_EQ(exit_code_of(summary, 0), 3);
+  summary.status = drive::RunStatus::kInterrupted;
+  EXPECT_EQ(exit_code_of(summary, 2), 130);
+  EXPECT_EQ(exit_code_of(summary, 15), 143);
+  EXPECT_EQ(exit_code_of(summary_of(2), 0), 3);  // not joined
+}
+
+TEST(MapSummary, broken_requirements_are_named) {
+  const auto requirements = parse_requirements({"connected", "max_sigma_m=0.25"});
+  ASSERT_TRUE(requirements);
+  const auto broken = broken_requirements(*requirements, summary_of(2));
+  ASSERT_EQ(broken.size(), 2U);
+  EXPECT_EQ(broken[1], "required max_sigma_m=0.25: v2 reaches 0.31 m");
+  EXPECT_TRUE(broken_requirements(*requirements, summary_of(1)).empty());
+  EXPECT_FALSE(parse_requirements({"max_sigma_m=-1"}));
+  EXPECT_FALSE(parse_requirements({"connected=1"}));
+  EXPECT_FALSE(parse_requirements({""}));
+}
+
+TEST(ErrorCodes, lead_to_the_exit_codes_of_the_table) {
+  EXPECT_EQ(exit_code_of(Error{ErrorCode::kUsage, "", "", ""}, 0), 2);
+  EXPECT_EQ(exit_code_of(Error{ErrorCode::kInput, "", "", ""}, 0), 2);
+  EXPECT_EQ(exit_code_of(Error{ErrorCode::kMachine, "", "", ""}, 0), 4);
+  EXPECT_EQ(exit_code_of(Error{ErrorCode::kInterrupted, "", "", ""}, 15), 143);
+}
+
+TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
+  drive::Progress progress;
+  progress.vehicle = "v1";
+  progress.share = 0.62;
+  progress.speed = 6.4;
+  progress.path_m = 312.0;
+  progress.blind_share = 0.08;
+  progress.stage = "odometry";
+  EXPECT_EQ(progress_line(progress, true, 41.0),
+            "v1 [#########-----]  62 %  6.4x  312 m  blind  8 %  ETA 0:41");
+  EXPECT_EQ(progress_line(progress, false, -1.0), "v1  62 %  6.4x  312 m  blind  8 %");
+  EXPECT_EQ(progress_line(progress, false, 4000.0).substr(39), "  ETA 1:06:40");
+  progress.share = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(progress_line(progress, true, -1.0).substr(0, 24), "v1 [--------------]   0 ");
+}
+
+TEST(Progress, away_from_a_terminal_there_is_one_line_per_tenth) {
+  testing::internal::CaptureStderr();
+  {
+    Session session;
+    ProgressView view(session);
+    drive::Progress progress;
+    progress.vehicle = "v1";
+    progress.stage = "odometry";
+    for (int i = 0; i <= 1000; ++i) {
+      progress.share = i / 1000.0;
+      view.progress(progress);
+    }
+  }
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10) << text;
+  EXPECT_EQ(text.find('\033'), std::string::npos);
+}
+
+TEST(Progress, as_json_is_one_object_per_line_even_with_broken_names) {
+  testing::internal::CaptureStderr();
+  {
+    Session session;
+    session.options.progress = "json";
+    ProgressView view(session);
+    drive::Progress progress;
+    progress.vehicle = "v\xff\"1";
+    progress.stage = "map";
+    progress.share = 0.5;
+    view.progress(progress);
+    Finding finding;
+    finding.text = "line\nend";
+    view.finding(finding);
+  }
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2) << text;
+  EXPECT_EQ(text.front(), '{');
+}
+
+TEST(Findings, are_told_with_effect_and_remedy) {
+  Finding finding;
+  finding.vehicle = "v1";
+  finding.topic = "/imu";
+  finding.text = "unit is g";
+  finding.remedy = "Nothing to do";
+  EXPECT_EQ(finding_line(finding), "v1 /imu: unit is g. Nothing to do.");
+}
+
+}  // namespace
+}  // namespace rali::cli
