@@ -30,7 +30,7 @@ bool store_integer(std::string_view word, std::byte* out) {
 bool store_float(std::string_view word, std::byte* out) {
   const auto value = parse_number(word);
   if (!value) return false;
-  constexpr double kMax = std::numeric_limits<float>::max();
+  constexpr double kMax = static_cast<double>(std::numeric_limits<float>::max());
   const bool fits = std::abs(*value) <= kMax || !std::isfinite(*value);
   if (!fits) return false;
   const auto stored = static_cast<float>(*value);

@@ -13,8 +13,8 @@ namespace rali::io {
 namespace {
 
 constexpr int kDecimals = 9;
-// PyFactorGraph takes any letter but L, its sign of a landmark.
-constexpr std::string_view kLetters = "ABCDEFGHIJKMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
+// PyFactorGraph's names: capitals but L, its sign of a landmark.
+constexpr std::string_view kLetters = "ABCDEFGHIJKMNOPQRSTUVWXYZ";
 
 /// Upper triangle, row by row, with translation before rotation.
 std::string upper_triangle(const geometry::Mat6& m) {

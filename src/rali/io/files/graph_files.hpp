@@ -48,7 +48,7 @@ struct GraphFile {
 
 /// graph.pyfg: the same with covariances, stamps and ranges, as PyFactorGraph reads it. Names are a
 /// letter for the vehicle, never L (that is a landmark), and the keyframe's number.
-/// Errors: kNoAnswer for a vehicle beyond the 51 letters.
+/// Errors: kNoAnswer for a vehicle beyond the 25 letters.
 [[nodiscard]] Status write_pyfg(const std::string& path, const GraphFile& graph);
 
 /// Name of a keyframe in a pyfg file, e.g. "A0"; empty beyond the letters.
