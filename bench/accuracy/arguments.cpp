@@ -73,6 +73,7 @@ Status set_sim(const std::string& assignment, Arguments& a) {
       {"calibration_error_m", &a.sim.calibration_error_m, 0.0, 1.0, "of T_body_lidar"});
   fields.push_back(
       {"calibration_error_deg", &a.sim.calibration_error_deg, 0.0, 45.0, "of T_body_lidar"});
+  fields.push_back({"imu_apart", &a.sim.imu_apart, 0.0, 0.0, "IMU turned and beside the body"});
   config::Origins origins;
   return config::apply_map(*node, "", "--sim", fields, origins);
 }

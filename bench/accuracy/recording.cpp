@@ -12,7 +12,7 @@ namespace rali::accuracy {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x52414c4953494d33ULL;  // change with the layout or the simulator
+constexpr std::uint64_t kMagic = 0x52414c4953494d34ULL;  // change with the layout or the simulator
 
 /// Collects every option as bytes: another option, another file.
 class OptionHash {
@@ -47,6 +47,7 @@ std::uint64_t hash_of(const sim::SimOptions& options) {
   hash.add(o.duration_s);
   hash.add(o.pedestrians);
   hash.add(o.with_imu ? 1.0 : 0.0);
+  hash.add(o.imu_apart ? 1.0 : 0.0);
   hash.add(static_cast<double>(o.start.ns));
   hash.add(o.calibration_error_m);
   hash.add(o.calibration_error_deg);

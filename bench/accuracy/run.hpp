@@ -27,7 +27,7 @@ struct Scores {
   double rpe10_m = 0.0;  ///< rmse over 10 m, all pairs
   double rpe10_deg = 0.0;
   double slip_rmse_m = 0.0;         ///< along the way
-  double nees6 = 0.0, nees3 = 0.0;  ///< mean over the run, first poses aligned
+  double nees6 = 0.0, nees3 = 0.0;  ///< mean over the run, aligned 1 s after the first pose
   double share95 = 0.0;             ///< of poses inside their 95 % ellipsoid
   double cpu_ms = 0.0, cpu_p99_ms = 0.0;
   double peak_mb = 0.0;

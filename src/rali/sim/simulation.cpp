@@ -15,13 +15,14 @@ using geometry::Vec3;
 
 namespace {
 
-/// Where the sensors sit on the simulated vehicle: LiDAR ahead and up with a small turn, the IMU
-/// aside and turned by 90 deg, so that a forgotten extrinsic shows.
-sensor::Calibration mounting() {
+/// Where the sensors sit on the simulated vehicle: LiDAR ahead and up with a small turn. An IMU
+/// apart is turned by 90 deg, so that a forgotten extrinsic shows.
+sensor::Calibration mounting(bool imu_apart) {
   constexpr double kDegree = std::numbers::pi / 180.0;
   sensor::Calibration c;
   c.T_body_lidar = {geometry::rotation_from_rpy(0.4 * kDegree, -0.6 * kDegree, 1.5 * kDegree),
                     Vec3(0.10, 0.0, 0.35)};
+  if (!imu_apart) return c;
   c.T_body_imu = {geometry::rotation_from_rpy(0.0, 0.0, 90.0 * kDegree), Vec3(-0.05, 0.03, 0.08)};
   return c;
 }
@@ -54,7 +55,7 @@ struct Simulation::Impl {
         people(route, o.pedestrians, world.free_width_m, o.seed),
         lidar(o.lidar, o.ranging, o.seed),
         imu(o.imu, o.seed),
-        calibration_true(mounting()),
+        calibration_true(mounting(o.imu_apart)),
         calibration_nominal(measured_by_hand(calibration_true, o)),
         duration_s(o.duration_s > 0.0 ? o.duration_s : trajectory.duration_s()) {}
 

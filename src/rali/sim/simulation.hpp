@@ -24,6 +24,7 @@ struct SimOptions {
   int pedestrians = 0;
   Time start = Time::from_ns(1'700'000'000'000'000'000);
   bool with_imu = true;
+  bool imu_apart = false;  ///< false: body = IMU; true: turned by 90 deg, 10 cm beside the body
   double calibration_error_m = 0.002;  ///< of the nominal T_body_lidar, random direction
   double calibration_error_deg = 0.05;
   MotionOptions motion;

@@ -41,6 +41,7 @@ std::shared_ptr<const sensor::LidarScan> scan_number(Simulation& sim, int number
 TEST(Simulation, noise_free_inertial_samples_integrate_back_to_the_trajectory) {
   SimOptions o = quiet(Scene::kCorridor);
   o.duration_s = 20.0;
+  o.imu_apart = true;
   const auto sim = make(o);
   const SE3 T_body_imu = sim->calibration_true().T_body_imu;
   std::vector<sensor::ImuSample> samples;
