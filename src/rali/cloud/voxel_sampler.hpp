@@ -44,14 +44,24 @@ struct PointSpan {
   return key;
 }
 
-/// Keeps one point per voxel: the one nearest to the voxel's centre. The choice does not depend on
-/// the order of points (decimation by order can keep 4 of 16 rings); the memory is reused.
+/// Keeps one point per cell of a grid: the one nearest to the cell's centre. The choice does not
+/// depend on the order of points (decimation by order can keep 4 of 16 rings); the memory is
+/// reused.
 class VoxelSampler {
  public:
-  /// Appends to `out` the indices of the kept points, ascending. `candidates` empty: all points.
-  /// Points must be finite and within +-2^20 voxels.
+  /// Cells are cubes of voxel_m. Appends to `out` the indices of the kept points, ascending.
+  /// `candidates` empty: all points. Points must be finite and within +-2^20 voxels.
+  ///
+  /// Range noise decides here which point of a cube is kept, and pulls the kept points towards
+  /// the cubes' centres: for drawing and merging, not for estimating. See sample_rays().
   void sample(const PointSpan& points, std::span<const std::uint32_t> candidates, double voxel_m,
               std::vector<std::uint32_t>& out);
+
+  /// Cells are bundles of rays from the origin, spacing_m (to 0.7 spacing_m) wide where they meet
+  /// the surface, so that which point is kept says nothing about its range error. Points in the
+  /// sensor frame.
+  void sample_rays(const PointSpan& points, std::span<const std::uint32_t> candidates,
+                   double spacing_m, std::vector<std::uint32_t>& out);
 
  private:
   struct Slot {
@@ -60,6 +70,11 @@ class VoxelSampler {
     std::uint32_t index = 0;
     float distance2 = 0.0F;
   };
+
+  template <class Scale>
+  void run(const PointSpan& points, std::span<const std::uint32_t> candidates, Scale scale,
+           std::vector<std::uint32_t>& out);
+  void prepare(std::size_t n);
 
   std::vector<Slot> slots_;
   std::uint32_t generation_ = 0;

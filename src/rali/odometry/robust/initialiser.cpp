@@ -52,13 +52,14 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
                                           const InertialBuffer& imu,
                                           const InitialisationSettings& settings,
                                           const ImuNoiseSettings& noise) {
+  // The first scans of a new map settle by centimetres: they do not count.
   const double window_s = settings.rest.window_s;
   if ((track.back().t - track.front().t).s() < window_s) return std::nullopt;
-  const std::vector<TrackedPose> window = tail(track, window_s);
+  const std::vector<TrackedPose> window = tail(track, 0.7 * window_s);
   const std::vector<ImuSample> raw = imu.between(window.front().t, window.back().t);
   if (raw.size() < 20) return std::nullopt;
   const imu::ImuStatistics blocks = imu::statistics(block_means(raw));
-  if (blocks.samples < 5) return std::nullopt;
+  if (blocks.samples < 4) return std::nullopt;
   if (blocks.gyro_sd_radps.maxCoeff() > settings.rest.gyro_sd_max_radps ||
       blocks.accel_sd_mps2.maxCoeff() > settings.rest.accel_sd_max_mps2 ||
       blocks.gyro_mean_radps.norm() > settings.rest.gyro_mean_max_radps) {

@@ -23,14 +23,28 @@ Mat3 PointSums::covariance() const {
   return C;
 }
 
-bool fit_plane(const PointSums& sums, const Vec3& origin, const PlaneSettings& settings,
-               Plane& plane) {
-  if (sums.n < settings.points_min) return false;
-  const geometry::Pca3 pca = geometry::pca3(sums.covariance());
-  const double l3 = std::max(0.0, pca.values[2]);
-  if (l3 > settings.thickness_max_m * settings.thickness_max_m) return false;
-  if (pca.values[1] < settings.width_min_m * settings.width_min_m) return false;
-  if (pca.values[1] < 4.0 * l3) return false;  // as thick as it is wide: no plane
+Mat3 PointSums::mean_ray_product() const {
+  const double inverse = 1.0 / n;
+  Mat3 U;
+  U << rays[0], rays[1], rays[2], rays[1], rays[3], rays[4], rays[2], rays[4], rays[5];
+  return inverse * U;
+}
+
+FitResult fit_plane(const PointSums& sums, const Vec3& origin, bool finest,
+                    const PlaneSettings& settings, Plane& plane) {
+  if (sums.n < settings.points_min) return FitResult::kTooFew;
+  // Range noise lies along the rays. One ring on the floor spreads along it as far as a narrow
+  // plane would, and its best plane contains the ray instead of the floor: a false plane tilted
+  // by the ray's angle. What noise adds is therefore taken out before the axes are found.
+  const Mat3 measured = sums.covariance();
+  const double range_var = settings.range_sigma_m * settings.range_sigma_m;
+  const geometry::Pca3 pca = geometry::pca3(measured - range_var * sums.mean_ray_product());
+  const Vec3 normal = pca.vectors.col(2);
+  const double excess = finest ? settings.excess_max_finest_m : settings.excess_max_m;
+  if (pca.values[2] > excess * excess) return FitResult::kTooThick;
+  if (pca.values[1] < settings.width_min_m * settings.width_min_m) return FitResult::kTooFew;
+  const double l3 = std::max(0.0, normal.dot(measured * normal));
+  if (pca.values[1] < 4.0 * l3) return finest ? FitResult::kTooFew : FitResult::kTooThick;
   const double n = sums.n;
   const double floor = settings.sigma_floor_m * settings.sigma_floor_m;
   const double s2 = std::max(floor, l3 * n / (n - 3.0));
@@ -38,12 +52,12 @@ bool fit_plane(const PointSums& sums, const Vec3& origin, const PlaneSettings& s
   plane.q = origin + sums.sum / n;
   plane.e1 = pca.vectors.col(0);
   plane.e2 = pca.vectors.col(1);
-  plane.n = pca.vectors.col(2);
+  plane.n = normal;
   plane.var_tilt1 = s2 / (n * pca.values[0]) + tilt;
   plane.var_tilt2 = s2 / (n * pca.values[1]) + tilt;
   plane.var_offset = s2 / n + settings.sigma_systematic_m * settings.sigma_systematic_m;
   plane.var_normal = s2;
-  return true;
+  return FitResult::kPlane;
 }
 
 }  // namespace rali::odometry

@@ -9,27 +9,42 @@ namespace rali::odometry {
 struct PointSums {
   int n = 0;
   geometry::Vec3 sum = geometry::Vec3::Zero();
-  // xx xy xz yy yz zz
+  // xx xy xz yy yz zz of the points, and of the unit rays that measured them
   double products[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  float rays[6] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
 
-  void add(double x, double y, double z) {
+  void add(const geometry::Vec3& p, const geometry::Vec3f& ray) {
     ++n;
-    sum += geometry::Vec3(x, y, z);
-    products[0] += x * x;
-    products[1] += x * y;
-    products[2] += x * z;
-    products[3] += y * y;
-    products[4] += y * z;
-    products[5] += z * z;
+    sum += p;
+    products[0] += p.x() * p.x();
+    products[1] += p.x() * p.y();
+    products[2] += p.x() * p.z();
+    products[3] += p.y() * p.y();
+    products[4] += p.y() * p.z();
+    products[5] += p.z() * p.z();
+    rays[0] += ray.x() * ray.x();
+    rays[1] += ray.x() * ray.y();
+    rays[2] += ray.x() * ray.z();
+    rays[3] += ray.y() * ray.y();
+    rays[4] += ray.y() * ray.z();
+    rays[5] += ray.z() * ray.z();
   }
 
+  /// Covariance of the points as measured.
   [[nodiscard]] geometry::Mat3 covariance() const;
+
+  /// Mean of ray ray^T: times the range variance, what range noise adds to covariance().
+  [[nodiscard]] geometry::Mat3 mean_ray_product() const;
 };
 
 /// Limits for what counts as a plane and what its errors are (algorithms 2.3).
 struct PlaneSettings {
   int points_min = 10;
-  double thickness_max_m = 0.06;   ///< sqrt(l3) at most
+  double range_sigma_m = 0.02;     ///< range noise whose share in the spread is taken out
+  /// Thickness beyond what range noise explains, at most; cells of the finest level may be
+  /// rougher, since they cannot be split.
+  double excess_max_m = 0.012;
+  double excess_max_finest_m = 0.05;
   double width_min_m = 0.04;       ///< sqrt(l2) at least: a line of one ring is no plane
   double sigma_floor_m = 0.003;    ///< measured noise along the normal not below
   double sigma_systematic_m = 0.01;  ///< common offset of all points of a plane
@@ -38,7 +53,9 @@ struct PlaneSettings {
   template <class V>
   void visit(V& v) {
     v("points_min", points_min, 5, 1000, "fewer points are no plane");
-    v("thickness_max_m", thickness_max_m, 0.005, 1.0, "largest spread along the normal");
+    v("range_sigma_m", range_sigma_m, 0.0, 1.0, "range noise taken out of the spread of points");
+    v("excess_max_m", excess_max_m, 1e-3, 1.0, "thickness beyond range noise: more is split");
+    v("excess_max_finest_m", excess_max_finest_m, 1e-3, 1.0, "the same in cells of the finest level");
     v("width_min_m", width_min_m, 0.005, 1.0, "smallest spread in the plane: one ring is a line");
     v("sigma_floor_m", sigma_floor_m, 1e-4, 0.1, "measured noise along the normal not below");
     v("sigma_systematic_m", sigma_systematic_m, 0.0, 0.1, "offset common to all points of a plane");
@@ -59,9 +76,15 @@ struct Plane {
   double var_normal = 0.0;  ///< measured noise of its points along n [m^2]
 };
 
+enum class FitResult {
+  kPlane,
+  kTooFew,   ///< points, or spread of points: more may make it a plane
+  kTooThick  ///< something else than one plane is in the cell
+};
+
 /// Fits a plane to the sums. @param origin of the sums, in the frame of the result.
-/// @return false if the points are no plane.
-[[nodiscard]] bool fit_plane(const PointSums& sums, const geometry::Vec3& origin,
-                             const PlaneSettings& settings, Plane& plane);
+/// @param finest the cell cannot be split any more.
+[[nodiscard]] FitResult fit_plane(const PointSums& sums, const geometry::Vec3& origin, bool finest,
+                                  const PlaneSettings& settings, Plane& plane);
 
 }  // namespace rali::odometry

@@ -77,14 +77,15 @@ void PlaneMap::grow() {
   }
 }
 
-void PlaneMap::insert(const Vec3& p_odom_m) {
+void PlaneMap::insert(const Vec3& p_odom_m, const geometry::Vec3f& ray_odom) {
   const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
   const int cell = find_or_make_root(i.x, i.y, i.z);
   insert_at(cell, center_of(i.x, i.y, i.z, settings_.voxel_m), 0.5 * settings_.voxel_m, 0,
-            p_odom_m);
+            p_odom_m, ray_odom);
 }
 
-void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level, const Vec3& p) {
+void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level, const Vec3& p,
+                         const geometry::Vec3f& ray) {
   Vec3 center = origin;
   while (cells_[static_cast<std::size_t>(index)].children >= 0) {
     const int child = octant(p, center);
@@ -95,18 +96,18 @@ void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level
   }
   Cell& cell = cells_[static_cast<std::size_t>(index)];
   if (cell.frozen) return;
-  const Vec3 d = p - center;
-  cell.sums.add(d.x(), d.y(), d.z());
+  cell.sums.add(p - center, ray);
   if (cell.sums.n >= cell.refit_at) refit(index, center, level);
 }
 
 void PlaneMap::refit(int index, const Vec3& origin, int level) {
   Cell& cell = cells_[static_cast<std::size_t>(index)];
   Plane plane;
-  const bool is_plane = fit_plane(cell.sums, origin, settings_.plane, plane);
+  const bool finest = level + 1 == kLevels;
+  const FitResult fit = fit_plane(cell.sums, origin, finest, settings_.plane, plane);
   cell.refit_at = std::max(cell.sums.n + 1,
                            static_cast<int>(std::ceil(cell.sums.n * settings_.refit_growth)));
-  if (is_plane) {
+  if (fit == FitResult::kPlane) {
     if (cell.plane < 0) {
       cell.plane = static_cast<int>(planes_.size());
       planes_.push_back(plane);
@@ -116,20 +117,18 @@ void PlaneMap::refit(int index, const Vec3& origin, int level) {
     cell.frozen = cell.sums.n >= settings_.freeze_points;
     return;
   }
-  const geometry::Pca3 pca = geometry::pca3(cell.sums.covariance());
-  const double thickness2 = settings_.plane.thickness_max_m * settings_.plane.thickness_max_m;
-  const bool thick = pca.values[2] > thickness2;
-  if (thick && level + 1 < kLevels) {
-    // What it held is forgotten: its points cannot be told apart any more, and more will come.
-    const int children = static_cast<int>(cells_.size());
-    for (int k = 0; k < 8; ++k) cells_.emplace_back().refit_at = settings_.plane.points_min;
-    Cell& parent = cells_[static_cast<std::size_t>(index)];  // the vector may have moved
-    parent.children = children;
-    parent.plane = -1;
+  if (fit == FitResult::kTooFew) return;
+  if (finest) {
+    cell.plane = -1;
+    cell.frozen = cell.sums.n >= settings_.freeze_points;  // never a plane: stop trying
     return;
   }
-  if (cell.plane >= 0 && thick) cell.plane = -1;
-  cell.frozen = cell.sums.n >= 2 * settings_.freeze_points;  // never a plane: stop trying
+  // What it held is forgotten: its points cannot be told apart any more, and more will come.
+  const int children = static_cast<int>(cells_.size());
+  for (int k = 0; k < 8; ++k) cells_.emplace_back().refit_at = settings_.plane.points_min;
+  Cell& parent = cells_[static_cast<std::size_t>(index)];  // the vector may have moved
+  parent.children = children;
+  parent.plane = -1;
 }
 
 int PlaneMap::descend(int index, const Vec3& origin, const Vec3& p) const {

@@ -36,7 +36,8 @@ class PlaneMap {
  public:
   explicit PlaneMap(const PlaneMapSettings& settings);
 
-  void insert(const geometry::Vec3& p_odom_m);
+  /// @param ray_odom unit vector from the sensor to the point.
+  void insert(const geometry::Vec3& p_odom_m, const geometry::Vec3f& ray_odom);
 
   /// Index of the plane in whose cell the point lies, -1 if none.
   [[nodiscard]] int find(const geometry::Vec3& p_odom_m) const;
@@ -83,7 +84,7 @@ class PlaneMap {
   int find_or_make_root(int ix, int iy, int iz);
   void grow();
   void insert_at(int cell, const geometry::Vec3& origin, double half_m, int level,
-                 const geometry::Vec3& p);
+                 const geometry::Vec3& p, const geometry::Vec3f& ray);
   void refit(int cell, const geometry::Vec3& origin, int level);
   int descend(int cell, const geometry::Vec3& origin, const geometry::Vec3& p) const;
   void copy_tree(const PlaneMap& from, int source, int target);

@@ -221,7 +221,8 @@ void RobustOdometry::insert(const LidarScan& scan) {
   const Mat3& R = state_.T_odom_body.R;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
-    map_.insert(R * p + state_.T_odom_body.p);
+    const Vec3 ray = R * (p - calibration_.T_body_lidar.p);
+    map_.insert(R * p + state_.T_odom_body.p, (ray / std::max(1e-6, ray.norm())).cast<float>());
   }
 }
 

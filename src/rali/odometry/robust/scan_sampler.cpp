@@ -1,6 +1,7 @@
 #include "rali/odometry/robust/scan_sampler.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace rali::odometry {
 
@@ -13,15 +14,36 @@ void thin_evenly(std::vector<std::uint32_t>& indices, std::size_t n_max) {
   });
 }
 
+ScanSampler::ScanSampler(const SamplingSettings& settings)
+    : settings_(settings),
+      insert_spacing_{0.1, settings.insert_points},
+      update_spacing_{0.3, settings.update_points} {}
+
+void ScanSampler::sample_one(const cloud::PointSpan& points,
+                             const std::vector<std::uint32_t>& candidates, Spacing& spacing,
+                             std::vector<std::uint32_t>& out) {
+  // Twice, if the first choice gives far too many or too few: a door into a hall changes all.
+  for (int round = 0; round < 2; ++round) {
+    out.clear();
+    sampler_.sample_rays(points, candidates, spacing.spacing_m, out);
+    const double ratio = static_cast<double>(out.size()) / spacing.wanted;
+    const bool poor = ratio > 2.0 || ratio < 0.5;
+    // The number goes with the square of the spacing; rings leave gaps, so half the step.
+    spacing.spacing_m = std::clamp(spacing.spacing_m * std::sqrt(std::sqrt(ratio)) *
+                                       (poor ? std::sqrt(std::sqrt(ratio)) : 1.0),
+                                   settings_.spacing_min_m, settings_.spacing_max_m);
+    if (!poor) break;
+  }
+  thin_evenly(out, static_cast<std::size_t>(2 * spacing.wanted));
+}
+
 void ScanSampler::sample(const sensor::LidarScan& scan) {
   update_.clear();
   insert_.clear();
   if (scan.size() == 0) return;
   const cloud::PointSpan points{scan.x_m.data(), scan.y_m.data(), scan.z_m.data(), scan.size()};
-  sampler_.sample(points, {}, settings_.insert_voxel_m, insert_);
-  sampler_.sample(points, insert_, settings_.update_voxel_m, update_);
-  thin_evenly(insert_, static_cast<std::size_t>(settings_.insert_points_max));
-  thin_evenly(update_, static_cast<std::size_t>(settings_.update_points_max));
+  sample_one(points, {}, insert_spacing_, insert_);
+  sample_one(points, insert_, update_spacing_, update_);
 }
 
 }  // namespace rali::odometry

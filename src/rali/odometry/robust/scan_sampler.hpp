@@ -13,7 +13,7 @@ namespace rali::odometry {
 /// measured points: which point stands for a voxel does not depend on the exact motion.
 class ScanSampler {
  public:
-  explicit ScanSampler(const SamplingSettings& settings) : settings_(settings) {}
+  explicit ScanSampler(const SamplingSettings& settings);
 
   void sample(const sensor::LidarScan& scan);
 
@@ -22,7 +22,17 @@ class ScanSampler {
   [[nodiscard]] const std::vector<std::uint32_t>& insert_indices() const { return insert_; }
 
  private:
+  /// Follows the wanted number from scan to scan.
+  struct Spacing {
+    double spacing_m = 0.1;
+    int wanted = 0;
+  };
+
+  void sample_one(const cloud::PointSpan& points, const std::vector<std::uint32_t>& candidates,
+                  Spacing& spacing, std::vector<std::uint32_t>& out);
+
   SamplingSettings settings_;
+  Spacing insert_spacing_, update_spacing_;
   cloud::VoxelSampler sampler_;
   std::vector<std::uint32_t> update_, insert_;
 };

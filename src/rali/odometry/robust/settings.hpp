@@ -8,19 +8,20 @@
 
 namespace rali::odometry {
 
-/// Which points of a sweep are used.
+/// Which points of a sweep are used: one per bundle of rays, of a width that gives the wanted
+/// number in narrow and wide places alike.
 struct SamplingSettings {
-  double update_voxel_m = 0.4;
-  double insert_voxel_m = 0.1;
-  int update_points_max = 3000;
-  int insert_points_max = 12000;
+  int update_points = 1500;
+  int insert_points = 6000;
+  double spacing_min_m = 0.02;
+  double spacing_max_m = 1.0;
 
   template <class V>
   void visit(V& v) {
-    v("update_voxel_m", update_voxel_m, 0.02, 5.0, "one point per voxel moves the pose");
-    v("insert_voxel_m", insert_voxel_m, 0.01, 5.0, "one point per voxel goes into the map");
-    v("update_points_max", update_points_max, 100, 1000000, "more are thinned evenly");
-    v("insert_points_max", insert_points_max, 100, 1000000, "more are thinned evenly");
+    v("update_points", update_points, 100, 1000000, "points of a sweep that move the pose");
+    v("insert_points", insert_points, 100, 1000000, "points of a sweep that go into the map");
+    v("spacing_min_m", spacing_min_m, 0.001, 1.0, "points are never closer");
+    v("spacing_max_m", spacing_max_m, 0.05, 10.0, "points are never wider apart");
   }
 };
 
@@ -64,7 +65,7 @@ struct InitialisationSettings {
   double window_s = 1.0;
   int scans_min = 10;
   double give_up_s = 15.0;
-  double rest_travel_max_m = 0.03;
+  double rest_travel_max_m = 0.10;
   double gyro_bias_bound_radps = 0.05;
   double accel_bias_bound_mps2 = 0.5;
   double gravity_mps2 = 9.81;
