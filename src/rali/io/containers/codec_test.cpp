@@ -27,10 +27,10 @@ std::vector<std::byte> some_bytes(std::size_t n) {
   return out;
 }
 
-TEST_P(EachCodec, gives_back_what_was_compressed_also_nothing_and_more_than_one_block) {
+TEST_P(EachCodec, gives_back_what_was_compressed_also_nothing_and_more_than_one_buffer) {
   Decompressor decompressor;
   for (const std::size_t n :
-       {std::size_t{0}, std::size_t{1}, std::size_t{70'000}, std::size_t{1'100'000}}) {
+       {std::size_t{0}, std::size_t{1}, std::size_t{70'000}, std::size_t{300'000}}) {
     const auto plain = some_bytes(n);
     const auto packed = compress(GetParam(), plain);
     ASSERT_TRUE(packed);

@@ -1,22 +1,25 @@
 #include "rali/io/containers/sqlite_db.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 
+#include <fcntl.h>
 #include <sqlite3.h>
-
-#include "rali/io/containers/cursor.hpp"
+#include <sys/mman.h>
+#include <unistd.h>
 
 namespace rali::io {
 namespace {
 
 // Instructions of SQLite's virtual machine. Reading all takes some fifty for each row, and a row
 // has at least thirty bytes: only a damaged tree that leads in circles needs more.
-constexpr std::uint64_t kBudgetBase = 20'000'000;
+constexpr std::uint64_t kBudgetBase = 2'000'000;
 constexpr std::uint64_t kBudgetPerByte = 8;
-constexpr int kBudgetTick = 10'000;
+constexpr int kBudgetTick = 1'000;
 
 /// Called each kBudgetTick instructions; not 0 stops the statement.
 int spend(void* budget) {
@@ -57,6 +60,27 @@ bool has_write_ahead_log(const std::string& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path + "-wal", error);
   return !error && size > 0;
+}
+
+// Offsets in the first page (sqlite.org/fileformat2.html).
+constexpr std::size_t kPageSizeAt = 16;
+constexpr std::size_t kWriteVersionAt = 18;
+constexpr std::size_t kReadVersionAt = 19;
+
+/// Bytes of whole pages. SQLite would fill up the last page of a cut file with zeros, which would
+/// then be handed out as data.
+std::uint64_t whole_pages(std::span<const std::byte> start, std::uint64_t bytes) {
+  if (start.size() < kPageSizeAt + 2) return bytes;
+  const auto high = std::to_integer<std::uint64_t>(start[kPageSizeAt]);
+  const auto low = std::to_integer<std::uint64_t>(start[kPageSizeAt + 1]);
+  const std::uint64_t page = high == 0 && low == 1 ? 65536 : high << 8 | low;
+  return page < 512 ? bytes : bytes - bytes % page;
+}
+
+std::array<char, 20> start_of(const std::string& path) {
+  std::array<char, 20> start{};
+  std::ifstream(path, std::ios::binary).read(start.data(), start.size());
+  return start;
 }
 
 }  // namespace
@@ -118,6 +142,9 @@ Result<SqlDatabase> SqlDatabase::open_file(const std::string& path, std::uint64_
   std::error_code error;
   const auto bytes = std::filesystem::file_size(path, error);
   if (error) return fail(ErrorCode::kInput, path, "cannot be opened: " + error.message());
+  const auto start = start_of(path);
+  const std::uint64_t whole = whole_pages(std::as_bytes(std::span(start)), bytes);
+  if (whole != bytes) return open_cut_file(path, whole, value_bytes_max);
   constexpr int kFlags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
   if (has_write_ahead_log(path)) {
     // Needs to lock beside the file; where that is not allowed, the log is left out.
@@ -137,24 +164,61 @@ Result<SqlDatabase> SqlDatabase::open_file(const std::string& path, std::uint64_
   return database;
 }
 
+/// Hands the whole pages to SQLite as an image in memory, which the system reads as needed.
+Result<SqlDatabase> SqlDatabase::open_cut_file(const std::string& path,
+                                               std::uint64_t whole_pages_bytes,
+                                               std::uint64_t value_bytes_max) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return fail(ErrorCode::kMachine, path, "cannot be opened");
+  const auto size = static_cast<std::size_t>(whole_pages_bytes);
+  // Private and writable: attach() changes two bytes of its own copy.
+  void* image =
+      size == 0 ? MAP_FAILED
+                : ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_NORESERVE, fd, 0);
+  ::close(fd);
+  if (image == MAP_FAILED) {
+    return fail(ErrorCode::kInput, path, "SQLite database cut within its first page");
+  }
+  std::shared_ptr<void> mapping(image, [size](void* begin) { ::munmap(begin, size); });
+  auto handle = open(":memory:", path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX);
+  if (!handle) return tl::make_unexpected(handle.error());
+  SqlDatabase database(*handle, path);
+  database.mapping_ = std::move(mapping);
+  Status status = database.attach({static_cast<std::byte*>(image), size}, /*owned=*/false);
+  if (status) status = database.prepare_for_reading(whole_pages_bytes, value_bytes_max);
+  if (!status) return tl::make_unexpected(status.error());
+  return database;
+}
+
 Result<SqlDatabase> SqlDatabase::open_bytes(std::span<const std::byte> bytes,
                                             std::uint64_t value_bytes_max) {
+  const std::uint64_t whole = whole_pages(bytes, bytes.size());
+  bytes = bytes.first(static_cast<std::size_t>(whole));
   auto handle = open(":memory:", "memory", SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX);
   if (!handle) return tl::make_unexpected(handle.error());
   SqlDatabase database(*handle, "memory");
-  auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(bytes.size() + 1));
+  auto* copy = static_cast<std::byte*>(sqlite3_malloc64(bytes.size() + 1));
   if (copy == nullptr) return fail(ErrorCode::kMachine, "memory", "out of memory");
-  std::copy_n(text_of(bytes).data(), bytes.size(), copy);
-  const auto size = static_cast<sqlite3_int64>(bytes.size());
-  // SQLite frees the copy, also when this fails.
-  if (sqlite3_deserialize(*handle, "main", copy, size, size,
-                          SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY) !=
-      SQLITE_OK) {
-    return fail(ErrorCode::kMachine, "memory", database.last_error());
-  }
-  const Status status = database.prepare_for_reading(bytes.size(), value_bytes_max);
+  std::copy(bytes.begin(), bytes.end(), copy);
+  Status status = database.attach({copy, bytes.size()}, /*owned=*/true);
+  if (status) status = database.prepare_for_reading(bytes.size(), value_bytes_max);
   if (!status) return tl::make_unexpected(status.error());
   return database;
+}
+
+/// Makes the image the database. SQLite frees it if `owned`, also when this fails.
+Status SqlDatabase::attach(std::span<std::byte> image, bool owned) {
+  // An image in memory cannot have a write-ahead log; version 1 says there is none.
+  if (image.size() > kReadVersionAt) {
+    image[kWriteVersionAt] = image[kReadVersionAt] = std::byte{1};
+  }
+  const auto size = static_cast<sqlite3_int64>(image.size());
+  const unsigned flags = SQLITE_DESERIALIZE_READONLY |
+                         (owned ? static_cast<unsigned>(SQLITE_DESERIALIZE_FREEONCLOSE) : 0U);
+  const int status = sqlite3_deserialize(
+      database_.get(), "main", reinterpret_cast<unsigned char*>(image.data()), size, size, flags);
+  if (status == SQLITE_OK) return {};
+  return fail(ErrorCode::kMachine, name_, "cannot be opened by SQLite: " + last_error());
 }
 
 Result<SqlDatabase> SqlDatabase::create(const std::string& path) {

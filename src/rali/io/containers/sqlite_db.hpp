@@ -64,9 +64,14 @@ class SqlDatabase {
 
   SqlDatabase(sqlite3* database, std::string name);
 
+  static Result<SqlDatabase> open_cut_file(const std::string& path, std::uint64_t whole_pages_bytes,
+                                           std::uint64_t value_bytes_max);
+  Status attach(std::span<std::byte> image, bool owned);
+
   Status prepare_for_reading(std::uint64_t file_bytes, std::uint64_t value_bytes_max);
 
   std::unique_ptr<std::uint64_t> budget_;  ///< the database keeps a pointer to it
+  std::shared_ptr<void> mapping_;          ///< of a cut file, for as long as it is read
   std::unique_ptr<sqlite3, Close> database_;
   std::string name_;
 };
