@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "rali/drive/input/event_outlet.hpp"
-#include "rali/drive/input/imu_csv.hpp"
 #include "rali/drive/input/imu_intake.hpp"
 #include "rali/drive/input/recording_probe.hpp"
+#include "rali/io/files/imu_csv.hpp"
 #include "rali/io/files/scan_folder.hpp"
 
 namespace rali::drive {
@@ -24,7 +24,7 @@ constexpr std::uint64_t kNamedErrors = 5;
 
 class FolderEvents final : public ReportedSource {
  public:
-  FolderEvents(io::ScanFolder folder, std::optional<ImuCsv> imu, ImuUnits units,
+  FolderEvents(io::ScanFolder folder, std::optional<io::ImuCsvReader> imu, ImuUnits units,
                InputOptions options, InputReport report)
       : folder_(std::move(folder)),
         imu_(std::move(imu)),
@@ -83,9 +83,9 @@ class FolderEvents final : public ReportedSource {
 
   void push_imu_until(Time t) {
     while (imu_) {
-      if (!waiting_) waiting_ = imu_->next(report_.gaps, report_.findings);
+      if (!waiting_) read_imu();
       if (!waiting_) {
-        imu_.reset();
+        close_imu();
       } else if (waiting_->t > t) {
         return;
       } else {
@@ -98,6 +98,30 @@ class FolderEvents final : public ReportedSource {
         waiting_.reset();
       }
     }
+  }
+
+  void read_imu() {
+    sensor::ImuSample sample;
+    const Result<bool> got = imu_->next(sample);
+    if (got && *got) waiting_ = sample;
+    if (got) return;
+    report_.gaps.damaged = true;
+    Finding f;
+    f.id = "D19";
+    f.vehicle = report_.vehicle;
+    f.topic = report_.imu_topic;
+    f.text = got.error().message();
+    report_.findings.push_back(std::move(f));
+  }
+
+  void close_imu() {
+    const io::ImuCsvStats& stats = imu_->stats();
+    report_.gaps.imu_invalid += stats.nan_rows + stats.bad_rows;
+    for (Finding f : imu_->findings()) {
+      f.vehicle = report_.vehicle;
+      report_.findings.push_back(std::move(f));
+    }
+    imu_.reset();
   }
 
   void damaged(const Error& error) {
@@ -119,11 +143,12 @@ class FolderEvents final : public ReportedSource {
       report_.findings.push_back(folder_.findings()[i]);
       report_.findings.back().vehicle = report_.vehicle;
     }
+    if (imu_) close_imu();
     outlet_.close(report_);
   }
 
   io::ScanFolder folder_;
-  std::optional<ImuCsv> imu_;
+  std::optional<io::ImuCsvReader> imu_;
   InputOptions options_;
   InputReport report_;
   ImuIntake intake_;
@@ -179,16 +204,15 @@ Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
 Result<std::vector<sensor::ImuSample>> first_imu(const std::string& path,
                                                  const io::ScanFolder& folder) {
   std::vector<sensor::ImuSample> samples;
-  Result<ImuCsv> csv = ImuCsv::open(path);
+  Result<io::ImuCsvReader> csv = io::ImuCsvReader::open(path);
   if (!csv) return tl::make_unexpected(csv.error());
-  InputGaps ignored;
-  FindingList findings;
   while (samples.size() < kImuSamples) {
-    const std::optional<sensor::ImuSample> sample = csv->next(ignored, findings);
-    if (!sample) break;
-    if (!is_plausible(*sample)) continue;
-    samples.push_back(*sample);
-    if (seconds_between(samples.front().t, sample->t) > kProbeS) break;
+    sensor::ImuSample sample;
+    const Result<bool> got = csv->next(sample);
+    if (!got || !*got) break;
+    if (!is_plausible(sample)) continue;
+    samples.push_back(sample);
+    if (sample.t.s() - samples.front().t.s() > kProbeS) break;
   }
   const Time t_last = folder.entries().back().t;
   if (!samples.empty() && samples.front().t > t_last) {
@@ -234,14 +258,14 @@ Result<std::unique_ptr<ReportedSource>> open_folder_events(const std::string& pa
   std::string imu_path = imu_file.empty() ? folder->imu_path().value_or("") : imu_file;
   if (options.imu_topic == "none") imu_path.clear();
   report.has_imu = !imu_path.empty();
-  std::optional<ImuCsv> imu;
+  std::optional<io::ImuCsvReader> imu;
   std::vector<sensor::ImuSample> samples;
   if (report.has_imu) {
     report.imu_topic = imu_path;
     Result<std::vector<sensor::ImuSample>> first = first_imu(imu_path, *folder);
     if (!first) return tl::make_unexpected(first.error());
     samples = std::move(*first);
-    Result<ImuCsv> csv = ImuCsv::open(imu_path);
+    Result<io::ImuCsvReader> csv = io::ImuCsvReader::open(imu_path);
     if (!csv) return tl::make_unexpected(csv.error());
     imu = std::move(*csv);
   } else {

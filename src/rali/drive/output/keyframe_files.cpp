@@ -7,8 +7,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "rali/io/files/atomic_file.hpp"
 #include "rali/io/files/cloud_file.hpp"
+#include "rali/io/files/cloud_writers.hpp"
 #include "rali/io/files/text.hpp"
 #include "rali/io/files/tum.hpp"
 
@@ -16,29 +16,6 @@ namespace rali::drive {
 namespace {
 
 constexpr std::size_t kPointBytes = 18;  ///< four float32 and a uint16, little endian
-
-std::string pcd_header(std::size_t points) {
-  return fmt::format(
-      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity ring\n"
-      "SIZE 4 4 4 4 2\nTYPE F F F F U\nCOUNT 1 1 1 1 1\nWIDTH {0}\nHEIGHT 1\n"
-      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\nDATA binary\n",
-      points);
-}
-
-std::vector<std::byte> packed(const odometry::KeyframeCloud& cloud) {
-  std::vector<std::byte> bytes(cloud.size() * kPointBytes);
-  std::byte* to = bytes.data();
-  for (std::size_t i = 0; i < cloud.size(); ++i, to += kPointBytes) {
-    const float intensity = i < cloud.intensity.size() ? cloud.intensity[i] : 0.0F;
-    const std::uint16_t ring = i < cloud.ring.size() ? cloud.ring[i] : std::uint16_t{0};
-    std::memcpy(to, &cloud.x_m[i], 4);
-    std::memcpy(to + 4, &cloud.y_m[i], 4);
-    std::memcpy(to + 8, &cloud.z_m[i], 4);
-    std::memcpy(to + 12, &intensity, 4);
-    std::memcpy(to + 16, &ring, 2);
-  }
-  return bytes;
-}
 
 Status unpack(const std::string& path, odometry::KeyframeCloud& out) {
   const Result<io::CloudFile> file = io::read_cloud_file(path);
@@ -80,11 +57,9 @@ Result<KeyframeRecord> write_keyframe(const std::string& out_dir, const std::str
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
   if (error) return fail(ErrorCode::kMachine, path, error.message());
-  Result<io::AtomicFile> file = io::AtomicFile::create(path);
-  if (!file) return tl::make_unexpected(file.error());
-  Status status = file->write(pcd_header(record.points));
-  if (status) status = file->write(packed(keyframe.cloud));
-  if (status) status = file->commit();
+  const odometry::KeyframeCloud& cloud = keyframe.cloud;
+  const Status status =
+      io::write_keyframe_pcd(path, {cloud.x_m, cloud.y_m, cloud.z_m, cloud.intensity, cloud.ring});
   if (!status) return tl::make_unexpected(status.error());
   return record;
 }

@@ -11,7 +11,7 @@ namespace rali::drive {
 /// trajectory/<v>.tum and .cov.csv, degeneracy/<v>.csv. Errors: kMachine.
 [[nodiscard]] Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir);
 
-/// keyframes.csv, graph.g2o, graph.pyfg, loops.csv, ranges.csv. Errors: kMachine.
+/// keyframes.csv, graph.g2o, graph.pyfg, loops.csv. Errors: kMachine.
 [[nodiscard]] Status write_fleet_files(const std::vector<VehicleRun>& runs, const MapJob& job);
 
 }  // namespace rali::drive

@@ -1,0 +1,87 @@
+#include "rali/drive/output/map_files.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "rali/io/files/cloud_writers.hpp"
+#include "rali/io/files/grid_file.hpp"
+#include "rali/map/build_map.hpp"
+
+namespace rali::drive {
+namespace {
+
+io::MapColumns columns(const map::MapCloud& cloud) {
+  return {cloud.x_m,     cloud.y_m,  cloud.z_m,    cloud.intensity,
+          cloud.sigma_m, cloud.seen, cloud.vehicle};
+}
+
+Status write_las(const map::MapCloud& cloud, const std::string& path) {
+  io::LasOptions options;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    options.shift_m[axis] = cloud.origin_map_m[static_cast<Eigen::Index>(axis)];
+  }
+  // Sensors count to 1, 100, 255 or 65535: the largest value tells which.
+  const float most = cloud.intensity.empty()
+                         ? 0.0F
+                         : *std::max_element(cloud.intensity.begin(), cloud.intensity.end());
+  const double full = most <= 1.0F ? 1.0 : most <= 255.0F ? 255.0 : 65535.0;
+  options.intensity_scale = 65535.0 / full;
+  return io::write_map_las(path, cloud.size(), io::one_part(columns(cloud)), options);
+}
+
+Status write_clouds(const map::MapResult& result, const MapJob& job) {
+  const map::MapCloud& map = result.map;
+  for (const std::string& format : job.formats) {
+    const std::string path = job.out_dir + "/map." + format;
+    Status status;
+    if (format == "pcd") status = io::write_map_pcd(path, map.size(), io::one_part(columns(map)));
+    if (format == "ply") status = io::write_map_ply(path, map.size(), io::one_part(columns(map)));
+    if (format == "las") status = write_las(map, path);
+    if (!status) return status;
+  }
+  return io::write_map_pcd(job.out_dir + "/removed.pcd", result.removed.size(),
+                           io::one_part(columns(result.removed)));
+}
+
+Status write_grid_files(const map::OccupancyGrid& grid, const std::string& out_dir) {
+  std::vector<io::GridCell> cells(grid.cells.size());
+  // The map room counts rows from the top of the picture, the file writer from the smallest y.
+  for (std::size_t row = 0; row < grid.height; ++row) {
+    for (std::size_t column = 0; column < grid.width; ++column) {
+      const std::uint8_t value = grid.cells[(grid.height - 1 - row) * grid.width + column];
+      cells[row * grid.width + column] = value == map::kFree       ? io::GridCell::kFree
+                                         : value == map::kOccupied ? io::GridCell::kOccupied
+                                                                   : io::GridCell::kUnknown;
+    }
+  }
+  io::GridView view;
+  view.width = static_cast<std::uint32_t>(grid.width);
+  view.height = static_cast<std::uint32_t>(grid.height);
+  view.cell_m = grid.cell_m;
+  view.origin_x_m = grid.origin_map_m.x();
+  view.origin_y_m = grid.origin_map_m.y();
+  view.cells = cells;
+  return io::write_grid(out_dir + "/map_2d", view);
+}
+
+}  // namespace
+
+Result<MapNumbers> write_map_files(const VehicleRun& run, const MapJob& job, Executor& executor,
+                                   FindingList& findings) {
+  const map::KeyframeStream stream =
+      keyframe_stream(job.out_dir, run.keyframes(), run.T_map_odom());
+  const Result<map::MapResult> result = map::build_map(stream, job.map, executor, findings);
+  if (!result) return tl::make_unexpected(result.error());
+  if (Status s = write_clouds(*result, job); !s) return tl::make_unexpected(s.error());
+  if (result->grid) {
+    if (Status s = write_grid_files(*result->grid, job.out_dir); !s) {
+      return tl::make_unexpected(s.error());
+    }
+  }
+  return MapNumbers{result->map.size(), result->removed.size(), result->thickness.median_m};
+}
+
+}  // namespace rali::drive
