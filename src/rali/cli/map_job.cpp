@@ -117,7 +117,7 @@ drive::VehicleJob vehicle_job(const FleetConfig& fleet, const VehicleConfig& veh
   job.settings = fleet.settings.vehicle;
   job.settings.name = vehicle.name;
   job.settings.odometry = fleet.settings.odometry;
-  job.settings.odometry.imu_noise = config::imu_noise_of(fleet, vehicle);
+  job.settings.odometry.imu_noise = config::imu_noise_of(vehicle.imu);
   job.settings.calibration.T_body_lidar = vehicle.lidar.T_body_lidar.T;
   job.settings.calibration.T_body_imu = vehicle.imu.T_body_imu.T;
   job.settings.calibration.lidar_time_offset_s = job.input.lidar_time_offset_s;
@@ -128,6 +128,23 @@ drive::VehicleJob vehicle_job(const FleetConfig& fleet, const VehicleConfig& veh
 void note_found(FleetConfig& fleet, const VehicleConfig& vehicle, const std::string& key,
                 const std::string& origin) {
   fleet.origins["vehicles." + vehicle.name + '.' + key] = origin;
+}
+
+/// The noise that was used, so that a later table of models does not change a rerun.
+void fix_noise(FleetConfig& fleet, VehicleConfig& vehicle) {
+  const odometry::ImuNoiseSettings used = config::imu_noise_of(vehicle.imu);
+  const std::string origin = "imu model " + vehicle.imu.model;
+  const auto fix = [&](const char* key, std::optional<double>& value, double number) {
+    if (value) return;
+    value = number;
+    note_found(fleet, vehicle, key, origin);
+  };
+  config::ImuNoiseConfig& noise = vehicle.imu.noise;
+  fix("imu.noise.accel_mps2_rthz", noise.accel_mps2_rthz, used.accel_mps2_rthz);
+  fix("imu.noise.gyro_radps_rthz", noise.gyro_radps_rthz, used.gyro_radps_rthz);
+  fix("imu.noise.accel_walk_mps3_rthz", noise.accel_walk_mps3_rthz, used.accel_walk_mps3_rthz);
+  fix("imu.noise.gyro_walk_radps2_rthz", noise.gyro_walk_radps2_rthz, used.gyro_walk_radps2_rthz);
+  fix("imu.vibration_factor", vehicle.imu.vibration_factor, used.vibration_factor);
 }
 
 }  // namespace
@@ -178,6 +195,7 @@ FleetConfig with_findings(const FleetConfig& fleet,
         std::find_if(found.vehicles.begin(), found.vehicles.end(),
                      [&](const VehicleConfig& v) { return v.name == report.vehicle; });
     if (vehicle == found.vehicles.end()) continue;
+    fix_noise(found, *vehicle);
     if (vehicle->lidar.topic == "auto" && !report.lidar_topic.empty()) {
       vehicle->lidar.topic = report.lidar_topic;
       note_found(found, *vehicle, "lidar.topic", "found: the recording");

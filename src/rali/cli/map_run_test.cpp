@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/cli/command.hpp"
 #include "rali/cli/map_job.hpp"
 #include "rali/cli/map_summary.hpp"
 #include "rali/cli/progress_view.hpp"
@@ -160,7 +161,7 @@ TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
   EXPECT_EQ(progress_line(progress, true, 41.0),
             "v1 [#########-----]  62 %  6.4x  312 m  blind  8 %  ETA 0:41");
   EXPECT_EQ(progress_line(progress, false, -1.0), "v1  62 %  6.4x  312 m  blind  8 %");
-  EXPECT_EQ(progress_line(progress, false, 4000.0).substr(39), "  ETA 1:06:40");
+  EXPECT_EQ(progress_line(progress, false, 4000.0).substr(33), "  ETA 1:06:40");
   progress.share = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(progress_line(progress, true, -1.0).substr(0, 24), "v1 [--------------]   0 ");
 }

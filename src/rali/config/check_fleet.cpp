@@ -29,7 +29,8 @@ class FleetChecker {
       }
     }
     if (Status status = ordered("ranges.limits_m", config_.ranges.limits_m); !status) return status;
-    if (Status status = ordered("output.grid.z_m", config_.settings.map.grid.z_m); !status) return status;
+    if (Status status = ordered("output.grid.z_m", config_.settings.map.grid.z_m); !status)
+      return status;
     if (Status status = check_priors(); !status) return status;
     if (Status status = check_sources(); !status) return status;
     return check_pairs();

@@ -64,7 +64,7 @@ void imu_fields(ImuConfig& imu, const std::string& prefix, const std::string& ba
   FieldCollector noise(prefix + "noise.", fields);
   noise_fields(imu.noise, noise);
   v.custom("vibration_factor", number_or(imu.vibration_factor, "auto", 1.0, 100.0),
-           "noise while driving / at rest; auto: settings.odometry.imu_noise");
+           "noise while driving / at rest; auto: 3");
   v.custom("T_body_imu", extrinsics_target(imu.T_body_imu, false),
            "pose of the IMU in the body; body = IMU unless given");
 }
@@ -160,9 +160,11 @@ FieldList fleet_fields(FleetConfig& config, const std::string& base_dir) {
   v.custom("rounds", rounds_target(config.rounds, base_dir), "who stood still as anchor, and when");
   output_fields(config.output, config.settings.map, base_dir, fields);
   collect_fields("settings.", config.settings, fields);
-  std::erase_if(fields, [](const Field& field) {  // named under output: already
+  // One place for one thing: these are named under output: and under each vehicle's imu:.
+  std::erase_if(fields, [](const Field& field) {
     return field.key == "settings.map.voxel_m" || field.key == "settings.map.grid.cell_m" ||
-           field.key == "settings.map.grid.z_m";
+           field.key == "settings.map.grid.z_m" ||
+           field.key.find("settings.odometry.imu_noise.") == 0;
   });
   return fields;
 }

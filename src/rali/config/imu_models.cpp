@@ -44,25 +44,14 @@ std::vector<std::string> imu_model_names() {
   return names;
 }
 
-odometry::ImuNoiseSettings imu_noise_of(const FleetConfig& fleet, const VehicleConfig& vehicle) {
-  odometry::ImuNoiseSettings noise = noise_of_model(vehicle.imu.model);
-  const odometry::ImuNoiseSettings& set = fleet.settings.odometry.imu_noise;
-  const auto choose = [&](const char* key, double from_settings,
-                          const std::optional<double>& of_vehicle, double& value) {
-    if (of_vehicle) value = *of_vehicle;
-    if (fleet.origins.count(std::string("settings.odometry.imu_noise.") + key) > 0) {
-      value = from_settings;
-    }
-  };
-  const ImuNoiseConfig& own = vehicle.imu.noise;
-  choose("accel_mps2_rthz", set.accel_mps2_rthz, own.accel_mps2_rthz, noise.accel_mps2_rthz);
-  choose("gyro_radps_rthz", set.gyro_radps_rthz, own.gyro_radps_rthz, noise.gyro_radps_rthz);
-  choose("accel_walk_mps3_rthz", set.accel_walk_mps3_rthz, own.accel_walk_mps3_rthz,
-         noise.accel_walk_mps3_rthz);
-  choose("gyro_walk_radps2_rthz", set.gyro_walk_radps2_rthz, own.gyro_walk_radps2_rthz,
-         noise.gyro_walk_radps2_rthz);
-  choose("vibration_factor", set.vibration_factor, vehicle.imu.vibration_factor,
-         noise.vibration_factor);
+odometry::ImuNoiseSettings imu_noise_of(const ImuConfig& imu) {
+  odometry::ImuNoiseSettings noise = noise_of_model(imu.model);
+  noise.accel_mps2_rthz = imu.noise.accel_mps2_rthz.value_or(noise.accel_mps2_rthz);
+  noise.gyro_radps_rthz = imu.noise.gyro_radps_rthz.value_or(noise.gyro_radps_rthz);
+  noise.accel_walk_mps3_rthz = imu.noise.accel_walk_mps3_rthz.value_or(noise.accel_walk_mps3_rthz);
+  noise.gyro_walk_radps2_rthz =
+      imu.noise.gyro_walk_radps2_rthz.value_or(noise.gyro_walk_radps2_rthz);
+  noise.vibration_factor = imu.vibration_factor.value_or(noise.vibration_factor);
   return noise;
 }
 

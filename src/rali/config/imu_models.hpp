@@ -10,9 +10,8 @@ namespace rali::config {
 /// Names that vehicles.*.imu.model takes.
 [[nodiscard]] std::vector<std::string> imu_model_names();
 
-/// The noise of one vehicle's IMU: `settings.odometry.imu_noise` where it was given, else the
-/// vehicle's `imu.noise` and `imu.vibration_factor`, else the data sheet of `imu.model`.
-[[nodiscard]] odometry::ImuNoiseSettings imu_noise_of(const FleetConfig& fleet,
-                                                      const VehicleConfig& vehicle);
+/// The noise of one vehicle's IMU: `noise` and `vibration_factor` where given, else the data sheet
+/// of `model`.
+[[nodiscard]] odometry::ImuNoiseSettings imu_noise_of(const ImuConfig& imu);
 
 }  // namespace rali::config

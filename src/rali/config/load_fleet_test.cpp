@@ -65,7 +65,7 @@ priors:
 rounds: rounds.csv
 output: {frame: body, map_voxel_m: 0.1, grid: {cell_m: 0.1, z_m: [0.2, 1.4]}, georeference: marks.csv}
 settings:
-  odometry: {imu_noise: {gyro_radps_rthz: 0.002}}
+  vehicle: {imu_wait_s: 0.4}
   checks: {extrinsics: warn}
 )";
 
@@ -215,23 +215,21 @@ TEST(LoadFleet, names_that_do_not_fit_each_other_are_refused_with_their_line) {
 }
 
 TEST(LoadFleet, the_command_line_rules_over_the_file_and_the_file_over_the_preset) {
-  const std::string text =
-      "vehicles: {v1: {recording: a}}\nsettings: {odometry: {imu_noise: {vibration_factor: 2}}}\n";
+  const std::string text = "vehicles: {v1: {recording: a}}\nsettings: {vehicle: {imu_wait_s: 2}}\n";
   Overrides overrides;
   overrides.preset = "paper";
-  overrides.assignments = {"odometry.imu_noise.vibration_factor=4",
-                           "vehicles.v1.lidar.topic=/points", "output.map_voxel_m=0.2"};
+  overrides.assignments = {"vehicle.imu_wait_s=4", "vehicles.v1.lidar.topic=/points",
+                           "output.map_voxel_m=0.2"};
   const Result<FleetConfig> config = parse(text, overrides);
   ASSERT_TRUE(config) << config.error().message();
   EXPECT_EQ(config->preset, "paper");
   EXPECT_EQ(config->settings.odometry.preset, odometry::Preset::kPaper);
-  EXPECT_EQ(config->settings.odometry.imu_noise.vibration_factor, 4.0);
+  EXPECT_EQ(config->settings.vehicle.imu_wait_s, 4.0);
   EXPECT_EQ(config->vehicles[0].lidar.topic, "/points");
   EXPECT_EQ(config->origins.at("preset"), "command line");
   EXPECT_EQ(config->origins.at("settings.odometry.preset"), "preset paper");
-  EXPECT_EQ(config->origins.at("settings.odometry.imu_noise.vibration_factor"), "command line");
-  EXPECT_NE(error_of(text, {"", {"odometry.imu_noise.vibration=3"}})
-                .find("Did you mean 'vibration_factor'?"),
+  EXPECT_EQ(config->origins.at("settings.vehicle.imu_wait_s"), "command line");
+  EXPECT_NE(error_of(text, {"", {"vehicle.imu_wait=3"}}).find("Did you mean 'imu_wait_s'?"),
             std::string::npos);
   EXPECT_NE(error_of(text, {"", {"outptu.map_voxel_m=3"}}).find("Did you mean 'output'?"),
             std::string::npos);
@@ -268,16 +266,17 @@ TEST(LoadFleet, a_folder_of_scans_brings_its_calibration) {
             std::string::npos);
 }
 
-TEST(LoadFleet, imu_noise_comes_from_settings_then_vehicle_then_model) {
+TEST(LoadFleet, imu_noise_comes_from_the_vehicle_else_from_the_model) {
   const Result<FleetConfig> config = parse(kComplete);
   ASSERT_TRUE(config);
-  const odometry::ImuNoiseSettings noise = imu_noise_of(*config, config->vehicles[0]);
-  EXPECT_EQ(noise.gyro_radps_rthz, 0.002);  // settings
-  EXPECT_EQ(noise.accel_mps2_rthz, 0.004);  // vehicle
-  EXPECT_EQ(noise.vibration_factor, 5.0);   // vehicle
-  Result<FleetConfig> mti = parse("vehicles: {v1: {recording: a, imu: {model: xsens_mti_1}}}");
+  const odometry::ImuNoiseSettings noise = imu_noise_of(config->vehicles[0].imu);
+  EXPECT_EQ(noise.accel_mps2_rthz, 0.004);                             // vehicle
+  EXPECT_EQ(noise.vibration_factor, 5.0);                              // vehicle
+  EXPECT_NEAR(noise.gyro_radps_rthz, 0.014 * 3.14159265 / 180, 1e-9);  // BMI088
+  const Result<FleetConfig> mti =
+      parse("vehicles: {v1: {recording: a, imu: {model: xsens_mti_1}}}");
   ASSERT_TRUE(mti);
-  const odometry::ImuNoiseSettings sheet = imu_noise_of(*mti, mti->vehicles[0]);
+  const odometry::ImuNoiseSettings sheet = imu_noise_of(mti->vehicles[0].imu);
   EXPECT_NEAR(sheet.accel_mps2_rthz, 1.18e-3, 1e-5);  // 120 ug
   EXPECT_NEAR(sheet.gyro_radps_rthz, 1.22e-4, 1e-6);  // 0.007 deg/s
 }
