@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "rali/io/containers/bag_index.hpp"
-#include "rali/io/containers/codec.hpp"
+#include "rali/io/containers/chunk_loader.hpp"
 
 namespace rali::io {
 namespace {
@@ -37,7 +37,10 @@ struct OpenChunk {
 class BagReader final : public MessageSource {
  public:
   BagReader(std::shared_ptr<ByteSource> source, const ReadLimits& limits)
-      : source_(std::move(source)), window_(source_), state_(source_->name(), limits) {}
+      : source_(std::move(source)),
+        window_(source_),
+        loader_(source_, limits.chunk_bytes),
+        state_(source_->name(), limits) {}
 
   /// Header and index.
   Status start();
@@ -66,8 +69,6 @@ class BagReader final : public MessageSource {
   Status take_top_connection(const TopRecord& record);
   Status recover();
   Status take_chunk(const TopRecord& record, std::uint64_t available);
-  bool unpack(Compression compression, std::uint64_t size, const TopRecord& record, bool cut);
-  Status read_bytes(std::uint64_t offset, std::uint64_t bytes, std::vector<std::byte>& out);
   void lose_messages(std::uint64_t chunk_offset, std::uint64_t seen, std::uint64_t offset,
                      std::string why);
   bool next_in_chunk(RawMessage& out);
@@ -78,8 +79,8 @@ class BagReader final : public MessageSource {
 
   std::shared_ptr<ByteSource> source_;
   ByteWindow window_;
+  ChunkLoader loader_;
   ReaderState state_;
-  Decompressor decompressor_;
   std::map<std::uint32_t, std::size_t> topic_of_connection_;
   std::optional<std::pair<Time, Time>> span_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> chunk_counts_;
@@ -91,8 +92,6 @@ class BagReader final : public MessageSource {
   bool index_short_ = false;             ///< cut between two records of the index
   bool done_ = false;
 
-  std::vector<std::byte> packed_;
-  std::vector<std::byte> bytes_;  ///< of the open chunk, or of a message outside one
   std::optional<OpenChunk> chunk_;
 };
 
@@ -241,9 +240,9 @@ Result<bool> BagReader::take_top_message(const TopRecord& record, RawMessage& ou
     lose_messages(record.offset, 0, record.offset, "message larger than is accepted");
     return false;
   }
-  const Status status = read_bytes(record.data_offset, record.data_bytes, bytes_);
+  const Status status = loader_.load_plain(record.data_offset, record.data_bytes);
   if (!status) return tl::make_unexpected(status.error());
-  return take_message(record.fields(), record.offset, bytes_, out);
+  return take_message(record.fields(), record.offset, loader_.bytes(), out);
 }
 
 /// Connections outside chunks: in the index section, whether or not it was usable as a whole.
@@ -253,18 +252,12 @@ Status BagReader::take_top_connection(const TopRecord& record) {
       number && topic_of_connection_.contains(*number)) {
     return {};
   }
-  std::vector<std::byte> data;
-  const Status status = read_bytes(record.data_offset, record.data_bytes, data);
+  std::vector<std::byte> data(static_cast<std::size_t>(record.data_bytes));
+  const Status status = source_->read(record.data_offset, data);
   if (!status) return status;
   auto connection = bag_connection(BagRecord{record.fields(), data});
   if (connection) add_connection(connection->first, std::move(connection->second));
   return {};
-}
-
-Status BagReader::read_bytes(std::uint64_t offset, std::uint64_t bytes,
-                             std::vector<std::byte>& out) {
-  out.resize(static_cast<std::size_t>(bytes));
-  return source_->read(offset, out);
 }
 
 Status BagReader::take_chunk(const TopRecord& record, std::uint64_t available) {
@@ -277,41 +270,17 @@ Status BagReader::take_chunk(const TopRecord& record, std::uint64_t available) {
     return {};
   }
   state_.met_compression(name_of(*compression));
-  const std::uint64_t limit = state_.limits().chunk_bytes;
-  if (*size > limit || available > limit) {
-    lose_messages(
-        record.offset, 0, record.offset,
-        fmt::format("chunk of {} bytes is larger than the {} that are accepted", *size, limit));
+  const StoredChunk stored{*compression, record.data_offset, record.data_bytes, available, *size};
+  const auto trouble = loader_.load(stored);
+  if (!trouble) return tl::make_unexpected(trouble.error());
+  if (!trouble->empty()) {
+    // Of the chunk that the end of the file cut, the sentence about the cut says it all.
+    if (!(stored.cut() && cut_at_)) lose_messages(record.offset, 0, record.offset, *trouble);
     return {};
   }
-  const bool cut = available < record.data_bytes;
-  std::vector<std::byte>& target = *compression == Compression::kNone ? bytes_ : packed_;
-  if (*compression == Compression::kNone) available = std::min<std::uint64_t>(available, *size);
-  if (const Status status = read_bytes(record.data_offset, available, target); !status) {
-    return status;
-  }
-  if (*compression != Compression::kNone && !unpack(*compression, *size, record, cut)) return {};
-  chunk_ = OpenChunk{Cursor(bytes_),
-                     record.offset,
-                     record.data_offset,
-                     0,
-                     *compression != Compression::kNone,
-                     cut};
+  chunk_ = OpenChunk{Cursor(loader_.bytes()), record.offset, record.data_offset, 0,
+                     stored.packed(),         stored.cut()};
   return {};
-}
-
-/// packed_ to bytes_; false if nothing of the chunk is to be trusted.
-bool BagReader::unpack(Compression compression, std::uint64_t size, const TopRecord& record,
-                       bool cut) {
-  const DecodeEnd end = decompressor_.decompress(compression, packed_, size, bytes_);
-  if (end == DecodeEnd::kWhole || end == DecodeEnd::kCut) return true;
-  if (cut && cut_at_) return false;  // the sentence about the cut file says it all
-  lose_messages(record.offset, 0, record.offset,
-                end == DecodeEnd::kTooLong
-                    ? std::string("chunk is longer than its header says; left out")
-                    : fmt::format("chunk cannot be decompressed ({} data damaged); left out",
-                                  name_of(compression)));
-  return false;
 }
 
 std::uint64_t BagReader::messages_in_chunk(std::uint64_t offset) const {

@@ -5,15 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "rali/io/containers/codec.hpp"
-#include "rali/io/containers/crc32.hpp"
+#include "rali/io/containers/chunk_loader.hpp"
 #include "rali/io/containers/mcap_summary.hpp"
 
 namespace rali::io {
 namespace {
-
-// Schemas and channels before the first chunk or message.
-constexpr int kLookRecords = 200;
 
 /// A record of the file itself, its content not yet read.
 struct TopRecord {
@@ -48,7 +44,10 @@ bool ends_data(const TopRecord& record) {
 class McapReader final : public MessageSource {
  public:
   McapReader(std::shared_ptr<ByteSource> source, const ReadLimits& limits)
-      : source_(std::move(source)), window_(source_), state_(source_->name(), limits) {}
+      : source_(std::move(source)),
+        window_(source_),
+        loader_(source_, limits.chunk_bytes),
+        state_(source_->name(), limits) {}
 
   /// Takes the summary, or looks into the first chunks for topics for want of one.
   Status start(bool prime);
@@ -67,7 +66,6 @@ class McapReader final : public MessageSource {
 
  private:
   Status take_summary(bool& topics_known);
-  Status look_for_compression();
   Status prime();
   bool take_definition(const McapRecord& record);
   void add_channel(const McapChannel& channel);
@@ -78,10 +76,6 @@ class McapReader final : public MessageSource {
   Status take_top_definition(const TopRecord& record);
   Status recover();
   Status take_chunk(const TopRecord& record, std::uint64_t available);
-  Status open_chunk(const TopRecord& record, const McapChunkHeader& header, Compression compression,
-                    std::uint64_t available);
-  std::string trouble_of(const McapChunkHeader& header, DecodeEnd end, bool cut) const;
-  Status read_bytes(std::uint64_t offset, std::uint64_t bytes, std::vector<std::byte>& out);
   Status lose_chunk(const TopRecord& record, std::string why);
   bool next_in_chunk(RawMessage& out);
   bool take_message(std::span<const std::byte> content, std::uint64_t offset, RawMessage& out);
@@ -89,8 +83,8 @@ class McapReader final : public MessageSource {
 
   std::shared_ptr<ByteSource> source_;
   ByteWindow window_;
+  ChunkLoader loader_;
   ReaderState state_;
-  Decompressor decompressor_;
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, std::size_t> topic_of_channel_;
   std::optional<std::pair<Time, Time>> span_;
@@ -102,15 +96,15 @@ class McapReader final : public MessageSource {
   bool data_ended_ = false;
   bool done_ = false;
 
-  std::vector<std::byte> packed_;
-  std::vector<std::byte> bytes_;  ///< of the open chunk, or of a message outside one
   std::optional<OpenChunk> chunk_;
 };
 
 Status McapReader::start(bool with_prime) {
   bool topics_known = false;
   if (const Status status = take_summary(topics_known); !status) return status;
-  if (const Status status = look_for_compression(); !status) return status;
+  const auto compression = first_mcap_compression(*source_, window_);
+  if (!compression) return tl::make_unexpected(compression.error());
+  if (!compression->empty()) state_.met_compression(*compression);
   return with_prime && !topics_known ? prime() : Status();
 }
 
@@ -138,28 +132,6 @@ Status McapReader::take_summary(bool& topics_known) {
     const auto topic = topic_of_channel_.find(channel);
     if (topic != topic_of_channel_.end()) state_.add_count(topic->second, messages);
   }
-  return {};
-}
-
-/// That of the first chunk, so that it is known before the first message is read.
-Status McapReader::look_for_compression() {
-  const std::uint64_t start = position_;
-  for (int i = 0; i < kLookRecords && state_.health.compression.empty(); ++i) {
-    const auto record = peek();
-    if (!record) return tl::make_unexpected(record.error());
-    if (!*record || (*record)->content_bytes > source_->size()) break;
-    if ((*record)->op == McapOp::kMessage) state_.met_compression("none");
-    if ((*record)->op == McapOp::kChunk) {
-      const auto head = window_.view((*record)->content(), McapChunkHeader::kBytesMax);
-      if (!head) return tl::make_unexpected(head.error());
-      const auto chunk = mcap_chunk(*head);
-      const auto known = chunk ? compression_named(chunk->compression) : std::nullopt;
-      if (known) state_.met_compression(name_of(*known));
-      break;
-    }
-    position_ = (*record)->content() + (*record)->content_bytes;
-  }
-  position_ = start;
   return {};
 }
 
@@ -293,26 +265,20 @@ Result<bool> McapReader::take_top_message(const TopRecord& record, RawMessage& o
                             record.content_bytes, state_.limits().chunk_bytes));
     return false;
   }
-  const Status status = read_bytes(record.content(), record.content_bytes, bytes_);
+  const Status status = loader_.load_plain(record.content(), record.content_bytes);
   if (!status) return tl::make_unexpected(status.error());
-  return take_message(bytes_, record.offset, out);
+  return take_message(loader_.bytes(), record.offset, out);
 }
 
 Status McapReader::take_top_definition(const TopRecord& record) {
   if (record.content_bytes > state_.limits().definition_bytes) return {};
-  std::vector<std::byte> content;
-  const Status status = read_bytes(record.content(), record.content_bytes, content);
+  std::vector<std::byte> content(static_cast<std::size_t>(record.content_bytes));
+  const Status status = source_->read(record.content(), content);
   if (!status) return status;
   if (!take_definition({record.op, content})) {
     state_.find(Severity::kWarning, "io.damaged", record.offset, "damaged schema or channel");
   }
   return {};
-}
-
-Status McapReader::read_bytes(std::uint64_t offset, std::uint64_t bytes,
-                              std::vector<std::byte>& out) {
-  out.resize(static_cast<std::size_t>(bytes));
-  return source_->read(offset, out);
 }
 
 Status McapReader::take_chunk(const TopRecord& record, std::uint64_t available) {
@@ -330,47 +296,21 @@ Status McapReader::take_chunk(const TopRecord& record, std::uint64_t available) 
                       fmt::format("chunk of unknown compression '{}'", header->compression));
   }
   state_.met_compression(name_of(*compression));
-  const std::uint64_t limit = state_.limits().chunk_bytes;
-  if (header->uncompressed_bytes > limit || available > limit) {
-    return lose_chunk(record,
-                      fmt::format("chunk of {} bytes is larger than the {} that are accepted",
-                                  std::max(header->uncompressed_bytes, available), limit));
+  const StoredChunk stored{*compression,
+                           record.content() + header->header_bytes,
+                           header->record_bytes,
+                           available - header->header_bytes,
+                           header->uncompressed_bytes,
+                           header->uncompressed_crc};
+  const auto trouble = loader_.load(stored);
+  if (!trouble) return tl::make_unexpected(trouble.error());
+  if (!trouble->empty()) {
+    // Of the chunk that the end of the file cut, the sentence about the cut says it all.
+    return stored.cut() && cut_at_ ? Status() : lose_chunk(record, *trouble);
   }
-  return open_chunk(record, *header, *compression, available - header->header_bytes);
-}
-
-Status McapReader::open_chunk(const TopRecord& record, const McapChunkHeader& header,
-                              Compression compression, std::uint64_t available) {
-  const bool packed = compression != Compression::kNone;
-  const bool cut = available < header.record_bytes;
-  const std::uint64_t data_offset = record.content() + header.header_bytes;
-  const Status status =
-      read_bytes(data_offset, std::min(available, header.record_bytes), packed ? packed_ : bytes_);
-  if (!status) return status;
-  DecodeEnd end = cut ? DecodeEnd::kCut : DecodeEnd::kWhole;
-  if (packed) {
-    end = decompressor_.decompress(compression, packed_, header.uncompressed_bytes, bytes_);
-  }
-  std::string trouble = trouble_of(header, end, cut);
-  // A chunk the file's end cut, damaged besides: nothing to add to the sentence about the cut.
-  if (!trouble.empty() && cut && cut_at_) return {};
-  if (!trouble.empty()) return lose_chunk(record, std::move(trouble));
-  chunk_ = OpenChunk{Cursor(bytes_), record.offset, data_offset, packed, cut};
+  chunk_ = OpenChunk{Cursor(loader_.bytes()), record.offset, stored.offset, stored.packed(),
+                     stored.cut()};
   return {};
-}
-
-/// Why the chunk must not be used; empty if it may.
-std::string McapReader::trouble_of(const McapChunkHeader& header, DecodeEnd end, bool cut) const {
-  if (end == DecodeEnd::kTooLong) return "chunk is longer than its header says; left out";
-  if (end == DecodeEnd::kDamaged) {
-    return fmt::format("chunk cannot be decompressed ({} data damaged); left out",
-                       header.compression);
-  }
-  if (cut || end == DecodeEnd::kCut || header.uncompressed_crc == 0) return {};
-  const std::uint32_t crc = crc32(bytes_);
-  if (crc == header.uncompressed_crc) return {};
-  return fmt::format("checksum of the chunk is {:08x}, should be {:08x}; left out", crc,
-                     header.uncompressed_crc);
 }
 
 /// Counts what a damaged chunk held by the index behind it, or one message without one.

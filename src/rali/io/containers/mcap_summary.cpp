@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::size_t kBlock = 1U << 20;
 constexpr std::uint64_t kSummaryBytesMax = 1U << 28;
+// Schemas and channels before the first chunk or message.
+constexpr int kLookRecords = 200;
 constexpr std::size_t kTailBytes = kMcapRecordHeaderBytes + kMcapFooterBytes + 8;
 
 struct Footer {
@@ -108,6 +110,26 @@ Result<std::optional<McapSummary>> read_mcap_summary(ByteSource& source, ByteWin
     if (!record || !take_record(*record, summary)) return std::nullopt;
   }
   return summary;
+}
+
+Result<std::string> first_mcap_compression(ByteSource& source, ByteWindow& window) {
+  std::uint64_t offset = kMcapMagic.size();
+  for (int i = 0; i < kLookRecords && offset < source.size(); ++i) {
+    const auto bytes = window.view(offset, kMcapRecordHeaderBytes + McapChunkHeader::kBytesMax);
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    Cursor cursor(*bytes);
+    const auto op = static_cast<McapOp>(cursor.u8());
+    const std::uint64_t length = cursor.u64();
+    if (!cursor.ok() || length > source.size()) break;
+    if (op == McapOp::kMessage) return "none";
+    if (op == McapOp::kChunk) {
+      const auto chunk = mcap_chunk(cursor.rest());
+      const auto known = chunk ? compression_named(chunk->compression) : std::nullopt;
+      return known ? std::string(name_of(*known)) : std::string();
+    }
+    offset += kMcapRecordHeaderBytes + length;
+  }
+  return std::string();
 }
 
 Result<std::optional<std::uint64_t>> find_mcap_chunk(ByteSource& source, ByteWindow& window,

@@ -25,6 +25,10 @@ struct McapSummary {
                                                                    const ReadLimits& limits,
                                                                    std::string& why);
 
+/// Compression of the first chunk, "none" where messages lie outside chunks, empty if there is
+/// neither: known before the first message is read.
+[[nodiscard]] Result<std::string> first_mcap_compression(ByteSource& source, ByteWindow& window);
+
 /// Offset of the first plausible chunk at or after `from`: its two lengths must agree.
 [[nodiscard]] Result<std::optional<std::uint64_t>> find_mcap_chunk(ByteSource& source,
                                                                    ByteWindow& window,
