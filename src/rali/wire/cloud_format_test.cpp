@@ -7,62 +7,19 @@
 #include "rali/wire/cloud_pack.hpp"
 #include "rali/wire/decode.hpp"
 #include "rali/wire/encode.hpp"
-#include "rali/wire/internal/test_sweep.hpp"
+#include "rali/wire/internal/test_clouds.hpp"
 
 // One test per row of users.md section 3 and per trap met there: the decision, then the points.
 namespace rali::wire {
 namespace {
 
+using internal::expect_third;
+using internal::has_finding;
+using internal::kStart;
+using internal::three;
+using internal::views;
 using internal::vlp16_sweep;
 using sensor::LidarScan;
-
-const Time kStart = Time::from_ns(1'700'000'000'123'456'789);
-constexpr double kPeriodS = 0.1;
-
-/// Three sweeps, `kPeriodS` apart, in one layout.
-std::vector<PackedCloud> three(CloudStyle style, HeaderStamp stamp = HeaderStamp::kStart,
-                               bool big_endian = false) {
-  std::vector<PackedCloud> clouds;
-  for (int i = 0; i < 3; ++i) {
-    const LidarScan scan = vlp16_sweep(kStart + Duration::from_s(i * kPeriodS));
-    clouds.push_back(pack_cloud(scan, "lidar", style, stamp, big_endian));
-  }
-  return clouds;
-}
-
-std::vector<CloudView> views(const std::vector<PackedCloud>& clouds) {
-  std::vector<CloudView> found;
-  for (const PackedCloud& cloud : clouds) found.push_back(cloud.view);
-  return found;
-}
-
-bool has_finding(const CloudFormat& format, std::string_view id) {
-  for (const Finding& finding : format.findings) {
-    if (finding.id == id) return true;
-  }
-  return false;
-}
-
-/// The third sweep must come back with times (to `tolerance_s`) and rings.
-void expect_third(const CloudView& cloud, const CloudFormat& format,
-                  const CloudFormatOptions& options, double tolerance_s) {
-  const LidarScan want = vlp16_sweep(kStart + Duration::from_s(2 * kPeriodS));
-  LidarScan got;
-  const Status status = decode_cloud(cloud, format, options, got);
-  ASSERT_TRUE(status.has_value()) << status.error().message();
-  ASSERT_EQ(got.size(), want.size());
-  EXPECT_EQ(got.x_m, want.x_m);
-  EXPECT_EQ(got.z_m, want.z_m);
-  EXPECT_NEAR(seconds_between(want.t_begin, got.t_begin), 0.0, tolerance_s);
-  EXPECT_NEAR(seconds_between(want.t_end, got.t_end), 0.0, tolerance_s);
-  EXPECT_TRUE(got.has_point_times);
-  for (std::size_t i = 0; i < got.size(); i += 97) {
-    EXPECT_NEAR(static_cast<double>(got.dt_s[i]), static_cast<double>(want.dt_s[i]), tolerance_s);
-    EXPECT_GE(got.dt_s[i], 0.0F);
-    EXPECT_EQ(got.ring[i], want.ring[i]);
-  }
-  EXPECT_EQ(got.rings, 16);
-}
 
 TEST(CloudFormat, velodyne_rows_are_seconds_after_the_header) {
   for (const bool big_endian : {false, true}) {
@@ -364,50 +321,6 @@ TEST(CloudFormat, what_the_user_fixed_is_taken) {
   EXPECT_TRUE(got.deskewed);
   EXPECT_FALSE(got.has_point_times);
   EXPECT_EQ(got.t_end, clouds[0].view.stamp);
-}
-
-TEST(CloudFormat, rings_that_are_no_ring_numbers_are_found_from_the_elevation) {
-  auto clouds = three(CloudStyle::kVelodyne);
-  for (PackedCloud& cloud : clouds) {
-    for (std::size_t i = 0; i < cloud.view.width; ++i) {
-      std::fill_n(cloud.data.begin() + static_cast<std::ptrdiff_t>(i * 22 + 16), 2, std::byte{0});
-    }
-  }
-  const auto format = decide_cloud_format(views(clouds), {});
-  ASSERT_TRUE(format.has_value());
-  EXPECT_EQ(format->ring_from, RingFrom::kElevation);
-  EXPECT_EQ(format->rings, 16);
-  EXPECT_TRUE(has_finding(*format, "D06"));
-  expect_third(clouds[2].view, *format, {}, 1e-6);
-}
-
-TEST(CloudFormat, rings_in_firing_order_are_reported_as_fine) {
-  constexpr std::uint16_t kFiring[] = {0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15};
-  std::vector<PackedCloud> clouds;
-  for (int i = 0; i < 2; ++i) {
-    LidarScan scan = vlp16_sweep(kStart + Duration::from_s(0.1 * i));
-    for (auto& ring : scan.ring) ring = kFiring[ring];
-    clouds.push_back(pack_cloud(scan, "", CloudStyle::kVelodyne));
-  }
-  const auto format = decide_cloud_format(views(clouds), {});
-  ASSERT_TRUE(format.has_value());
-  EXPECT_EQ(format->rings, 16);
-  EXPECT_EQ(format->model, "vlp16");
-  EXPECT_TRUE(has_finding(*format, "D06"));
-}
-
-TEST(CloudFormat, every_model_with_rings_is_found_from_its_elevations) {
-  for (const sensor::LidarModel& model : sensor::lidar_models()) {
-    if (model.elevations_deg.empty()) continue;
-    const LidarScan scan = internal::room_sweep(model.elevations_deg, 300, kStart);
-    const PackedCloud cloud = pack_cloud(scan, "", CloudStyle::kXyzi);
-    const auto format = decide_cloud_format(std::span(&cloud.view, 1), {});
-    ASSERT_TRUE(format.has_value());
-    EXPECT_EQ(format->rings, model.lines) << model.name << ": " << format->summary;
-    const sensor::LidarModel* found = sensor::find_lidar_model(format->model);
-    ASSERT_NE(found, nullptr);
-    EXPECT_EQ(found->lines, model.lines) << model.name << ": " << format->summary;
-  }
 }
 
 TEST(CloudFormat, clouds_without_xyz_and_empty_ones_are_refused_with_different_codes) {

@@ -127,7 +127,9 @@ bool take_ring_field(const FirstClouds& first, const CloudFormatOptions& options
       continue;
     }
     const bool livox = looks_like_livox(first);
-    if (rings.largest == 0 && !livox && options.model == "auto") {
+    const sensor::LidarModel* model = sensor::find_lidar_model(options.model);
+    const bool one_line = livox || (model != nullptr && model->lines == 1);
+    if (rings.largest == 0 && !one_line) {
       format.findings.push_back(cloud_finding("D06", Severity::kWarning,
                                               fmt::format("field '{}' is 0 in every point", name),
                                               "rings are taken from elsewhere", {}));
