@@ -1,13 +1,13 @@
 #include "rali/io/files/atomic_file.hpp"
 
-#include <fcntl.h>
-#include <fmt/core.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <utility>
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <unistd.h>
 
 #include "rali/base/assert.hpp"
 #include "rali/io/files/input_file.hpp"

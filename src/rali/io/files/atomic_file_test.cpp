@@ -1,9 +1,9 @@
 #include "rali/io/files/atomic_file.hpp"
 
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/input_file.hpp"
 #include "rali/io/files/test_folder.hpp"

@@ -1,11 +1,11 @@
 #include "rali/io/files/cloud_file.hpp"
 
-#include <fmt/core.h>
-
 #include <bit>
 #include <cstring>
 #include <filesystem>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "rali/base/assert.hpp"
 #include "rali/io/files/content_kind.hpp"
@@ -108,8 +108,9 @@ Result<CloudFile> parse_cloud_file(std::vector<std::byte> bytes, const std::stri
   if (extension == ".bin" && !has_known_kind(bytes)) {
     return parse_kitti(std::move(bytes), path, options.kitti);
   }
-  return fail(ErrorCode::kInput, path,
-              fmt::format("is {}, not a point cloud (PCD, PLY or KITTI .bin)", content_kind(bytes)));
+  return fail(
+      ErrorCode::kInput, path,
+      fmt::format("is {}, not a point cloud (PCD, PLY or KITTI .bin)", content_kind(bytes)));
 }
 
 Result<CloudFile> read_cloud_file(const std::string& path, const CloudFileOptions& options) {

@@ -44,9 +44,9 @@ struct CloudFile {
 
 /// Layout of a KITTI .bin, which has no header.
 enum class KittiLayout {
-  kAuto,           ///< by value: x y z intensity, or a refusal that says what it looks like
-  kXyzIntensity,   ///< four float32
-  kXyz             ///< three float32
+  kAuto,          ///< by value: x y z intensity, or a refusal that says what it looks like
+  kXyzIntensity,  ///< four float32
+  kXyz            ///< three float32
 };
 
 struct CloudFileOptions {

@@ -1,10 +1,10 @@
 #include "rali/io/files/cloud_file.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/input_file.hpp"
 #include "rali/io/files/test_folder.hpp"
@@ -102,8 +102,7 @@ TEST(CloudFile, says_what_a_file_is_that_is_no_cloud) {
     const auto cloud = parse_cloud_file(bytes_of(content), path);
     return cloud ? std::string("no error") : cloud.error().what;
   };
-  EXPECT_EQ(message("", "a.bin"),
-            "is an empty file, not a point cloud (PCD, PLY or KITTI .bin)");
+  EXPECT_EQ(message("", "a.bin"), "is an empty file, not a point cloud (PCD, PLY or KITTI .bin)");
   EXPECT_EQ(message("#ROSBAG V2.0\n", "a.bin"),
             "is a ROS bag, not a point cloud (PCD, PLY or KITTI .bin)");
   EXPECT_EQ(message("hello, world, this is text\n", "a.bin"),
@@ -138,7 +137,8 @@ TEST(CloudFile, the_three_encodings_of_a_real_sweep_give_the_same_cloud) {
     const auto b = binary->column(f);
     for (std::size_t i = 0; i < a.size(); ++i) {
       // six significant digits, and whole numbers exactly
-      const bool real = binary->fields[static_cast<std::size_t>(f)].type == wire::FieldType::kFloat32;
+      const bool real =
+          binary->fields[static_cast<std::size_t>(f)].type == wire::FieldType::kFloat32;
       ASSERT_NEAR(a[i], b[i], real ? 1e-5 * std::abs(b[i]) + 1e-9 : 0.0) << f << " " << i;
     }
   }
@@ -186,9 +186,9 @@ TEST(CloudFile, reads_real_kitti_and_refuses_the_twelve_byte_files) {
     const auto told = read_cloud_file(path, {KittiLayout::kXyz});
     ASSERT_TRUE(told);
   }
-  EXPECT_EQ(read_cloud_file(real_data("lio_samples/newer_06/raw_00.bin"), {KittiLayout::kXyz})
-                ->size(),
-            25109U);
+  EXPECT_EQ(
+      read_cloud_file(real_data("lio_samples/newer_06/raw_00.bin"), {KittiLayout::kXyz})->size(),
+      25109U);
   for (const char* name : {"edges_000000", "planes_000000", "edges_000030", "edges_000040"}) {
     const auto refused =
         read_cloud_file(real_data(std::string("lio_samples/newer_01/") + name + ".bin"));

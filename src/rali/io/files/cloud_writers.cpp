@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-
 #include "rali/base/assert.hpp"
 #include "rali/io/files/atomic_file.hpp"
 #include "rali/io/files/record.hpp"

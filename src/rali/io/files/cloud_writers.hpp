@@ -13,10 +13,10 @@ namespace rali::io {
 
 /// Columns of (a part of) the map, all of one length.
 struct MapColumns {
-  std::span<const float> x_m, y_m, z_m;      ///< in map
+  std::span<const float> x_m, y_m, z_m;  ///< in map
   std::span<const float> intensity;
-  std::span<const float> sigma_m;            ///< expected position error
-  std::span<const std::uint16_t> seen;       ///< keyframes that saw the point
+  std::span<const float> sigma_m;       ///< expected position error
+  std::span<const std::uint16_t> seen;  ///< keyframes that saw the point
   std::span<const std::uint8_t> vehicle;
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }

@@ -1,11 +1,11 @@
 #include "rali/io/files/cloud_writers.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/test_folder.hpp"
@@ -32,9 +32,9 @@ struct Map {
   }
 
   [[nodiscard]] MapColumns part(std::size_t begin, std::size_t n) const {
-    return {std::span(x).subspan(begin, n),         std::span(y).subspan(begin, n),
-            std::span(z).subspan(begin, n),         std::span(intensity).subspan(begin, n),
-            std::span(sigma).subspan(begin, n),     std::span(seen).subspan(begin, n),
+    return {std::span(x).subspan(begin, n),      std::span(y).subspan(begin, n),
+            std::span(z).subspan(begin, n),      std::span(intensity).subspan(begin, n),
+            std::span(sigma).subspan(begin, n),  std::span(seen).subspan(begin, n),
             std::span(vehicle).subspan(begin, n)};
   }
 
@@ -138,8 +138,8 @@ TEST(LasWriter, header_and_points_lie_where_the_specification_says) {
   ASSERT_TRUE(write_map_las(folder.path("map.las"), 60, one_part(map.all()), options));
   const std::string las = folder.read("map.las");
   EXPECT_EQ(las.substr(0, 4), "LASF");
-  EXPECT_EQ(at<std::uint16_t>(las, 6), 16);   // WKT bit
-  EXPECT_EQ(at<std::uint8_t>(las, 24), 1);    // version 1.4
+  EXPECT_EQ(at<std::uint16_t>(las, 6), 16);  // WKT bit
+  EXPECT_EQ(at<std::uint8_t>(las, 24), 1);   // version 1.4
   EXPECT_EQ(at<std::uint8_t>(las, 25), 4);
   EXPECT_EQ(at<std::uint32_t>(las, 90), 0U);  // no date
   EXPECT_EQ(at<std::uint16_t>(las, 94), 375);
@@ -151,10 +151,10 @@ TEST(LasWriter, header_and_points_lie_where_the_specification_says) {
   EXPECT_EQ(at<double>(las, 131), 0.001);
   EXPECT_EQ(at<double>(las, 155), 500000.0);
   EXPECT_EQ(at<double>(las, 163), 5000000.0);
-  EXPECT_NEAR(at<double>(las, 179), 500059.25, 1e-6);   // max x
-  EXPECT_NEAR(at<double>(las, 187), 500000.25, 1e-6);   // min x
-  EXPECT_NEAR(at<double>(las, 195), 5000000.0, 1e-6);   // max y
-  EXPECT_NEAR(at<double>(las, 203), 4999941.0, 1e-6);   // min y
+  EXPECT_NEAR(at<double>(las, 179), 500059.25, 1e-6);  // max x
+  EXPECT_NEAR(at<double>(las, 187), 500000.25, 1e-6);  // min x
+  EXPECT_NEAR(at<double>(las, 195), 5000000.0, 1e-6);  // max y
+  EXPECT_NEAR(at<double>(las, 203), 4999941.0, 1e-6);  // min y
   EXPECT_EQ(at<std::uint64_t>(las, 247), 60U);
   EXPECT_EQ(at<std::uint64_t>(las, 255), 60U);
   EXPECT_EQ(las.substr(375 + 2, 9), "LASF_Spec");
@@ -170,8 +170,8 @@ TEST(LasWriter, header_and_points_lie_where_the_specification_says) {
   EXPECT_EQ(at<std::int32_t>(las, p + 8), 50);
   EXPECT_EQ(at<std::uint16_t>(las, p + 12), 5000);
   EXPECT_EQ(at<std::uint8_t>(las, p + 14), 0x11);
-  EXPECT_EQ(at<std::uint8_t>(las, p + 17), 255);      // seen 350
-  EXPECT_EQ(at<std::uint16_t>(las, p + 20), 2 + 1);   // vehicle 50 % 3
+  EXPECT_EQ(at<std::uint8_t>(las, p + 17), 255);     // seen 350
+  EXPECT_EQ(at<std::uint16_t>(las, p + 20), 2 + 1);  // vehicle 50 % 3
   EXPECT_FLOAT_EQ(at<float>(las, p + 30), 0.5F);
 }
 

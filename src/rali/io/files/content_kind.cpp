@@ -16,6 +16,7 @@ struct Magic {
   std::string_view kind;
 };
 
+// Three bytes at least: the numbers of a KITTI scan begin with any two of them now and then.
 constexpr std::array kMagics = {
     Magic{"#ROSBAG V"sv, "a ROS bag"},
     Magic{"\x89MCAP0\r\n"sv, "an MCAP recording"},
@@ -27,7 +28,7 @@ constexpr std::array kMagics = {
     Magic{"LASF"sv, "a LAS cloud"},
     Magic{"\x28\xb5\x2f\xfd"sv, "zstd compressed data"},
     Magic{"\x04\x22\x4d\x18"sv, "lz4 compressed data"},
-    Magic{"\x1f\x8b"sv, "gzip compressed data"},
+    Magic{"\x1f\x8b\x08"sv, "gzip compressed data"},
     Magic{"BZh"sv, "bzip2 compressed data"},
     Magic{"PK\x03\x04"sv, "a zip archive"},
     Magic{"\x89PNG"sv, "a PNG image"},

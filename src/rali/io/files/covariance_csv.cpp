@@ -1,8 +1,8 @@
 #include "rali/io/files/covariance_csv.hpp"
 
-#include <fmt/core.h>
-
 #include <vector>
+
+#include <fmt/core.h>
 
 namespace rali::io {
 

@@ -1,9 +1,9 @@
 #include "rali/io/files/csv_reader.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cstring>
+
+#include <fmt/core.h>
 
 #include "rali/io/files/content_kind.hpp"
 #include "rali/io/files/text.hpp"
@@ -54,8 +54,8 @@ Status CsvReader::fill() {
   buffer_at_ = 0;
   const std::size_t before = buffer_.size();
   buffer_.resize(before + kChunkBytes);
-  const auto n = file_->read(
-      std::as_writable_bytes(std::span(buffer_.data() + before, kChunkBytes)));
+  const auto n =
+      file_->read(std::as_writable_bytes(std::span(buffer_.data() + before, kChunkBytes)));
   if (!n) return tl::make_unexpected(n.error());
   buffer_.resize(before + *n);
   at_end_ = *n < kChunkBytes;
@@ -158,9 +158,8 @@ Status CsvReader::read_header() {
   header_.clear();
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     header_.emplace_back(cell(static_cast<int>(i)));
-    const bool twice = !header_.back().empty() &&
-                       std::find(header_.begin(), header_.end() - 1, header_.back()) !=
-                           header_.end() - 1;
+    const bool twice = !header_.back().empty() && std::find(header_.begin(), header_.end() - 1,
+                                                            header_.back()) != header_.end() - 1;
     if (twice) return error(fmt::format("column {} stands twice", quoted(header_.back())));
   }
   const std::string_view line = text_;

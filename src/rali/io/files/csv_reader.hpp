@@ -60,13 +60,13 @@ class CsvReader {
 
   std::optional<InputFile> file_;
   std::string name_;
-  std::string buffer_;     ///< bytes read but not yet taken, from buffer_at_ on
+  std::string buffer_;  ///< bytes read but not yet taken, from buffer_at_ on
   std::size_t buffer_at_ = 0;
   bool at_end_ = false;
   std::uint64_t next_line_ = 1;
   std::uint64_t row_line_ = 0;
-  std::string text_;       ///< of the row, as in the file
-  std::string unquoted_;   ///< the cells one after the other
+  std::string text_;                                        ///< of the row, as in the file
+  std::string unquoted_;                                    ///< the cells one after the other
   std::vector<std::pair<std::size_t, std::size_t>> cells_;  ///< begin and end in unquoted_
   std::vector<std::string> header_;
 };

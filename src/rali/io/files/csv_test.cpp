@@ -1,8 +1,8 @@
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/csv_reader.hpp"
 #include "rali/io/files/csv_writer.hpp"
@@ -68,7 +68,9 @@ TEST(CsvReader, says_what_is_wrong_with_a_file) {
   EXPECT_EQ(error_of("#ROSBAG V2.0\n"), "x.csv: is a ROS bag, not a CSV table.");
   EXPECT_EQ(error_of(std::string("a,b\n\x01\x00", 6)),
             "x.csv: is binary data of unknown kind, not a CSV table.");
-  EXPECT_EQ(error_of("\xff\xfe" "a"), "x.csv: is text in UTF-16. Save it as UTF-8.");
+  EXPECT_EQ(error_of("\xff\xfe"
+                     "a"),
+            "x.csv: is text in UTF-16. Save it as UTF-8.");
   EXPECT_EQ(error_of("a,\"b\n1,2\n"), "x.csv:1: a cell that begins with a quote does not end.");
   EXPECT_EQ(error_of(std::string(2 << 20, 'a')), "x.csv:1: the line is longer than 1 MiB.");
   const auto csv = CsvReader::from_text("a,b\n", "x.csv");
@@ -89,6 +91,20 @@ TEST(CsvReader, streams_files_larger_than_its_buffer) {
     ASSERT_EQ(csv->line(), static_cast<std::uint64_t>(i) + 2);
   }
   EXPECT_FALSE(csv->next().value());
+}
+
+TEST(CsvReader, reads_a_real_table_to_its_last_row) {
+  RALI_NEEDS_DATA("uwb_pairs/outdoor_static.csv");
+  auto csv = CsvReader::open(real_data("uwb_pairs/outdoor_static.csv"));
+  ASSERT_TRUE(csv) << csv.error().message();
+  const int range = csv->require("range_m").value();
+  int rows = 0;
+  while (csv->next().value()) {
+    ASSERT_TRUE(csv->complete()) << csv->where();
+    ASSERT_FALSE(csv->cell(range).empty()) << csv->where();
+    ++rows;
+  }
+  EXPECT_EQ(rows, 36247);
 }
 
 TEST(CsvWriter, gives_back_what_was_put_in) {

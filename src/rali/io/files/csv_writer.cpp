@@ -1,8 +1,8 @@
 #include "rali/io/files/csv_writer.hpp"
 
-#include <fmt/core.h>
-
 #include <cmath>
+
+#include <fmt/core.h>
 
 #include "rali/base/assert.hpp"
 #include "rali/io/files/text.hpp"

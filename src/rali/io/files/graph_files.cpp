@@ -1,8 +1,8 @@
 #include "rali/io/files/graph_files.hpp"
 
-#include <fmt/core.h>
-
 #include <string_view>
+
+#include <fmt/core.h>
 
 #include "rali/base/assert.hpp"
 #include "rali/io/files/atomic_file.hpp"
@@ -52,7 +52,7 @@ Status write_g2o(const std::string& path, const GraphFile& graph) {
     RALI_ASSERT(edge.from < graph.vertices.size() && edge.to < graph.vertices.size());
     const std::string pose = pose_text(edge.T_from_to, kDecimals, kDecimals);
     auto status = add_line(*file, fmt::format("EDGE_SE3:QUAT {} {} {}{}", edge.from, edge.to, pose,
-                                        upper_triangle(edge.information)));
+                                              upper_triangle(edge.information)));
     if (!status) return status;
   }
   return file->commit();
@@ -72,23 +72,24 @@ Status write_pyfg(const std::string& path, const GraphFile& graph) {
   if (!file) return tl::make_unexpected(file.error());
   for (std::size_t i = 0; i < names.size(); ++i) {
     const GraphVertex& v = graph.vertices[i];
-    auto status = add_line(*file, fmt::format("VERTEX_SE3:QUAT {} {} {}", format_stamp(v.t), names[i],
-                                        pose_text(v.T, kDecimals, kDecimals)));
+    auto status = add_line(*file, fmt::format("VERTEX_SE3:QUAT {} {} {}", format_stamp(v.t),
+                                              names[i], pose_text(v.T, kDecimals, kDecimals)));
     if (!status) return status;
   }
   for (const GraphEdge& edge : graph.edges) {
     RALI_ASSERT(edge.from < names.size() && edge.to < names.size());
-    auto status = add_line(*file, fmt::format("EDGE_SE3:QUAT {} {} {} {}{}", format_stamp(edge.t),
-                                        names[edge.from], names[edge.to],
-                                        pose_text(edge.T_from_to, kDecimals, kDecimals),
-                                        upper_triangle(edge.covariance)));
+    auto status = add_line(
+        *file, fmt::format("EDGE_SE3:QUAT {} {} {} {}{}", format_stamp(edge.t), names[edge.from],
+                           names[edge.to], pose_text(edge.T_from_to, kDecimals, kDecimals),
+                           upper_triangle(edge.covariance)));
     if (!status) return status;
   }
   for (const GraphRange& range : graph.ranges) {
     RALI_ASSERT(range.from < names.size() && range.to < names.size());
-    auto status = add_line(*file, fmt::format("EDGE_RANGE {} {} {} {} {:.9e}", format_stamp(range.t),
-                                        names[range.from], names[range.to],
-                                        format_fixed(range.range_m, 6), range.variance_m2));
+    auto status =
+        add_line(*file, fmt::format("EDGE_RANGE {} {} {} {} {:.9e}", format_stamp(range.t),
+                                    names[range.from], names[range.to],
+                                    format_fixed(range.range_m, 6), range.variance_m2));
     if (!status) return status;
   }
   return file->commit();

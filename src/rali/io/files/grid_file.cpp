@@ -1,9 +1,9 @@
 #include "rali/io/files/grid_file.hpp"
 
-#include <fmt/core.h>
-
 #include <filesystem>
 #include <vector>
+
+#include <fmt/core.h>
 
 #include "rali/base/assert.hpp"
 #include "rali/io/files/atomic_file.hpp"

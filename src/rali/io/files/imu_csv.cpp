@@ -1,10 +1,10 @@
 #include "rali/io/files/imu_csv.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "rali/io/files/text.hpp"
 

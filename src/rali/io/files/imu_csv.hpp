@@ -30,7 +30,8 @@ class ImuCsvReader {
   [[nodiscard]] static Result<ImuCsvReader> open(const std::string& path);
   [[nodiscard]] static Result<ImuCsvReader> from_text(std::string text, const std::string& name);
 
-  /// True: `out` holds the next sample. False: end. Errors: kInput where the file cannot be read on.
+  /// True: `out` holds the next sample. False: end. Errors: kInput where the file cannot be read
+  /// on.
   [[nodiscard]] Result<bool> next(sensor::ImuSample& out);
 
   [[nodiscard]] const ImuCsvStats& stats() const { return stats_; }

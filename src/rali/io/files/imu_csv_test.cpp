@@ -1,8 +1,8 @@
 #include "rali/io/files/imu_csv.hpp"
 
-#include <gtest/gtest.h>
-
 #include <sstream>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/test_folder.hpp"
 

@@ -1,12 +1,12 @@
 #include "rali/io/files/input_file.hpp"
 
+#include <cerrno>
+#include <utility>
+
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <cerrno>
-#include <utility>
 
 #include "rali/io/files/system_error.hpp"
 
@@ -69,9 +69,9 @@ Result<std::vector<std::byte>> read_file(const std::string& path, std::uint64_t 
   auto file = InputFile::open(path);
   if (!file) return tl::make_unexpected(file.error());
   if (file->size() > max_bytes) {
-    return fail(ErrorCode::kInput, path,
-                fmt::format("has {} bytes; more than {} cannot be read at once", file->size(),
-                            max_bytes));
+    return fail(
+        ErrorCode::kInput, path,
+        fmt::format("has {} bytes; more than {} cannot be read at once", file->size(), max_bytes));
   }
   std::vector<std::byte> bytes(static_cast<std::size_t>(file->size()));
   const auto n = file->read(bytes);

@@ -1,9 +1,9 @@
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "rali/io/files/cloud_file.hpp"
 

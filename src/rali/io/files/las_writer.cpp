@@ -1,8 +1,8 @@
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include <fmt/core.h>
 
 #include "rali/base/assert.hpp"
 #include "rali/io/files/atomic_file.hpp"
@@ -53,9 +53,9 @@ void put_header(Record& out, std::uint64_t points, const double (&offset_m)[3],
   for (int k = 0; k < 3; ++k) out.put(kScale_m);
   for (int k = 0; k < 3; ++k) out.put(offset_m[k]);
   for (int k = 0; k < 3; ++k) out.put(bounds.max_m[k]).put(bounds.min_m[k]);
-  out.put(std::uint64_t{0});                          // waveforms
-  out.put(std::uint64_t{0}).put(std::uint32_t{0});    // extended records
-  out.put(points).put(points).put_zeros(14 * 8);      // all are first returns
+  out.put(std::uint64_t{0});                        // waveforms
+  out.put(std::uint64_t{0}).put(std::uint32_t{0});  // extended records
+  out.put(points).put(points).put_zeros(14 * 8);    // all are first returns
   RALI_ASSERT(out.size() == kHeaderBytes);
 }
 
@@ -76,7 +76,8 @@ class LasFile {
     Record head;
     put_header(head, 0, offset_m_, bounds_);
     put_extra_bytes_vlr(head);
-    RALI_ASSERT(head.size() == std::size_t{kHeaderBytes} + kVlrHeaderBytes + kExtraBytesRecordBytes);
+    RALI_ASSERT(head.size() ==
+                std::size_t{kHeaderBytes} + kVlrHeaderBytes + kExtraBytesRecordBytes);
     return file_.write(head.bytes());
   }
 

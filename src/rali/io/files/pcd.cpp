@@ -1,10 +1,10 @@
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "rali/io/files/ascii_value.hpp"
 #include "rali/io/files/cloud_file.hpp"
@@ -60,8 +60,9 @@ void widen_integers(const PcdHeader& header, std::vector<std::byte>& data) {
       for (std::size_t at = offset; at + 8 <= data.size(); at += header.point_step) {
         std::int64_t bits = 0;
         std::memcpy(&bits, data.data() + at, 8);
-        const double value = column.type == 'I' ? static_cast<double>(bits)
-                                                : static_cast<double>(static_cast<std::uint64_t>(bits));
+        const double value = column.type == 'I'
+                                 ? static_cast<double>(bits)
+                                 : static_cast<double>(static_cast<std::uint64_t>(bits));
         std::memcpy(data.data() + at, &value, 8);
       }
     }
@@ -118,9 +119,9 @@ Result<std::vector<std::byte>> compressed_points(const PcdHeader& header,
                             header.points, header.point_step, wanted));
   }
   if (packed > bytes.size() - begin) {
-    return fail(ErrorCode::kInput, path,
-                fmt::format("is cut: {} of {} compressed bytes are there", bytes.size() - begin,
-                            packed));
+    return fail(
+        ErrorCode::kInput, path,
+        fmt::format("is cut: {} of {} compressed bytes are there", bytes.size() - begin, packed));
   }
   if (unpacked > lzf_content_max(packed)) {
     return fail(ErrorCode::kInput, where,
@@ -150,8 +151,8 @@ std::optional<std::string> append_ascii_point(const PcdHeader& header, std::stri
       }
     }
   }
-  if (!trimmed(line).empty()) return fmt::format("has more than the {} declared fields",
-                                                 header.columns.size());
+  if (!trimmed(line).empty())
+    return fmt::format("has more than the {} declared fields", header.columns.size());
   return std::nullopt;
 }
 

@@ -1,10 +1,10 @@
 #include "rali/io/files/pcd_header.hpp"
 
-#include <fmt/core.h>
-
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include <Eigen/Geometry>
+#include <fmt/core.h>
 
 #include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/input_file.hpp"
@@ -181,14 +181,14 @@ class HeaderReader {
     header_.width = width;
     header_.height = height;
     if (points != width * height) {
-      header_.note = fmt::format("WIDTH {} x HEIGHT {} is not POINTS {}; POINTS taken", width,
-                                 height, points);
+      header_.note =
+          fmt::format("WIDTH {} x HEIGHT {} is not POINTS {}; POINTS taken", width, height, points);
       header_.width = points;
       header_.height = 1;
     }
     if (points > kMax / header_.point_step) {
-      return error(fmt::format("{} points of {} bytes are more than 4 GiB", points,
-                               header_.point_step));
+      return error(
+          fmt::format("{} points of {} bytes are more than 4 GiB", points, header_.point_step));
     }
     return {};
   }

@@ -1,8 +1,8 @@
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <cstring>
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/input_file.hpp"
@@ -97,8 +97,7 @@ TEST(Pcd, binary_cut_at_any_byte_says_how_many_points_are_there) {
   for (std::size_t n = 0; n < whole.size(); ++n) {
     EXPECT_FALSE(parse_pcd(bytes_of(whole.substr(0, n)), "a.pcd")) << n;
   }
-  EXPECT_EQ(error_of(whole.substr(0, whole.size() - 1)),
-            "a.pcd: is cut: 1 of 2 points are there.");
+  EXPECT_EQ(error_of(whole.substr(0, whole.size() - 1)), "a.pcd: is cut: 1 of 2 points are there.");
 }
 
 /// The same points as columns, stored as LZF literals.
@@ -185,9 +184,9 @@ TEST(Pcd, organised_clouds_and_viewpoints_are_kept) {
 }
 
 TEST(Pcd, disagreeing_counts_are_reported) {
-  const auto cloud =
-      parse_pcd(bytes_of("FIELDS x\nSIZE 4\nTYPE F\nWIDTH 5\nHEIGHT 1\nPOINTS 2\nDATA ascii\n1\n2\n"),
-                "a.pcd");
+  const auto cloud = parse_pcd(
+      bytes_of("FIELDS x\nSIZE 4\nTYPE F\nWIDTH 5\nHEIGHT 1\nPOINTS 2\nDATA ascii\n1\n2\n"),
+      "a.pcd");
   ASSERT_TRUE(cloud) << cloud.error().message();
   EXPECT_EQ(cloud->size(), 2U);
   ASSERT_EQ(cloud->findings.size(), 1U);
@@ -211,8 +210,8 @@ TEST(Lzf, long_runs_take_a_further_byte) {
 
 TEST(Lzf, damage_is_named_by_offset) {
   std::vector<std::byte> out(7);
-  EXPECT_EQ(lzf_decompress(text_bytes(std::string_view("\x20\x00", 2)), out), 0U);  // before start
-  EXPECT_EQ(lzf_decompress(text_bytes("\x05"), out), 0U);                           // cut literal
+  EXPECT_EQ(lzf_decompress(text_bytes(std::string_view("\x20\x00", 2)), out), 0U);   // before start
+  EXPECT_EQ(lzf_decompress(text_bytes("\x05"), out), 0U);                            // cut literal
   EXPECT_EQ(lzf_decompress(text_bytes(std::string_view("\x00z\xe0", 3)), out), 2U);  // cut length
   EXPECT_EQ(lzf_decompress(text_bytes(std::string_view("\x00z", 2)), out), 2U);      // too little
   EXPECT_EQ(lzf_decompress(text_bytes(std::string_view("\x00z\xe0\xff\x00", 5)), out), 2U);

@@ -1,8 +1,8 @@
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cstring>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "rali/io/files/ascii_value.hpp"
 #include "rali/io/files/cloud_file.hpp"

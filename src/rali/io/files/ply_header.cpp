@@ -1,11 +1,11 @@
 #include "rali/io/files/ply_header.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
 #include <string_view>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/input_file.hpp"
@@ -96,8 +96,8 @@ class HeaderReader {
     const std::string_view word = take_word(line);
     const auto count = parse_integer(word);
     if (element.name.empty() || !count || *count < 0) {
-      return error(fmt::format("element {} has no number but {}", quoted(element.name),
-                               quoted(word)));
+      return error(
+          fmt::format("element {} has no number but {}", quoted(element.name), quoted(word)));
     }
     element.count = static_cast<std::uint64_t>(*count);
     header_.elements.push_back(std::move(element));
@@ -111,8 +111,7 @@ class HeaderReader {
     if (word == "list") {
       const std::string_view length = take_word(line);
       const auto type = type_named(length);
-      const bool real =
-          type == wire::FieldType::kFloat32 || type == wire::FieldType::kFloat64;
+      const bool real = type == wire::FieldType::kFloat32 || type == wire::FieldType::kFloat64;
       if (!type || real) {
         return error(fmt::format("{} is no type for the length of a list", quoted(length)));
       }

@@ -14,8 +14,8 @@ namespace rali::io {
 
 struct PlyProperty {
   std::string name;
-  wire::FieldType type = wire::FieldType::kFloat32;         ///< of one element
-  std::optional<wire::FieldType> list_count;                ///< set: a list, its length of this type
+  wire::FieldType type = wire::FieldType::kFloat32;  ///< of one element
+  std::optional<wire::FieldType> list_count;         ///< set: a list, its length of this type
 };
 
 struct PlyElement {

@@ -1,8 +1,8 @@
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cstring>
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/input_file.hpp"
@@ -115,16 +115,19 @@ TEST(Ply, hostile_counts_neither_hang_nor_take_memory) {
                 .find("more than 4 GiB"),
             std::string::npos);
   EXPECT_NE(error_of(begin + "a 1\nproperty list int double d\nelement vertex 1\nproperty float x\n"
-                             "end_header\n\xff\xff\xff\xff" "12345678")
+                             "end_header\n\xff\xff\xff\xff"
+                             "12345678")
                 .find("is cut"),
             std::string::npos);
 }
 
 TEST(Ply, errors_name_file_and_line) {
-  EXPECT_EQ(error_of("ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n1\nq\n"),
-            "a.ply:7: 'q' is no value for 'x'.");
-  EXPECT_EQ(error_of("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n\n1 2\n"),
-            "a.ply:7: has more values than properties.");
+  EXPECT_EQ(
+      error_of("ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n1\nq\n"),
+      "a.ply:7: 'q' is no value for 'x'.");
+  EXPECT_EQ(
+      error_of("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n\n1 2\n"),
+      "a.ply:7: has more values than properties.");
   EXPECT_EQ(error_of("ply\nformat ascii 1.0\nelement vertex many\n"),
             "a.ply:3: element 'vertex' has no number but 'many'.");
   EXPECT_EQ(error_of("ply\nformat ascii 1.0\nproperty float x\n"),

@@ -1,12 +1,12 @@
 #include "rali/io/files/range_csv.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "rali/io/files/csv_reader.hpp"
 #include "rali/io/files/text.hpp"
@@ -174,8 +174,8 @@ FindingList LinkReader::findings(const std::array<std::string_view, N>& known_co
     if (!known && extra.size() < 200) extra += (extra.empty() ? "" : ", ") + quoted(column);
   }
   if (!extra.empty()) {
-    add("ranges.columns", Severity::kInfo,
-        fmt::format("{}: columns not used: {}", name_, extra), 1);
+    add("ranges.columns", Severity::kInfo, fmt::format("{}: columns not used: {}", name_, extra),
+        1);
   }
   return list;
 }

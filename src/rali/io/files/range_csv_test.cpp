@@ -50,8 +50,7 @@ TEST(RangeCsv, unknown_radios_are_counted_with_their_first_line) {
   EXPECT_EQ(csv->findings[0].text,
             "ranges.csv:2: 'v7' is no vehicle (v1, v2, v2/rear); 2 of 7 rows skipped");
   EXPECT_EQ(csv->findings[1].text, "ranges.csv:6: 'far' is no finite number; 3 of 7 rows skipped");
-  EXPECT_EQ(csv->findings[2].text,
-            "ranges.csv: 1 of 7 rows link a vehicle with itself; skipped");
+  EXPECT_EQ(csv->findings[2].text, "ranges.csv: 1 of 7 rows link a vehicle with itself; skipped");
   EXPECT_EQ(csv->findings[3].text, "ranges.csv: columns not used: 'room'");
 }
 

@@ -1,13 +1,13 @@
 #include "rali/io/files/scan_folder.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <array>
 #include <filesystem>
 #include <map>
 #include <system_error>
 #include <utility>
+
+#include <fmt/core.h>
 
 #include "rali/io/files/content_kind.hpp"
 #include "rali/io/files/input_file.hpp"
@@ -92,8 +92,10 @@ Status ScanFolder::list() {
   }
   if (kinds.size() > 1) {
     std::string text;
-    for (const auto& [kind, n] : kinds) text += fmt::format("{}{} {}", text.empty() ? "" : " and ", n, kind);
-    return fail(ErrorCode::kInput, path_, "holds " + text + " files; which are the sweeps is not known",
+    for (const auto& [kind, n] : kinds)
+      text += fmt::format("{}{} {}", text.empty() ? "" : " and ", n, kind);
+    return fail(ErrorCode::kInput, path_,
+                "holds " + text + " files; which are the sweeps is not known",
                 "Keep one kind in the folder.");
   }
   std::sort(names.begin(), names.end(), natural_less);

@@ -1,9 +1,12 @@
 #include "rali/io/files/scan_folder.hpp"
 
-#include <gtest/gtest.h>
-
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/test_folder.hpp"
 
@@ -114,19 +117,51 @@ TEST(ScanFolder, damaged_sweeps_are_named_and_passed_over_and_cut_ones_used) {
   EXPECT_EQ(scans->skipped(), 2U);
   ASSERT_EQ(scans->findings().size(), 4U);
   EXPECT_EQ(scans->findings()[1].text,
-            folder.path("2.bin") + ": is an empty file, not a point cloud (PCD, PLY or KITTI "
-                                   ".bin). The sweep is left out");
+            folder.path("2.bin") +
+                ": is an empty file, not a point cloud (PCD, PLY or KITTI "
+                ".bin). The sweep is left out");
 }
 
 TEST(ScanFolder, says_why_a_folder_is_none_of_sweeps) {
   const TestFolder folder;
-  EXPECT_EQ(ScanFolder::open(folder.path()).error().what,
-            "holds no sweeps (*.pcd, *.ply, *.bin)");
+  EXPECT_EQ(ScanFolder::open(folder.path()).error().what, "holds no sweeps (*.pcd, *.ply, *.bin)");
   folder.write("a.pcd", "x");
   folder.write("b.ply", "x");
   EXPECT_EQ(ScanFolder::open(folder.path()).error().what,
             "holds 1 .pcd and 1 .ply files; which are the sweeps is not known");
   EXPECT_EQ(ScanFolder::open("/nowhere").error().what, "is no folder that can be read");
+}
+
+/// tools/convert_compact_scans.py makes folders of the compact scans that tests use.
+TEST(ScanFolder, reads_what_the_converter_of_compact_scans_writes) {
+  const TestFolder folder;
+  std::filesystem::create_directory(folder.path("in"));
+  const std::int16_t xyz[] = {400, -800, 4};  // units of 2.5 mm: 1.0, -2.0, 0.01 m
+  char record[8];
+  std::memcpy(record, xyz, 6);
+  record[6] = 50;  // intensity 0.5
+  record[7] = 13;  // ring
+  folder.write("in/0.xyzir", std::string(record, 8) + std::string(record, 8) + "cut");
+  folder.write("poses.tum", "# stamp\n1630577758.569490 0 0 0 0 0 0 1\n");
+  for (const std::string format : {"bin", "pcd"}) {
+    const std::string command = std::string("python3 ") + RALI_SOURCE_DIR +
+                                "/tools/convert_compact_scans.py " + folder.path("in") + " " +
+                                folder.path(format) + " --format " + format + " --times " +
+                                folder.path("poses.tum") + " > /dev/null 2>&1";
+    ASSERT_EQ(std::system(command.c_str()), 0) << command;
+    auto scans = ScanFolder::open(folder.path(format));
+    ASSERT_TRUE(scans) << scans.error().message();
+    CloudFile cloud;
+    Time t;
+    ASSERT_TRUE(scans->next(cloud, t).value()) << format;
+    EXPECT_EQ(t.ns, 1630577758569490000);
+    ASSERT_EQ(cloud.size(), 2U);
+    EXPECT_EQ(cloud.column(cloud.field("x"))[1], 1.0);
+    EXPECT_EQ(cloud.column(cloud.field("y"))[1], -2.0);
+    EXPECT_FLOAT_EQ(static_cast<float>(cloud.column(cloud.field("z"))[1]), 0.01F);
+    EXPECT_EQ(cloud.column(cloud.field("intensity"))[1], 0.5);
+    EXPECT_EQ(cloud.field("ring") >= 0, format == "pcd");
+  }
 }
 
 TEST(ScanFolder, reads_the_real_kitti_scans) {

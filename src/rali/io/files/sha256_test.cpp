@@ -1,8 +1,8 @@
 #include "rali/io/files/sha256.hpp"
 
-#include <gtest/gtest.h>
-
 #include <string_view>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/atomic_file.hpp"
 #include "rali/io/files/test_folder.hpp"

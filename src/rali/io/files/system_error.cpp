@@ -1,8 +1,8 @@
 #include "rali/io/files/system_error.hpp"
 
-#include <fmt/core.h>
-
 #include <cerrno>
+
+#include <fmt/core.h>
 
 namespace rali::io {
 

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <string_view>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace rali::io {
 
@@ -28,9 +28,7 @@ class TestFolder {
     std::filesystem::remove_all(path_, ignored);
   }
 
-  [[nodiscard]] std::string path(std::string_view name) const {
-    return (path_ / name).string();
-  }
+  [[nodiscard]] std::string path(std::string_view name) const { return (path_ / name).string(); }
 
   [[nodiscard]] std::string path() const { return path_.string(); }
 
@@ -65,6 +63,6 @@ inline std::string real_data(std::string_view name) {
 }  // namespace rali::io
 
 /// Leaves the test, loudly, where the real recordings are absent.
-#define RALI_NEEDS_DATA(name)                                                                  \
-  if (::rali::io::real_data(name).empty())                                                     \
+#define RALI_NEEDS_DATA(name)              \
+  if (::rali::io::real_data(name).empty()) \
   GTEST_SKIP() << "REAL DATA ABSENT: " << RALI_DATA_DIR << "/" << (name) << " not tested"

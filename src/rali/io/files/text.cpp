@@ -1,11 +1,11 @@
 #include "rali/io/files/text.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
+
+#include <fmt/core.h>
 
 namespace rali::io {
 namespace {

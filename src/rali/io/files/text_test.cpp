@@ -1,11 +1,11 @@
 #include "rali/io/files/text.hpp"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace rali::io {
 namespace {
@@ -54,8 +54,8 @@ TEST(Text, fixed_numbers_have_no_negative_zero) {
 TEST(Text, file_names_sort_as_people_count) {
   std::vector<std::string> names = {"s10", "s2", "s1", "s02", "a", "s2b", "10", "9", "s2a"};
   std::sort(names.begin(), names.end(), natural_less);
-  EXPECT_EQ(names, (std::vector<std::string>{"9", "10", "a", "s1", "s02", "s2", "s2a", "s2b",
-                                             "s10"}));
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"9", "10", "a", "s1", "s02", "s2", "s2a", "s2b", "s10"}));
   EXPECT_TRUE(natural_less("99999999999999999999998", "99999999999999999999999"));
   EXPECT_FALSE(natural_less("same", "same"));
 }

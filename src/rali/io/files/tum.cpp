@@ -1,14 +1,14 @@
 #include "rali/io/files/tum.hpp"
 
-#include <fmt/core.h>
-
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
+
+#include <Eigen/Geometry>
+#include <fmt/core.h>
 
 #include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/content_kind.hpp"

@@ -1,8 +1,8 @@
 #include "rali/io/files/tum.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 #include "rali/io/files/test_folder.hpp"
 
