@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/sensor/lidar_models.hpp"
 #include "rali/wire/decode.hpp"
 #include "rali/wire/internal/cloud_layout.hpp"
 
@@ -147,6 +148,39 @@ TEST(RealData, rings_of_a_vlp16_are_rebuilt_from_elevation_though_one_ring_saw_n
     other_ring += got.ring[i] != want.ring[i] ? 1U : 0U;
   }
   EXPECT_LT(other_ring, got.size() / 100);
+}
+
+/// The list "beam_altitude_angles" of an Ouster's metadata, ascending [deg].
+std::vector<float> beams_of(const std::filesystem::path& path) {
+  const std::vector<std::byte> bytes = read_file(path);
+  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  std::size_t at = text.find('[', text.find("beam_altitude_angles"));
+  std::vector<float> beams_deg;
+  while (at < text.size() && text[at] != ']') {
+    std::size_t used = 0;
+    beams_deg.push_back(std::stof(text.substr(at + 1, 32), &used));
+    at = text.find_first_of(",]", at + 1 + used);
+  }
+  std::sort(beams_deg.begin(), beams_deg.end());
+  return beams_deg;
+}
+
+TEST(RealData, ousters_are_known_by_the_beams_of_real_units) {
+  const auto dir = data_dir() / "recordings/ouster";
+  SKIP_WITHOUT(dir);
+  const std::pair<const char*, const char*> units[] = {
+      {"OS-0-128-U1_v2.3.0_1024x10.json", "os0_128"},
+      {"OS-1-128_v2.3.0_1024x10.json", "os1_128"},
+      {"OS-1-64_sensor_config_reduced.json", "os1_64"},
+      {"OS-2-32-U0_v2.0.0_1024x10.json", "os2_32"}};
+  for (const auto& unit : units) {
+    std::vector<float> beams_rad = beams_of(dir / unit.first);
+    ASSERT_GE(beams_rad.size(), 32U) << unit.first;
+    for (float& beam : beams_rad) beam *= 3.14159265F / 180.0F;
+    const sensor::LidarModel* found = sensor::identify_lidar(beams_rad);
+    ASSERT_NE(found, nullptr) << unit.second;
+    EXPECT_EQ(found->name, unit.second);
+  }
 }
 
 TEST(RealData, kitti_bin_clouds_are_timed_by_azimuth_and_ringed_by_elevation) {
