@@ -64,11 +64,11 @@ LoopEnd run_events(ReportedSource& source, bool read_ahead, vehicle::Vehicle& ve
       ended = !next || !*next;
       if (!ended) event = std::move(**next);
     }
-    if (const auto* imu = std::get_if<sensor::ImuSample>(&event)) run.see_imu(*imu);
     outputs.clear();
     vehicle.step(event, executor, outputs);
     const std::size_t known = findings.size();
-    const Status taken = run.take(outputs, findings);
+    Status taken = run.see(event);
+    if (taken) taken = run.take(outputs, findings);
     for (std::size_t i = known; i < findings.size(); ++i) sink.finding(findings[i]);
     if (!taken) {
       end.error = taken.error();

@@ -37,6 +37,8 @@ class MapRun {
 
  private:
   Status open_sources();
+  Status open_session();
+  void forget_keyframes();
   Status run_vehicles();
   void finish_vehicle(std::size_t index, const LoopEnd& end);
   void gyro_finding(std::size_t index);
@@ -52,6 +54,7 @@ class MapRun {
   int threads_;
   std::unique_ptr<Executor> executor_;
   std::vector<std::unique_ptr<ReportedSource>> sources_;
+  std::unique_ptr<SessionFile> session_;
   std::vector<VehicleRun> runs_;
   MapSummary summary_;
   RunLog log_;
@@ -83,6 +86,14 @@ Status MapRun::open_sources() {
   return {};
 }
 
+Status MapRun::open_session() {
+  if (!job_.write_mcap) return {};
+  Result<std::unique_ptr<SessionFile>> session = SessionFile::create(job_.out_dir);
+  if (!session) return tl::make_unexpected(session.error());
+  session_ = std::move(*session);
+  return {};
+}
+
 Status MapRun::run_vehicles() {
   for (std::size_t i = 0; i < job_.vehicles.size(); ++i) {
     ReportedSource& source = *sources_[i];
@@ -95,7 +106,8 @@ Status MapRun::run_vehicles() {
     settings.calibration.T_body_imu = geometry::SE3{};  // samples come in the body frame
     settings.calibration.lidar_time_offset_s = 0.0;     // and stamps with the offset applied
     vehicle::Vehicle vehicle(VehicleId{static_cast<std::uint16_t>(i)}, settings);
-    Result<VehicleRun> run = VehicleRun::start(first.vehicle, job_.out_dir);
+    if (session_) session_->set_lidar(first.vehicle, first.T_body_lidar);
+    Result<VehicleRun> run = VehicleRun::start(first.vehicle, job_.out_dir, session_.get());
     if (!run) return tl::make_unexpected(run.error());
     runs_.push_back(std::move(*run));
     FindingList findings;
@@ -205,6 +217,19 @@ Status MapRun::write_map() {
   return {};
 }
 
+/// Without keyframes asked for, their clouds were only needed for the map.
+void MapRun::forget_keyframes() {
+  if (job_.write_keyframes) return;
+  std::error_code ignored;
+  for (const VehicleRun& run : runs_) {
+    for (const KeyframeRecord& record : run.keyframes()) {
+      std::filesystem::remove(job_.out_dir + '/' + record.file, ignored);
+    }
+    std::filesystem::remove(job_.out_dir + "/keyframes/" + run.name(), ignored);
+  }
+  std::filesystem::remove(job_.out_dir + "/keyframes", ignored);
+}
+
 /// Numbers, settings, log and status: written for whole and for broken runs alike.
 Status MapRun::close(const Status& so_far) {
   summary_.status = !so_far         ? RunStatus::kFailed
@@ -238,8 +263,11 @@ Result<MapSummary> MapRun::run() {
     return tl::make_unexpected(s.error());
   }
   log_.stage("open");
-  Status status = run_vehicles();
+  Status status = open_session();
+  if (status) status = run_vehicles();
   if (status) status = write_results();
+  if (status && session_) status = session_->finish();
+  if (status) forget_keyframes();
   const Status closed = close(status);
   if (!status) return tl::make_unexpected(status.error());
   if (!closed) return tl::make_unexpected(closed.error());

@@ -9,6 +9,9 @@
 namespace rali::drive {
 namespace {
 
+/// Without a gravity estimate odom is taken as it is.
+const geometry::Vec3 kDown_mps2(0.0, 0.0, -9.80665);
+
 /// Root of the expected squared 3-D position error, as `sigma` of the map's points.
 double position_sigma_m(const PoseRecord& pose) {
   const double trace = pose.covariance.bottomRightCorner<3, 3>().trace();
@@ -30,14 +33,19 @@ geometry::SE3 level_frame(const geometry::Vec3& g_odom_mps2, const geometry::SE3
   return T_map_odom;
 }
 
-Result<VehicleRun> VehicleRun::start(const std::string& name, const std::string& out_dir) {
+Result<VehicleRun> VehicleRun::start(const std::string& name, const std::string& out_dir,
+                                     SessionFile* session) {
   Result<OdometryFiles> odometry = OdometryFiles::create(out_dir, name);
   if (!odometry) return tl::make_unexpected(odometry.error());
-  return VehicleRun(name, out_dir, std::move(*odometry));
+  return VehicleRun(name, out_dir, std::move(*odometry), session);
 }
 
-VehicleRun::VehicleRun(std::string name, std::string out_dir, OdometryFiles odometry)
-    : name_(std::move(name)), out_dir_(std::move(out_dir)), odometry_(std::move(odometry)) {}
+VehicleRun::VehicleRun(std::string name, std::string out_dir, OdometryFiles odometry,
+                       SessionFile* session)
+    : name_(std::move(name)),
+      out_dir_(std::move(out_dir)),
+      odometry_(std::move(odometry)),
+      session_(session) {}
 
 Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& findings) {
   for (const vehicle::Output& output : outputs) {
@@ -67,7 +75,8 @@ Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
     gyro_ratio_.add_lidar(geometry::so3_log(step.R).norm());
   }
   poses_.push_back(record);
-  return odometry_.add(record);
+  if (Status s = odometry_.add(record); !s) return s;
+  return session_ != nullptr ? session_->add_pose(name_, record, frame_so_far()) : Status{};
 }
 
 Status VehicleRun::take_keyframe(const vehicle::KeyframeAdded& added) {
@@ -82,6 +91,15 @@ Status VehicleRun::take_keyframe(const vehicle::KeyframeAdded& added) {
   return {};
 }
 
+Status VehicleRun::see(const vehicle::Event& event) {
+  if (const auto* imu = std::get_if<sensor::ImuSample>(&event)) {
+    see_imu(*imu);
+  } else if (const auto* scan = std::get_if<std::shared_ptr<const sensor::LidarScan>>(&event)) {
+    if (session_ != nullptr) return session_->add_scan(name_, **scan);
+  }
+  return {};
+}
+
 void VehicleRun::see_imu(const sensor::ImuSample& sample) {
   // Turning before the first pose has no counterpart in the LiDAR.
   if (t_imu_ && !poses_.empty()) {
@@ -91,15 +109,22 @@ void VehicleRun::see_imu(const sensor::ImuSample& sample) {
   t_imu_ = sample.t;
 }
 
+geometry::SE3 VehicleRun::frame_so_far() const {
+  if (poses_.empty()) return {};
+  return level_frame(gravity_ ? gravity_->g_odom_mps2 : kDown_mps2, poses_.front().T_odom_body);
+}
+
 Status VehicleRun::finish() {
-  const geometry::Vec3 g_odom =
-      gravity_ ? gravity_->g_odom_mps2 : geometry::Vec3(0.0, 0.0, -9.80665);
-  if (!poses_.empty()) T_map_odom_ = level_frame(g_odom, poses_.front().T_odom_body);
+  T_map_odom_ = frame_so_far();
+  const geometry::Vec3 g_odom = gravity_ ? gravity_->g_odom_mps2 : kDown_mps2;
   if (gravity_ && g_odom.norm() > 0.0) {
     const geometry::Vec3 down = g_odom.normalized();
     const geometry::Mat3 across = geometry::Mat3::Identity() - down * down.transpose();
     const double variance = (across * gravity_->covariance * across).trace();
     tilt_sigma_rad_ = std::sqrt(std::max(0.0, variance)) / g_odom.norm();
+  }
+  if (session_ != nullptr) {
+    if (Status s = session_->add_path(name_, poses_, T_map_odom_); !s) return s;
   }
   return odometry_.close();
 }

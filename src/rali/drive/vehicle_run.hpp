@@ -9,6 +9,7 @@
 #include "rali/drive/map_run.hpp"
 #include "rali/drive/output/keyframe_files.hpp"
 #include "rali/drive/output/pose_files.hpp"
+#include "rali/drive/output/session_file.hpp"
 #include "rali/vehicle/event.hpp"
 
 namespace rali::drive {
@@ -18,14 +19,16 @@ namespace rali::drive {
 class VehicleRun {
  public:
   /// Makes odometry/<v>.tum and .cov.csv. Errors: kMachine.
-  [[nodiscard]] static Result<VehicleRun> start(const std::string& name,
-                                                const std::string& out_dir);
+  /// @param session where to show the run, may be null; must outlive the object
+  [[nodiscard]] static Result<VehicleRun> start(const std::string& name, const std::string& out_dir,
+                                                SessionFile* session);
 
   /// Takes what followed from one event; findings go to `findings`. Errors: kMachine.
   [[nodiscard]] Status take(const vehicle::OutputList& outputs, FindingList& findings);
 
-  /// Sees each inertial sample, for the comparison of gyro and LiDAR.
-  void see_imu(const sensor::ImuSample& sample);
+  /// Sees each event before the vehicle does: inertial samples for the comparison of gyro and
+  /// LiDAR, sweeps for the session. Errors: kMachine.
+  [[nodiscard]] Status see(const vehicle::Event& event);
 
   /// Closes the growing files and fixes the frame of the results.
   [[nodiscard]] Status finish();
@@ -52,13 +55,17 @@ class VehicleRun {
   void summarise(VehicleSummary& summary) const;
 
  private:
-  VehicleRun(std::string name, std::string out_dir, OdometryFiles odometry);
+  VehicleRun(std::string name, std::string out_dir, OdometryFiles odometry, SessionFile* session);
+
+  void see_imu(const sensor::ImuSample& sample);
+  [[nodiscard]] geometry::SE3 frame_so_far() const;
 
   [[nodiscard]] Status take_pose(const vehicle::PoseEstimate& pose);
   [[nodiscard]] Status take_keyframe(const vehicle::KeyframeAdded& added);
 
   std::string name_, out_dir_;
   OdometryFiles odometry_;
+  SessionFile* session_ = nullptr;
   std::vector<PoseRecord> poses_;
   std::vector<KeyframeRecord> keyframes_;
   std::optional<vehicle::GravityEstimate> gravity_;

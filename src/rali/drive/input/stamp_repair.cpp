@@ -108,8 +108,11 @@ void StampRepair::close_jumps(StampPair stamps) {
 }
 
 std::optional<Time> StampRepair::repair(StampPair stamps) {
-  if (rule_ == StampRule::kRecord) {
-    stamps.header = stamps.record;
+  if (rule_ == StampRule::kRecord) stamps.header = stamps.record;
+  // A stamp that was never set (drivers send it once at the start) says nothing.
+  if (std::abs(stamps.header.s()) < kZeroS) {
+    ++repeats_;
+    return std::nullopt;
   }
   if (!started_) {
     started_ = true;

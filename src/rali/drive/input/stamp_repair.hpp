@@ -51,7 +51,7 @@ class StampRepair {
  public:
   StampRepair(StampRule rule, std::shared_ptr<ClockShifts> shifts);
 
-  /// The stamp to use; empty: a repeat, to be left out.
+  /// The stamp to use; empty: a repeat or a stamp of zero, to be left out.
   [[nodiscard]] std::optional<Time> repair(StampPair stamps);
 
   /// A new file begins: its first stamps need not follow the last ones smoothly.

@@ -1,0 +1,90 @@
+#include "rali/drive/input/extrinsics_check.hpp"
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace rali::drive {
+namespace {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+/// A floor 1 m below the sensor, 20 m x 20 m, seen by a LiDAR that is turned by R_body_lidar.
+sensor::LidarScan floor_seen(const Mat3& R_body_lidar) {
+  sensor::LidarScan scan;
+  for (double x = -10.0; x < 10.0; x += 0.15) {
+    for (double y = -10.0; y < 10.0; y += 0.15) {
+      const Vec3 p = R_body_lidar.transpose() * Vec3(x, y, -1.0);
+      scan.push_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                     static_cast<float>(p.z()), 0.0F, 0.0F, 0);
+    }
+  }
+  return scan;
+}
+
+std::vector<PlaneDirection> planes_of(const Mat3& R_body_lidar) {
+  const sensor::LidarScan scan = floor_seen(R_body_lidar);
+  return plane_directions({&scan, 1});
+}
+
+TEST(Extrinsics, finds_the_ground_below_a_tilted_lidar) {
+  const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
+  const auto planes = planes_of(R);
+  ASSERT_FALSE(planes.empty());
+  EXPECT_NEAR(*ground_tilt_rad(planes, R, Vec3::UnitZ()), 0.0, 0.5 * kDeg);
+  EXPECT_NEAR(*ground_tilt_rad(planes, Mat3::Identity(), Vec3::UnitZ()), 30.0 * kDeg, 0.5 * kDeg);
+}
+
+TEST(Extrinsics, accepts_what_fits_and_ramps) {
+  const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
+  const auto planes = planes_of(R);
+  EXPECT_TRUE(check_extrinsics(planes, R, Vec3::UnitZ(), {}));
+  const Vec3 up_on_a_ramp = Vec3(std::sin(10.0 * kDeg), 0.0, std::cos(10.0 * kDeg));
+  EXPECT_TRUE(check_extrinsics(planes, R, up_on_a_ramp, {}));
+}
+
+TEST(Extrinsics, names_the_inverse_where_that_fits) {
+  const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
+  const auto checked = check_extrinsics(planes_of(R), R.transpose(), Vec3::UnitZ(), {});
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().code, ErrorCode::kInput);
+  EXPECT_NE(checked.error().remedy.find("The inverse fits"), std::string::npos);
+}
+
+TEST(Extrinsics, names_swapped_axes_where_these_fit) {
+  Mat3 R;  // the LiDAR's x points up
+  R << 0.0, 0.0, -1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0;
+  const auto checked = check_extrinsics(planes_of(R), Mat3::Identity(), Vec3::UnitZ(), {});
+  ASSERT_FALSE(checked);
+  EXPECT_NE(checked.error().remedy.find("z of the body = x of the LiDAR"), std::string::npos)
+      << checked.error().remedy;
+}
+
+TEST(Extrinsics, goes_on_with_a_finding_when_told_to_warn) {
+  const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
+  InputOptions options;
+  options.extrinsics = ExtrinsicsCheck::kWarn;
+  const auto checked = check_extrinsics(planes_of(R), Mat3::Identity(), Vec3::UnitZ(), options);
+  ASSERT_TRUE(checked);
+  ASSERT_EQ(checked->size(), 1U);
+  EXPECT_EQ(checked->front().id, "D11");
+  EXPECT_NEAR(checked->front().value, 30.0, 0.5);
+}
+
+TEST(Extrinsics, says_nothing_without_planes) {
+  EXPECT_FALSE(ground_tilt_rad({}, Mat3::Identity(), Vec3::UnitZ()));
+  EXPECT_TRUE(check_extrinsics({}, Mat3::Identity(), Vec3::UnitZ(), {}));
+}
+
+TEST(Extrinsics, are_told_in_words) {
+  geometry::SE3 T;
+  T.p = {0.08, 0.0, 0.25};
+  T.R = geometry::rotation_from_rpy(0.0, 0.0, 1.5 * kDeg);
+  EXPECT_EQ(extrinsics_in_words(T), "0.08 m forward, 0.25 m up of the IMU, turned 1.5 deg left");
+}
+
+}  // namespace
+}  // namespace rali::drive

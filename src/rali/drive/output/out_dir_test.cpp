@@ -1,0 +1,101 @@
+#include "rali/drive/output/out_dir.hpp"
+
+#include <filesystem>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "rali/io/files/sha256.hpp"
+#include "rali/io/files/test_folder.hpp"
+
+namespace rali::drive {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(OutDir, knows_its_own_names_and_no_others) {
+  for (const char* name :
+       {"map.pcd", "trajectory/v1.tum", "odometry/v1.cov.csv", "odometry/.v1.tum.tmp",
+        "keyframes/v1/000012.pcd", "keyframes/v1/.000012.pcd.tmp", "status.json", ".map.ply.tmp"}) {
+    EXPECT_TRUE(is_output_name(name)) << name;
+  }
+  for (const char* name : {"map.txt", "v1.bag", "notes/map.pcd", "keyframes/v1/mine.pcd",
+                           "keyframes/v1/deeper/000001.pcd", "../map.pcd", "trajectory/.tum", "",
+                           "keyframes/000001.txt", ".tmp"}) {
+    EXPECT_FALSE(is_output_name(name)) << name;
+  }
+}
+
+TEST(OutDir, is_made_where_there_is_none) {
+  const io::TestFolder folder;
+  EXPECT_TRUE(prepare_out_dir(folder.path("a/b/out"), false));
+  EXPECT_TRUE(fs::is_directory(folder.path("a/b/out")));
+}
+
+TEST(OutDir, that_is_not_empty_is_refused_in_the_words_of_the_manual) {
+  const io::TestFolder folder;
+  folder.write("something", "x");
+  const Status status = prepare_out_dir(folder.path(), false);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(status.error().message(), folder.path() +
+                                          "/ is not empty. Choose another or "
+                                          "--overwrite (removes only what rali wrote).");
+}
+
+TEST(OutDir, loses_only_what_rali_wrote) {
+  const io::TestFolder folder;
+  fs::create_directories(folder.path("trajectory"));
+  fs::create_directories(folder.path("keyframes/v1"));
+  for (const char* name : {"map.pcd", "trajectory/v1.tum", "keyframes/v1/000000.pcd", "notes.txt",
+                           "trajectory/mine.txt"}) {
+    folder.write(name, "x");
+  }
+  ASSERT_TRUE(write_status(folder.path(), "complete", true));
+  ASSERT_TRUE(prepare_out_dir(folder.path(), true));
+  EXPECT_FALSE(fs::exists(folder.path("map.pcd")));
+  EXPECT_FALSE(fs::exists(folder.path("keyframes")));
+  EXPECT_FALSE(fs::exists(folder.path("status.json")));
+  EXPECT_TRUE(fs::exists(folder.path("notes.txt")));
+  EXPECT_TRUE(fs::exists(folder.path("trajectory/mine.txt")));
+}
+
+TEST(OutDir, of_someone_else_is_not_touched_even_with_overwrite) {
+  const io::TestFolder folder;
+  folder.write("map.pcd", "a map from elsewhere");
+  EXPECT_FALSE(prepare_out_dir(folder.path(), true));
+  folder.write("status.json", "{\"status\":\"fine\"}");
+  EXPECT_FALSE(prepare_out_dir(folder.path(), true)) << "not a status of rali";
+  EXPECT_TRUE(fs::exists(folder.path("map.pcd")));
+}
+
+TEST(OutDir, leaves_what_links_point_to_alone) {
+  const io::TestFolder elsewhere, folder;
+  elsewhere.write("v1.tum", "precious");
+  ASSERT_TRUE(write_status(folder.path(), "complete", true));
+  fs::create_directory_symlink(elsewhere.path(), folder.path("trajectory"));
+  ASSERT_TRUE(prepare_out_dir(folder.path(), true));
+  EXPECT_EQ(elsewhere.read("v1.tum"), "precious");
+}
+
+TEST(OutDir, that_is_a_file_is_refused) {
+  const io::TestFolder folder;
+  EXPECT_FALSE(prepare_out_dir(folder.write("out", "x"), true));
+}
+
+TEST(Status, holds_the_hash_of_every_output_but_the_exempt_ones) {
+  const io::TestFolder folder;
+  folder.write("map.pcd", "abc");
+  folder.write("run.log", "differs");
+  folder.write("notes.txt", "not ours");
+  ASSERT_TRUE(write_status(folder.path(), "partial", true));
+  const auto json = nlohmann::json::parse(folder.read("status.json"));
+  EXPECT_EQ(json["status"], "partial");
+  ASSERT_EQ(json["files"].size(), 1U);
+  // FIPS 180-4, example of "abc".
+  EXPECT_EQ(json["files"]["map.pcd"],
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+}  // namespace
+}  // namespace rali::drive

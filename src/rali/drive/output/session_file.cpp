@@ -1,0 +1,150 @@
+#include "rali/drive/output/session_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "rali/wire/cloud_pack.hpp"
+#include "rali/wire/definitions.hpp"
+#include "rali/wire/encode.hpp"
+
+namespace rali::drive {
+namespace {
+
+constexpr std::uint64_t kScanStep = 5;
+constexpr auto kCdr = wire::Encoding::kCdr;
+
+/// Log times of an MCAP count from 1970: data of a boot clock is fine, an older stamp is clamped.
+Time log_time(Time t) { return std::max(t, Time{}); }
+
+wire::TransformStamped transform(Time t, std::string frame, std::string child,
+                                 const geometry::SE3& T) {
+  return {t, std::move(frame), std::move(child), T};
+}
+
+wire::DiagnosticStatus degeneracy_status(const std::string& vehicle, const PoseRecord& pose) {
+  wire::DiagnosticStatus status;
+  status.level = pose.blind ? wire::DiagnosticStatus::kWarn : wire::DiagnosticStatus::kOk;
+  status.name = vehicle + "/degeneracy";
+  status.message = pose.blind ? "blind along one direction" : "all directions are seen";
+  status.hardware_id = vehicle;
+  if (pose.degree) status.values.emplace_back("degree", fmt::format("{:.6f}", *pose.degree));
+  if (std::isfinite(pose.sigma_blind_m)) {
+    status.values.emplace_back("sigma_blind_m", fmt::format("{:.6f}", pose.sigma_blind_m));
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const char* names[] = {"dir_odom_x", "dir_odom_y", "dir_odom_z"};
+    status.values.emplace_back(names[axis], fmt::format("{:.6f}", pose.blind_odom[axis]));
+  }
+  return status;
+}
+
+}  // namespace
+
+class SessionFile::Sink final : public io::ByteSink {
+ public:
+  explicit Sink(io::AtomicFile file) : file_(std::move(file)) {}
+
+  Status write(std::span<const std::byte> bytes) override { return file_.write(bytes); }
+
+  Status overwrite(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    return file_.overwrite(offset, bytes);
+  }
+
+  Status commit() { return file_.commit(); }
+
+ private:
+  io::AtomicFile file_;
+};
+
+SessionFile::SessionFile(io::AtomicFile file)
+    : sink_(std::make_unique<Sink>(std::move(file))), mcap_(*sink_, io::McapWriter::Options{}) {}
+
+SessionFile::~SessionFile() = default;
+
+Result<std::unique_ptr<SessionFile>> SessionFile::create(const std::string& out_dir) {
+  Result<io::AtomicFile> file = io::AtomicFile::create(out_dir + "/session.mcap");
+  if (!file) return tl::make_unexpected(file.error());
+  return std::unique_ptr<SessionFile>(new SessionFile(std::move(*file)));
+}
+
+Status SessionFile::write(const std::string& topic, const std::string& type, Time t,
+                          const wire::Bytes& bytes) {
+  auto channel = channels_.find(topic);
+  if (channel == channels_.end()) {
+    auto schema = schemas_.find(type);
+    if (schema == schemas_.end()) {
+      const Result<std::uint16_t> id =
+          mcap_.add_schema(type, "ros2msg", wire::message_definition(type, kCdr));
+      if (!id) return tl::make_unexpected(id.error());
+      schema = schemas_.emplace(type, *id).first;
+    }
+    const Result<std::uint16_t> id = mcap_.add_channel(schema->second, topic, "cdr");
+    if (!id) return tl::make_unexpected(id.error());
+    channel = channels_.emplace(topic, *id).first;
+  }
+  return mcap_.write(channel->second, log_time(t), log_time(t), bytes);
+}
+
+void SessionFile::set_lidar(const std::string& vehicle, const geometry::SE3& T_body_lidar) {
+  T_body_lidar_[vehicle] = T_body_lidar;
+}
+
+Status SessionFile::add_scan(const std::string& vehicle, const sensor::LidarScan& scan) {
+  const std::uint64_t count = scans_[vehicle]++;
+  if (count == 0) {
+    wire::TfMessage tf;
+    tf.transforms.push_back(
+        transform(scan.t_end, vehicle + "/base_link", vehicle + "/lidar", T_body_lidar_[vehicle]));
+    const Status status =
+        write("/tf_static", "tf2_msgs/msg/TFMessage", scan.t_end, wire::encode(tf, kCdr));
+    if (!status) return status;
+  }
+  if (count % kScanStep != 0) return {};
+  const wire::PackedCloud cloud = wire::pack_cloud(
+      scan, vehicle + "/lidar", wire::CloudStyle::kVelodyne, wire::HeaderStamp::kEnd);
+  return write("/" + vehicle + "/scan", "sensor_msgs/msg/PointCloud2", scan.t_end,
+               wire::encode(cloud.view, kCdr));
+}
+
+Status SessionFile::add_pose(const std::string& vehicle, const PoseRecord& pose,
+                             const geometry::SE3& T_map_odom) {
+  wire::TfMessage tf;
+  tf.transforms.push_back(transform(pose.t, "map", vehicle + "/odom", T_map_odom));
+  tf.transforms.push_back(
+      transform(pose.t, vehicle + "/odom", vehicle + "/base_link", pose.T_odom_body));
+  Status status = write("/tf", "tf2_msgs/msg/TFMessage", pose.t, wire::encode(tf, kCdr));
+  if (!status) return status;
+  const wire::PoseStamped stamped{pose.t, vehicle + "/odom", pose.T_odom_body};
+  status = write("/" + vehicle + "/pose", "geometry_msgs/msg/PoseStamped", pose.t,
+                 wire::encode(stamped, kCdr));
+  if (!status) return status;
+  wire::DiagnosticArray diagnostics;
+  diagnostics.stamp = pose.t;
+  diagnostics.frame_id = vehicle + "/odom";
+  diagnostics.status.push_back(degeneracy_status(vehicle, pose));
+  return write("/" + vehicle + "/degeneracy", "diagnostic_msgs/msg/DiagnosticArray", pose.t,
+               wire::encode(diagnostics, kCdr));
+}
+
+Status SessionFile::add_path(const std::string& vehicle, const std::vector<PoseRecord>& poses,
+                             const geometry::SE3& T_map_odom) {
+  if (poses.empty()) return {};
+  wire::Path path;
+  path.stamp = poses.back().t;
+  path.frame_id = "map";
+  for (const PoseRecord& pose : poses) {
+    if (pose.quality == vehicle::PoseQuality::kDiverged) continue;
+    path.poses.push_back({pose.t, "map", T_map_odom * pose.T_odom_body});
+  }
+  return write("/" + vehicle + "/path", "nav_msgs/msg/Path", path.stamp, wire::encode(path, kCdr));
+}
+
+Status SessionFile::finish() {
+  if (Status status = mcap_.close(); !status) return status;
+  return sink_->commit();
+}
+
+}  // namespace rali::drive

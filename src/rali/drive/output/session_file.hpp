@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/drive/output/pose_files.hpp"
+#include "rali/io/containers/mcap_writer.hpp"
+#include "rali/io/files/atomic_file.hpp"
+#include "rali/sensor/lidar_scan.hpp"
+#include "rali/wire/messages.hpp"
+
+namespace rali::drive {
+
+/// session.mcap: what a viewer shows of a run (Foxglove, Lichtblick, PlotJuggler). Frames as
+/// REP-105 has them: map -> <v>/odom -> <v>/base_link -> <v>/lidar; the first one moves as gravity
+/// becomes known. One in five sweeps is kept, as measured.
+class SessionFile {
+ public:
+  ~SessionFile();
+
+  /// Errors: kMachine.
+  [[nodiscard]] static Result<std::unique_ptr<SessionFile>> create(const std::string& out_dir);
+
+  /// Where the LiDAR sits in the body of this vehicle; written with its first sweep.
+  void set_lidar(const std::string& vehicle, const geometry::SE3& T_body_lidar);
+  [[nodiscard]] Status add_scan(const std::string& vehicle, const sensor::LidarScan& scan);
+  [[nodiscard]] Status add_pose(const std::string& vehicle, const PoseRecord& pose,
+                                const geometry::SE3& T_map_odom);
+  /// The whole way in its final frame.
+  [[nodiscard]] Status add_path(const std::string& vehicle, const std::vector<PoseRecord>& poses,
+                                const geometry::SE3& T_map_odom);
+
+  /// Writes the summary and gives the file its name.
+  [[nodiscard]] Status finish();
+
+ private:
+  class Sink;
+
+  explicit SessionFile(io::AtomicFile file);
+
+  [[nodiscard]] Status write(const std::string& topic, const std::string& type, Time t,
+                             const wire::Bytes& bytes);
+
+  std::unique_ptr<Sink> sink_;
+  io::McapWriter mcap_;
+  std::map<std::string, std::uint16_t> schemas_, channels_;
+  std::map<std::string, std::uint64_t> scans_;
+  std::map<std::string, geometry::SE3> T_body_lidar_;
+};
+
+}  // namespace rali::drive
