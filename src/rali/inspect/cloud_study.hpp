@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rali/base/finding.hpp"
+#include "rali/sensor/lidar_scan.hpp"
+#include "rali/wire/cloud_format.hpp"
+
+namespace rali::inspect {
+
+/// What the points of all sweeps look like.
+class CloudStudy {
+ public:
+  /// @param points as many as the message holds, usable or not
+  void add(const sensor::LidarScan& scan, std::size_t points);
+
+  /// D01 points per sweep, D02 and D03 as decided, D05 points without value, D06 rings.
+  void report(const wire::CloudFormat& format, const std::string& topic, FindingList& out) const;
+
+  [[nodiscard]] double points_per_sweep() const;
+
+  [[nodiscard]] std::uint64_t sweeps() const { return sweeps_; }
+
+ private:
+  struct Ring {
+    std::uint64_t points = 0;
+    double elevation_sum_rad = 0.0;
+  };
+
+  void add_rings(const sensor::LidarScan& scan);
+  void report_times(const wire::CloudFormat& format, const std::string& topic,
+                    FindingList& out) const;
+  void report_rings(const wire::CloudFormat& format, const std::string& topic,
+                    FindingList& out) const;
+
+  std::uint64_t sweeps_ = 0, points_ = 0, usable_ = 0, nan_ = 0, out_of_range_ = 0, empty_ = 0;
+  std::uint64_t untimed_sweeps_ = 0;
+  double span_sum_s_ = 0.0;
+  std::vector<Ring> rings_;
+};
+
+}  // namespace rali::inspect

@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "rali/inspect/doctor.hpp"
+
+namespace rali::inspect {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+const char* point_time_name(wire::PointTime time) {
+  constexpr const char* kNames[] = {"auto",        "absolute_s",  "absolute_ns",
+                                    "relative_s",  "relative_ms", "relative_us",
+                                    "relative_ns", "azimuth",     "none"};
+  return kNames[static_cast<std::size_t>(time)];
+}
+
+/// A YAML string that no name in a file can break out of.
+std::string yaml_string(const std::string& text) {
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+nlohmann::ordered_json number(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json finding_json(const Finding& f) {
+  nlohmann::ordered_json j;
+  j["id"] = f.id;
+  j["severity"] = severity_name(f.severity);
+  j["vehicle"] = f.vehicle;
+  j["topic"] = f.topic;
+  j["value"] = number(f.value);
+  j["limit"] = number(f.limit);
+  j["text"] = f.text;
+  j["effect"] = f.effect;
+  j["remedy"] = f.remedy;
+  return j;
+}
+
+nlohmann::ordered_json found_json(const DoctorReport& r) {
+  nlohmann::ordered_json j;
+  j["lidar_topic"] = r.lidar_topic;
+  j["imu_topic"] = r.imu_topic;
+  if (r.format) {
+    j["model"] = r.format->model;
+    j["point_time"] = point_time_name(r.format->point_time);
+    j["header_stamp"] = r.format->header_stamp == wire::HeaderStamp::kEnd ? "end" : "start";
+  }
+  j["accel_scale"] = number(r.accel_scale);
+  j["gyro_scale"] = number(r.gyro_scale);
+  j["turned_rad"] = number(r.rotations.turned_rad);
+  const auto& offset = r.rotations.time_offset_s;
+  j["time_offset_s"] = offset ? number(*offset) : nlohmann::ordered_json(nullptr);
+  j["time_offset_sigma_s"] =
+      offset ? number(r.rotations.time_offset_sigma_s) : nlohmann::ordered_json(nullptr);
+  return j;
+}
+
+std::size_t count(const DoctorReport& r, Severity severity) {
+  return static_cast<std::size_t>(
+      std::count_if(r.findings.begin(), r.findings.end(),
+                    [severity](const Finding& f) { return f.severity == severity; }));
+}
+
+std::string plural(std::size_t n, const char* word) {
+  return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
+}
+
+std::string verdict(const DoctorReport& r) {
+  const std::size_t errors = count(r, Severity::kError), warnings = count(r, Severity::kWarning);
+  if (errors > 0) {
+    return fmt::format("not fit: {}, {}", plural(errors, "error"), plural(warnings, "warning"));
+  }
+  return warnings > 0 ? fmt::format("fit, with {}", plural(warnings, "warning")) : "fit";
+}
+
+std::string pose_yaml(const geometry::SE3& T) {
+  const geometry::Vec3 rpy = geometry::rpy_from_rotation(T.R) * kDegPerRad;
+  return fmt::format("{{xyz_m: [{:.4f}, {:.4f}, {:.4f}], rpy_deg: [{:.3f}, {:.3f}, {:.3f}]}}",
+                     T.p.x(), T.p.y(), T.p.z(), rpy.x(), rpy.y(), rpy.z());
+}
+
+std::string lidar_yaml(const DoctorReport& r) {
+  std::string out = "    lidar:\n";
+  out +=
+      fmt::format("      topic: {}\n", r.lidar_topic.empty() ? "auto" : yaml_string(r.lidar_topic));
+  if (r.format) {
+    out += fmt::format("      point_time: {}\n", point_time_name(r.format->point_time));
+    out += fmt::format("      header_stamp: {}\n",
+                       r.format->header_stamp == wire::HeaderStamp::kEnd ? "end" : "start");
+  }
+  const RotationStudy& s = r.rotations;
+  if (r.T_body_lidar) {
+    out += fmt::format("      T_body_lidar: {}\n", pose_yaml(*r.T_body_lidar));
+  } else if (s.gyro_ratio != 0.0 && s.second_axis_share > 0.1 && s.best.misfit < 0.1) {
+    out += "      # rotation from the data; the lever arm is not observable: measure it\n";
+    out += fmt::format("      T_body_lidar: {}\n",
+                       pose_yaml({s.best.R_imu_lidar, geometry::Vec3::Zero()}));
+  }
+  if (s.time_offset_s) {
+    out += fmt::format("      time_offset_s: {:.4f}  # sigma {:.4f}\n", *s.time_offset_s,
+                       s.time_offset_sigma_s);
+  }
+  return out;
+}
+
+std::string imu_yaml(const DoctorReport& r) {
+  if (r.imu_topic.empty()) return "    imu: {topic: none}\n";
+  std::string out = fmt::format("    imu:\n      topic: {}\n", yaml_string(r.imu_topic));
+  out += fmt::format("      accel_unit: {}\n", r.accel_scale > 5.0 ? "g" : "m_s2");
+  out += fmt::format("      gyro_unit: {}\n", r.gyro_scale < 0.1 ? "deg_s" : "rad_s");
+  return out;
+}
+
+}  // namespace
+
+const char* severity_name(Severity severity) {
+  switch (severity) {
+    case Severity::kError:
+      return "error";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kInfo:
+      return "info";
+  }
+  return "info";
+}
+
+std::string doctor_text(const DoctorReport& report) {
+  std::string out =
+      fmt::format("{}: {} ({:.1f} s looked at)\n", report.path, verdict(report), report.seconds);
+  for (const Finding& f : report.findings) {
+    out += fmt::format("{:<8}{} {}{}\n", severity_name(f.severity), f.id,
+                       f.topic.empty() ? "" : f.topic + ": ", f.text);
+    std::string more = f.effect;
+    if (!more.empty() && more.back() != '.') more += '.';
+    if (!f.remedy.empty()) more += more.empty() ? f.remedy : " " + f.remedy;
+    if (!more.empty()) out += fmt::format("            {}\n", more);
+  }
+  return out;
+}
+
+std::string doctor_json(const DoctorReport& report) {
+  nlohmann::ordered_json j;
+  j["schema"] = 1;
+  j["path"] = report.path;
+  j["vehicle"] = report.vehicle;
+  j["seconds"] = number(report.seconds);
+  j["verdict"] = verdict(report);
+  j["found"] = found_json(report);
+  j["findings"] = nlohmann::ordered_json::array();
+  for (const Finding& f : report.findings) j["findings"].push_back(finding_json(f));
+  // Names in a file may hold any bytes; JSON may not.
+  return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports) {
+  std::string out = "schema: 1\nvehicles:\n";
+  for (const DoctorReport& r : reports) {
+    out += fmt::format("  {}:\n    recording: {}\n", r.vehicle, yaml_string(r.path));
+    out += lidar_yaml(r) + imu_yaml(r);
+  }
+  return out;
+}
+
+}  // namespace rali::inspect

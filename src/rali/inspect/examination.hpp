@@ -1,0 +1,74 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/drive/input/stamp_repair.hpp"
+#include "rali/inspect/cloud_study.hpp"
+#include "rali/inspect/doctor.hpp"
+#include "rali/inspect/range_study.hpp"
+#include "rali/odometry/odometry.hpp"
+
+namespace rali::inspect {
+
+/// Collects what a recording holds and judges it at the end. Bounded: stamps and inertial samples
+/// of the seconds looked at are kept, clouds are not (but the first few until their format is
+/// decided).
+class Examination {
+ public:
+  Examination(const DoctorOptions& options, Executor& executor);
+
+  /// One cloud of the LiDAR's topic; `message` owns what the view points to.
+  void add_cloud(std::vector<std::byte> message, wire::CloudView view, Time t_record);
+  void add_undecodable(const std::string& topic, const std::string& reason);
+  /// One sweep that needs no decoding (folder of scans).
+  void add_scan(const sensor::LidarScan& scan);
+  void add_imu(const sensor::ImuSample& raw, Time t_record);
+
+  RangeStudy& ranges() { return ranges_; }
+
+  [[nodiscard]] std::size_t clouds() const { return cloud_stamps_.size(); }
+
+  /// Usable points of all sweeps looked at.
+  [[nodiscard]] double points() const {
+    return clouds_.points_per_sweep() * static_cast<double>(clouds_.sweeps());
+  }
+
+  /// Judges all; fills the report but for what the caller knows (path, topics, file damage).
+  void finish(DoctorReport& report);
+
+ private:
+  struct Waiting {
+    std::vector<std::byte> message;
+    wire::CloudView view;
+  };
+
+  void decide_format();
+  void decode(const wire::CloudView& view);
+  void track(const sensor::LidarScan& scan);
+  void judge_rates(const DoctorReport& report, FindingList& out) const;
+  void judge_rotations(DoctorReport& report, FindingList& out);
+
+  DoctorOptions options_;
+  Executor& executor_;
+  std::vector<Waiting> waiting_;
+  std::optional<wire::CloudFormat> format_;
+  std::string format_error_, format_remedy_;
+  std::uint64_t undecodable_ = 0;
+  std::string undecodable_topic_, undecodable_reason_;
+  sensor::LidarScan scan_;
+  std::vector<drive::StampPair> cloud_stamps_, imu_stamps_;
+  std::vector<sensor::ImuSample> imu_;
+  std::unique_ptr<odometry::Odometry> odometry_;
+  std::optional<std::pair<Time, geometry::Mat3>> last_pose_;
+  std::vector<LidarTurn> turns_;
+  std::uint64_t lost_sweeps_ = 0, tracked_sweeps_ = 0;
+  std::optional<geometry::Vec3> up_lidar_;
+  CloudStudy clouds_;
+  RangeStudy ranges_;
+};
+
+}  // namespace rali::inspect

@@ -1,0 +1,176 @@
+#include "rali/inspect/range_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "rali/inspect/make_finding.hpp"
+#include "rali/io/files/csv_reader.hpp"
+#include "rali/io/files/text.hpp"
+
+namespace rali::inspect {
+namespace {
+
+constexpr double kLongest_m = 1000.0;
+constexpr std::size_t kFrozenMin = 20;
+constexpr double kTogether_s = 0.2;
+constexpr double kDirections_m = 0.15;
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void RangeStudy::add(Time t, const std::string& from, const std::string& to, double range_m) {
+  const auto key = std::pair{from, to};
+  if (pairs_.size() >= kPairsMax && !pairs_.contains(key)) {
+    ++pairs_refused_;
+    return;
+  }
+  Series& series = pairs_[key];
+  ++series.count;
+  if (range_m == 0.0) {
+    ++zeros_;
+  } else if (!(range_m > 0.0) || range_m > kLongest_m) {
+    ++series.invalid;
+  } else if (series.samples.size() < kSamplesMax) {
+    series.samples.emplace_back(t, range_m);
+  }
+}
+
+std::vector<std::string> RangeStudy::names() const {
+  std::set<std::string> names;
+  for (const auto& [pair, series] : pairs_) {
+    names.insert(pair.first);
+    names.insert(pair.second);
+  }
+  return {names.begin(), names.end()};
+}
+
+void RangeStudy::report(const std::string& topic, FindingList& out) const {
+  for (const auto& [pair, series] : pairs_) {
+    report_pair(pair.first + "->" + pair.second, series, topic, out);
+  }
+  report_directions(topic, out);
+  report_silent(topic, out);
+  if (zeros_ > 0) {
+    out.push_back(
+        make_finding("D14", Severity::kInfo, topic,
+                     {fmt::format("{} distances are 0: taken as \"none\"", zeros_), "", ""},
+                     {static_cast<double>(zeros_), 0.0}));
+  }
+  if (pairs_refused_ > 0) {
+    out.push_back(make_finding("D14", Severity::kError, topic,
+                               {fmt::format("more than {} pairs of names", kPairsMax),
+                                "the columns from and to do not hold names", "Check the file."},
+                               {static_cast<double>(pairs_refused_), 0.0}));
+  }
+}
+
+void RangeStudy::report_pair(const std::string& name, const Series& series,
+                             const std::string& topic, FindingList& out) const {
+  std::vector<double> steps_s;
+  std::size_t run = 1, frozen = 1;
+  double longest_s = 0.0;
+  for (std::size_t i = 1; i < series.samples.size(); ++i) {
+    const double step = seconds_between(series.samples[i - 1].first, series.samples[i].first);
+    if (step > 0.0) steps_s.push_back(step);
+    longest_s = std::max(longest_s, step);
+    run = series.samples[i].second == series.samples[i - 1].second ? run + 1 : 1;
+    frozen = std::max(frozen, run);
+  }
+  const double period_s = median(steps_s);
+  const bool gap = longest_s > std::max(2.0, 10.0 * period_s);
+  out.push_back(
+      make_finding("D14", gap ? Severity::kWarning : Severity::kInfo, topic,
+                   {fmt::format("{}: {} ranges, {:.1f} Hz, longest gap {:.1f} s", name,
+                                series.count, period_s > 0.0 ? 1.0 / period_s : 0.0, longest_s),
+                    gap ? "nothing holds the vehicles together meanwhile" : "", ""},
+                   {longest_s, 2.0}));
+  if (frozen >= kFrozenMin) {
+    out.push_back(make_finding("D14", Severity::kWarning, topic,
+                               {fmt::format("{}: the same value {} times in a row", name, frozen),
+                                "harmless at rest; while driving, the radio repeats its last value",
+                                "Update the radio's firmware, or leave out what it repeats."},
+                               {static_cast<double>(frozen), static_cast<double>(kFrozenMin)}));
+  }
+  if (series.invalid == 0) return;
+  out.push_back(
+      make_finding("D14", Severity::kWarning, topic,
+                   {fmt::format("{}: {} ranges are negative, not a number or above {:.0f} m", name,
+                                series.invalid, kLongest_m),
+                    "they are left out", "Check the unit: metres."},
+                   {static_cast<double>(series.invalid), 0.0}));
+}
+
+void RangeStudy::report_directions(const std::string& topic, FindingList& out) const {
+  for (const auto& [pair, forth] : pairs_) {
+    if (pair.first >= pair.second) continue;
+    const auto back = pairs_.find({pair.second, pair.first});
+    if (back == pairs_.end()) continue;
+    const auto& other = back->second.samples;
+    std::vector<double> differences_m;
+    std::size_t k = 0;
+    for (const auto& [t, range_m] : forth.samples) {
+      while (k + 1 < other.size() && other[k + 1].first <= t) ++k;
+      if (k >= other.size() || std::abs(seconds_between(other[k].first, t)) > kTogether_s) continue;
+      differences_m.push_back(range_m - other[k].second);
+    }
+    if (differences_m.size() < 10) continue;
+    const double difference_m = median(differences_m);
+    const bool apart = std::abs(difference_m) > kDirections_m;
+    out.push_back(
+        make_finding("D15", apart ? Severity::kWarning : Severity::kInfo, topic,
+                     {fmt::format("{}->{} is {:+.2f} m against {}->{}", pair.first, pair.second,
+                                  difference_m, pair.second, pair.first),
+                      apart ? "at least one direction has a bias" : "",
+                      apart ? "Calibrate the antenna delays, or let the bias be estimated." : ""},
+                     {difference_m, kDirections_m}));
+  }
+}
+
+void RangeStudy::report_silent(const std::string& topic, FindingList& out) const {
+  const std::vector<std::string> all = names();
+  if (all.size() > 20) return;  // a list of that many pairs helps nobody
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t k = i + 1; k < all.size(); ++k) {
+      if (pairs_.contains({all[i], all[k]}) || pairs_.contains({all[k], all[i]})) continue;
+      out.push_back(make_finding(
+          "D14", Severity::kInfo, topic,
+          {fmt::format("{} and {} never measured each other", all[i], all[k]), "", ""}));
+    }
+  }
+}
+
+Status read_ranges_csv(const std::string& path, RangeStudy& study) {
+  auto csv = io::CsvReader::open(path);
+  if (!csv) return tl::make_unexpected(csv.error());
+  int columns[4] = {};
+  constexpr const char* kNames[4] = {"stamp_s", "from", "to", "range_m"};
+  for (int i = 0; i < 4; ++i) {
+    const auto column = csv->require(kNames[i]);
+    if (!column) return tl::make_unexpected(column.error());
+    columns[i] = *column;
+  }
+  while (true) {
+    const auto row = csv->next();
+    if (!row) return tl::make_unexpected(row.error());
+    if (!*row) return {};
+    const auto stamp = io::parse_stamp(csv->cell(columns[0]));
+    const auto range_m = io::parse_number(csv->cell(columns[3]));
+    if (!stamp || !range_m) {
+      return fail(ErrorCode::kInput, csv->where(), "stamp_s or range_m is not a number",
+                  "Times are seconds, ranges are metres.");
+    }
+    study.add(*stamp, std::string(csv->cell(columns[1])), std::string(csv->cell(columns[2])),
+              *range_m);
+  }
+}
+
+}  // namespace rali::inspect

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rali/base/finding.hpp"
+#include "rali/base/result.hpp"
+#include "rali/base/time.hpp"
+
+namespace rali::inspect {
+
+/// Ranges as they come: who measured to whom, and how good they look without any pose.
+class RangeStudy {
+ public:
+  void add(Time t, const std::string& from, const std::string& to, double range_m);
+
+  /// Distances of 0 that a driver sent for "none".
+  void add_zeros(std::uint64_t n) { zeros_ += n; }
+
+  [[nodiscard]] bool empty() const { return pairs_.empty(); }
+
+  [[nodiscard]] std::vector<std::string> names() const;
+
+  /// D14: rate, gaps, frozen values, zeros per pair; pairs that never measured. D15: the two
+  /// directions of a pair disagree, spread.
+  void report(const std::string& topic, FindingList& out) const;
+
+ private:
+  struct Series {
+    std::vector<std::pair<Time, double>> samples;  ///< at most kSamplesMax
+    std::uint64_t count = 0;
+    std::uint64_t invalid = 0;
+  };
+
+  static constexpr std::size_t kSamplesMax = 200000;
+  static constexpr std::size_t kPairsMax = 1000;
+
+  void report_pair(const std::string& name, const Series& series, const std::string& topic,
+                   FindingList& out) const;
+  void report_directions(const std::string& topic, FindingList& out) const;
+  void report_silent(const std::string& topic, FindingList& out) const;
+
+  std::map<std::pair<std::string, std::string>, Series> pairs_;  ///< ordered: the report is too
+  std::uint64_t zeros_ = 0;
+  std::uint64_t pairs_refused_ = 0;
+};
+
+/// Adds the rows of a ranges.csv (product.md section 7). Errors: kInput.
+[[nodiscard]] Status read_ranges_csv(const std::string& path, RangeStudy& study);
+
+}  // namespace rali::inspect

@@ -1,0 +1,79 @@
+#include "rali/inspect/range_study.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace rali::inspect {
+namespace {
+
+FindingList reported(const RangeStudy& study) {
+  FindingList findings;
+  study.report("ranges.csv", findings);
+  return findings;
+}
+
+bool says(const FindingList& findings, const std::string& id, const std::string& words) {
+  for (const Finding& f : findings) {
+    if (f.id == id && f.text.find(words) != std::string::npos) return true;
+  }
+  return false;
+}
+
+RangeStudy both_directions(double bias_m) {
+  RangeStudy study;
+  for (int i = 0; i < 100; ++i) {
+    study.add(Time::from_s(i * 0.1), "v1", "v2", 5.0 + 0.01 * i + bias_m);
+    study.add(Time::from_s(i * 0.1 + 0.05), "v2", "v1", 5.0 + 0.01 * i);
+  }
+  return study;
+}
+
+TEST(RangeStudy, rate_per_pair_is_said) {
+  EXPECT_TRUE(says(reported(both_directions(0.0)), "D14", "v1->v2: 100 ranges, 10.0 Hz"));
+}
+
+TEST(RangeStudy, directions_that_disagree_by_31_cm_are_named) {
+  const FindingList findings = reported(both_directions(0.31));
+  EXPECT_TRUE(says(findings, "D15", "v1->v2 is +0.3"));
+}
+
+TEST(RangeStudy, a_pair_that_never_measured_is_named) {
+  RangeStudy study = both_directions(0.0);
+  study.add(Time::from_s(1.0), "v2", "v3", 4.0);
+  EXPECT_TRUE(says(reported(study), "D14", "v1 and v3 never"));
+}
+
+TEST(RangeStudy, frozen_zero_and_impossible_values_are_counted) {
+  RangeStudy study;
+  for (int i = 0; i < 30; ++i) study.add(Time::from_s(i), "a", "b", 3.0);
+  study.add(Time::from_s(31), "a", "b", 0.0);
+  study.add(Time::from_s(32), "a", "b", -1.0);
+  study.add(Time::from_s(33), "a", "b", std::numeric_limits<double>::quiet_NaN());
+  const FindingList findings = reported(study);
+  EXPECT_TRUE(says(findings, "D14", "the same value 30 times"));
+  EXPECT_TRUE(says(findings, "D14", "1 distances are 0"));
+  EXPECT_TRUE(says(findings, "D14", "2 ranges are negative"));
+}
+
+TEST(RangeStudy, numbers_in_place_of_names_do_not_fill_the_memory) {
+  RangeStudy study;
+  for (int i = 0; i < 5000; ++i) study.add(Time::from_s(i), std::to_string(i), "x", 1.0);
+  EXPECT_TRUE(says(reported(study), "D14", "more than 1000 pairs"));
+}
+
+TEST(RangesCsv, a_bad_number_is_refused_with_its_line) {
+  const auto path = std::filesystem::path(testing::TempDir()) / "range_study_bad.csv";
+  std::ofstream(path) << "stamp_s,from,to,range_m\n1.0,v1,v2,3.0\n2.0,v1,v2,far\n";
+  RangeStudy study;
+  const Status status = read_ranges_csv(path.string(), study);
+  std::filesystem::remove(path);
+  ASSERT_FALSE(status.has_value());
+  EXPECT_NE(status.error().where.find(":3"), std::string::npos) << status.error().where;
+}
+
+}  // namespace
+}  // namespace rali::inspect
