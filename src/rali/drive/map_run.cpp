@@ -263,6 +263,13 @@ Result<MapSummary> MapRun::run() {
     return tl::make_unexpected(s.error());
   }
   log_.stage("open");
+  if (!job_.ranges_file.empty()) {
+    Finding f;
+    f.id = "ranges.unused";
+    f.topic = job_.ranges_file;
+    f.text = fmt::format("{}: ranges are not used: each vehicle is mapped alone", job_.ranges_file);
+    report(std::move(f));
+  }
   Status status = open_session();
   if (status) status = run_vehicles();
   if (status) status = write_results();

@@ -31,7 +31,7 @@ struct MapJob {
   bool overwrite = false;
   bool strict = false;      ///< the first gap ends the run
   int threads = 0;          ///< 0: one per core; results do not depend on it
-  std::string ranges_file;  ///< read and reported; not used for the poses
+  std::string ranges_file;  ///< named in a finding; not used for the poses
   std::vector<std::string> formats = {"pcd", "ply"};  ///< of map.*: pcd ply las
   map::MapSettings map;                               ///< voxel, removal of what moved, 2-D grid
   bool write_mcap = true;
