@@ -214,7 +214,7 @@ class Checker:
             deps = []
             if "DEPS" in words:
                 for word in words[words.index("DEPS") + 1:]:
-                    if word == "LIBS":
+                    if word.isupper():  # the next argument: LIBS, HOT
                         break
                     deps.append(word)
             if room not in self.layers.allowed:

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "rali/base/internal_error.hpp"
 #include "rali/cli/commands/commands.hpp"
 #include "rali/cli/help.hpp"
 #include "rali/cli/parse.hpp"
@@ -87,18 +86,22 @@ int exit_code_of(const Error& error, int signal_number) {
   return kExitInternal;
 }
 
-int run_app(const std::vector<std::string>& arguments, Session& session) {
+int run_guarded(const std::function<int()>& body, Session& session) {
   try {
-    return dispatch(arguments, session);
+    return body();
   } catch (const std::bad_alloc&) {
     session.error("out of memory. Use a smaller part of the data (--duration) or a larger voxel.");
     return kExitMachine;
-  } catch (const InternalError& e) {
+  } catch (const std::exception& e) {  // InternalError carries its file and line
     session.error(fmt::format("internal fault: {}. Please report it with run.log.", e.what()));
-  } catch (const std::exception& e) {
-    session.error(fmt::format("internal fault: {}. Please report it with run.log.", e.what()));
+  } catch (...) {
+    session.error("internal fault: of unknown kind. Please report it with run.log.");
   }
   return kExitInternal;
+}
+
+int run_app(const std::vector<std::string>& arguments, Session& session) {
+  return run_guarded([&] { return dispatch(arguments, session); }, session);
 }
 
 }  // namespace rali::cli

@@ -1,12 +1,15 @@
 #include "rali/cli/app.hpp"
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <new>
 
 #include <gtest/gtest.h>
 
+#include "rali/base/assert.hpp"
 #include "rali/cli/commands/commands.hpp"
 #include "rali/cli/help.hpp"
 #include "rali/cli/parse.hpp"
@@ -114,7 +117,11 @@ TEST(App, settings_of_the_command_line_are_checked_before_anything_is_read) {
             std::string::npos);
   EXPECT_NE(run({"map", "a.bag", "--require", "conected"}).err.find("Did you mean 'connected'?"),
             std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "--threads", "-3"}).err, "");
+  EXPECT_NE(run({"map", "a.bag", "--threads", "-3"}).err.find("is not 0 to 1024"),
+            std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "--dry-run", "--json"}).err.find("Leave --json out"),
+            std::string::npos);
+  EXPECT_EQ(run({"completion", "bash", "--json"}).code, 2);
 }
 
 TEST(App, a_recording_that_is_not_there_is_named) {
@@ -136,6 +143,37 @@ TEST(App, the_log_gets_what_stderr_gets) {
   std::filesystem::remove(path);
   EXPECT_EQ(text, logged.err);
   EXPECT_EQ(run({"map", "a.bag", "--log", "/nowhere/log"}).code, 4);
+}
+
+TEST(App, a_broken_assertion_ends_with_5_and_its_place) {
+  testing::internal::CaptureStderr();
+  Session session;
+  EXPECT_EQ(run_guarded(
+                []() -> int {
+                  RALI_ASSERT(1 == 2);
+                  return 0;
+                },
+                session),
+            5);
+  EXPECT_EQ(run_guarded([]() -> int { throw std::bad_alloc(); }, session), 4);
+  EXPECT_EQ(run_guarded([]() -> int { throw 7; }, session), 5);
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_NE(text.find("app_test.cpp:"), std::string::npos) << text;
+  EXPECT_NE(text.find("assertion '1 == 2' failed"), std::string::npos) << text;
+}
+
+TEST(Signals, the_first_asks_to_stop_and_the_second_ends_at_once) {
+  for (const int number : {SIGINT, SIGTERM}) {
+    EXPECT_EXIT(
+        {
+          watch_signals();
+          std::raise(number);
+          if (!stop_requested() || stop_signal() != number) std::_Exit(1);
+          std::raise(number);
+          std::_Exit(2);
+        },
+        testing::ExitedWithCode(128 + number), "");
+  }
 }
 
 TEST(Help, of_each_command_fits_40_lines_of_80_columns_with_two_examples) {
@@ -194,8 +232,7 @@ TEST(Completion, of_bash_is_accepted_by_bash) {
 TEST(Options, of_no_command_are_named_twice) {
   for (const auto& command : all_commands()) {
     CommonOptions common;
-    std::vector<Option> options = command->options();
-    for (Option& option : common_options(common)) options.push_back(std::move(option));
+    const std::vector<Option> options = all_options(*command, common);
     for (std::size_t i = 0; i < options.size(); ++i) {
       for (std::size_t k = 0; k < i; ++k) EXPECT_NE(options[i].names, options[k].names);
     }

@@ -55,6 +55,9 @@ class Command {
   [[nodiscard]] virtual Positional positional() = 0;
   [[nodiscard]] virtual std::vector<Option> options() = 0;
 
+  /// Whether --json is an option: stdout is then exactly one JSON document.
+  [[nodiscard]] virtual bool json() const { return false; }
+
   /// Hidden commands work but are not listed.
   [[nodiscard]] virtual bool hidden() const { return false; }
 

@@ -54,12 +54,6 @@ std::string option_names(const Option& option) {
   return option.value.empty() ? names : names + ' ' + option.value;
 }
 
-std::vector<Option> all_options(Command& command, CommonOptions& common) {
-  std::vector<Option> options = command.options();
-  for (Option& option : common_options(common)) options.push_back(std::move(option));
-  return options;
-}
-
 std::string usage_line(Command& command) {
   const Positional positional = command.positional();
   std::string input = positional.name;

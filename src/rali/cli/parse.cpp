@@ -60,19 +60,22 @@ std::string one_sentence(std::string text) {
 
 }  // namespace
 
-std::vector<Option> common_options(CommonOptions& common) {
-  return {
-      {"--json", "", "stdout is one JSON document", &common.json, false, {}},
-      {"-q,--quiet", "", "errors only", &common.quiet, false, {}},
-      {"-v,--verbose", "", "say more", &common.verbose, false, {}},
-      {"--progress",
-       "KIND",
-       "progress on stderr: auto, json (one object a line), off",
-       &common.progress,
-       true,
-       {"auto", "json", "off"}},
-      {"--log", "FILE", "write what stderr gets to a file too", &common.log, true, {}},
-  };
+std::vector<Option> all_options(Command& command, CommonOptions& common) {
+  std::vector<Option> options = command.options();
+  if (command.json()) {
+    options.push_back({"--json", "", "stdout is one JSON document", &common.json, false, {}});
+  }
+  options.push_back({"-q,--quiet", "", "errors only", &common.quiet, false, {}});
+  options.push_back({"-v,--verbose", "", "say more", &common.verbose, false, {}});
+  options.push_back({"--progress",
+                     "KIND",
+                     "progress on stderr: auto, json (one object a line), off",
+                     &common.progress,
+                     true,
+                     {"auto", "json", "off"}});
+  options.push_back(
+      {"--log", "FILE", "write what stderr gets to a file too", &common.log, true, {}});
+  return options;
 }
 
 Result<Parsed> parse_words(Command& command, CommonOptions& common,
@@ -84,8 +87,7 @@ Result<Parsed> parse_words(Command& command, CommonOptions& common,
   bool help = false, help_all = false;
   app.add_flag("-h,--help", help);
   app.add_flag("--help-all", help_all);
-  std::vector<Option> options = command.options();
-  for (Option& option : common_options(common)) options.push_back(std::move(option));
+  const std::vector<Option> options = all_options(command, common);
   for (const Option& option : options) add_option(app, option);
   const Positional positional = command.positional();
   std::vector<std::string> inputs;

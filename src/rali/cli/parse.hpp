@@ -7,8 +7,8 @@
 
 namespace rali::cli {
 
-/// Options that every command takes besides its own.
-[[nodiscard]] std::vector<Option> common_options(CommonOptions& common);
+/// The command's own options and those that every command takes.
+[[nodiscard]] std::vector<Option> all_options(Command& command, CommonOptions& common);
 
 /// What the words after the command's name ask for.
 enum class Parsed { kRun, kHelp, kHelpAll };

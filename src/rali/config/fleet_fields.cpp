@@ -18,10 +18,9 @@ constexpr double kWeek_s = 7.0 * 86400.0;
 void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
   v("topic", lidar.topic, "cloud topic; auto: the only one, two or more are an error");
   v.custom("model",
-           known_word(lidar.model, "auto, generic, " + sensor::lidar_model_names(),
+           known_word(lidar.model, "auto, " + sensor::lidar_model_names(),
                       [](const std::string& name) {
-                        return name == "auto" || name == "generic" ||
-                               sensor::find_lidar_model(name) != nullptr;
+                        return name == "auto" || sensor::find_lidar_model(name) != nullptr;
                       }),
            "for ring angles and rebuilt point times");
   v.choice("point_time", lidar.point_time, kPointTimeNames, "how point times are stored");
@@ -33,7 +32,7 @@ void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
   v.custom("T_body_lidar", extrinsics_target(lidar.T_body_lidar, true),
            "pose of the LiDAR in the body; auto: /tf_static, the maker's figure, or the data");
   v.custom("time_offset_s", number_or(lidar.time_offset_s, "auto", -10.0, 10.0),
-           "added to LiDAR stamps [s]");
+           "added to LiDAR stamps [s]; auto: 0, `rali map` does not estimate it yet");
 }
 
 void noise_fields(ImuNoiseConfig& noise, FieldCollector& v) {

@@ -245,7 +245,12 @@ std::string settings_manual() {
          "Keys of `fleet.yaml`, `v1` standing for each vehicle. Only `recording` is needed. The\n"
          "same keys go with `--set KEY=VALUE`, where `settings.` may be left out. Order of rule:\n"
          "default, preset, file, command line; `settings.yaml` of a run names the origin of each\n"
-         "value and is itself a valid `fleet.yaml`.\n\n## The fleet\n\n" +
+         "value and is itself a valid `fleet.yaml`.\n\n"
+         "This version maps each vehicle alone: `ranges`, `radio`, `clock`, `priors`, `rounds` "
+         "and\n"
+         "`antennas` are checked but have no effect, which a warning says. `lidar.returns`,\n"
+         "`output.frame` and `output.georeference` are refused unless they have their default.\n\n"
+         "## The fleet\n\n" +
          manual_table(fleet) + "\n## Rooms\n\n" + manual_table(rooms);
 }
 

@@ -41,6 +41,8 @@ class MapCommand final : public Command {
            "4 disk or memory, 130 interrupted";
   }
 
+  [[nodiscard]] bool json() const override { return true; }
+
   [[nodiscard]] Positional positional() override {
     return {"INPUT",  "recordings (.bag .mcap .db3, scan folders) or one fleet.yaml",
             &inputs_, 1,
@@ -212,6 +214,10 @@ Result<int> MapCommand::run(Session& session) {
   if (Status status = read_formats(); !status) return tl::make_unexpected(status.error());
   if (map_.threads < 0 || map_.threads > 1024) {
     return fail(ErrorCode::kUsage, "--threads", fmt::format("{} is not 0 to 1024", map_.threads));
+  }
+  if (dry_run_ && session.options.json) {
+    return fail(ErrorCode::kUsage, "--dry-run", "its settings are printed as YAML",
+                "Leave --json out.");
   }
   map_.mcap = !no_mcap_;
   map_.keyframes = !no_keyframes_;

@@ -1,0 +1,153 @@
+#include "rali/cli/commands/doctor.hpp"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "rali/config/load_fleet.hpp"
+#include "rali/drive/tbb_executor.hpp"
+#include "rali/inspect/doctor.hpp"
+#include "rali/io/files/atomic_file.hpp"
+
+namespace rali::cli {
+namespace {
+
+std::string word_or_empty(const std::string& word) { return word == "auto" ? "" : word; }
+
+/// A vehicle of fleet.yaml as the doctor takes it.
+inspect::DoctorOptions options_of(const config::VehicleConfig& vehicle) {
+  inspect::DoctorOptions options;
+  options.path = vehicle.recordings.empty() ? "" : vehicle.recordings.front();
+  options.vehicle = vehicle.name;
+  options.lidar_topic = word_or_empty(vehicle.lidar.topic);
+  options.imu_topic = word_or_empty(vehicle.imu.topic);
+  options.cloud.model = vehicle.lidar.model;
+  options.cloud.point_time = static_cast<wire::PointTime>(vehicle.lidar.point_time);
+  options.cloud.header_stamp = static_cast<wire::HeaderStamp>(vehicle.lidar.header_stamp);
+  options.cloud.deskewed = vehicle.lidar.deskewed;
+  options.cloud.range_m = vehicle.lidar.range_m;
+  if (vehicle.lidar.T_body_lidar.source == config::Extrinsics::Source::kGiven) {
+    options.T_body_lidar = vehicle.lidar.T_body_lidar.T;
+  }
+  options.T_body_imu = vehicle.imu.T_body_imu;
+  return options;
+}
+
+class DoctorCommand final : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "doctor"; }
+
+  [[nodiscard]] std::string summary() const override {
+    return "is this recording fit, what is wrong, what to do";
+  }
+
+  [[nodiscard]] std::vector<std::string> examples() const override {
+    return {"rali doctor run1.bag", "rali doctor v1.mcap v2.mcap --write fleet.yaml"};
+  }
+
+  [[nodiscard]] std::string exit_codes() const override {
+    return "0 fine or warnings, 1 an error that spoils the map, 2 not readable";
+  }
+
+  [[nodiscard]] bool json() const override { return true; }
+
+  [[nodiscard]] Positional positional() override {
+    return {"INPUT", "recordings, folders of scans, or one fleet.yaml", &inputs_, 1, 64, {}};
+  }
+
+  [[nodiscard]] std::vector<Option> options() override {
+    return {
+        {"--seconds", "S", "look at so much data [s] (default 120); 0: all", &seconds_, false, {}},
+        {"--write", "FILE", "write a first fleet.yaml with all that was found", &write_, false, {}},
+        {"-o,--out", "DIR", "write doctor.json there", &out_dir_, false, {}},
+        {"--lidar-topic", "TOPIC", "cloud topic, if there are several", &lidar_topic_, false, {}},
+        {"--imu-topic", "TOPIC", "IMU topic, if there are several", &imu_topic_, false, {}},
+        {"--ranges", "FILE", "CSV of ranges to check too", &ranges_, false, {}},
+        {"--threads", "N", "0: one per core; results do not depend on it", &threads_, true, {}},
+    };
+  }
+
+  [[nodiscard]] Result<int> run(Session& session) override;
+
+ private:
+  [[nodiscard]] Result<std::vector<inspect::DoctorOptions>> plan() const;
+  [[nodiscard]] Status write_files(const std::vector<inspect::DoctorReport>& reports) const;
+  [[nodiscard]] std::string json_of(const std::vector<inspect::DoctorReport>& reports) const;
+
+  std::vector<std::string> inputs_;
+  double seconds_ = 120.0;
+  std::string write_, out_dir_, lidar_topic_, imu_topic_, ranges_;
+  int threads_ = 0;
+};
+
+Result<std::vector<inspect::DoctorOptions>> DoctorCommand::plan() const {
+  const std::string extension = std::filesystem::path(inputs_.front()).extension().string();
+  const bool yaml = inputs_.size() == 1 && (extension == ".yaml" || extension == ".yml");
+  const Result<config::FleetConfig> fleet =
+      yaml ? config::load_fleet(inputs_.front(), {}) : config::fleet_of_recordings(inputs_, {});
+  if (!fleet) return tl::make_unexpected(fleet.error());
+  std::vector<inspect::DoctorOptions> jobs;
+  for (const config::VehicleConfig& vehicle : fleet->vehicles) {
+    inspect::DoctorOptions options = options_of(vehicle);
+    options.seconds = seconds_;
+    if (!lidar_topic_.empty()) options.lidar_topic = lidar_topic_;
+    if (!imu_topic_.empty()) options.imu_topic = imu_topic_;
+    if (!out_dir_.empty()) options.out_dir = out_dir_;
+    if (jobs.empty()) options.ranges_file = ranges_;  // one file for the fleet: told once
+    jobs.push_back(std::move(options));
+  }
+  return jobs;
+}
+
+std::string DoctorCommand::json_of(const std::vector<inspect::DoctorReport>& reports) const {
+  if (reports.size() == 1) return inspect::doctor_json(reports.front());
+  std::string text = "[\n";
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    text += inspect::doctor_json(reports[i]);
+    if (i + 1 < reports.size()) text += ",\n";
+  }
+  return text + "]\n";
+}
+
+Status DoctorCommand::write_files(const std::vector<inspect::DoctorReport>& reports) const {
+  if (!write_.empty()) {
+    if (std::filesystem::exists(write_)) {
+      return fail(ErrorCode::kUsage, write_, "the file exists", "Choose another name.");
+    }
+    const Status status = io::write_file_atomic(write_, inspect::doctor_fleet_yaml(reports));
+    if (!status) return status;
+  }
+  if (out_dir_.empty()) return {};
+  std::error_code error;
+  std::filesystem::create_directories(out_dir_, error);
+  if (error) return fail(ErrorCode::kMachine, out_dir_, "the folder cannot be made", "");
+  return io::write_file_atomic((std::filesystem::path(out_dir_) / "doctor.json").string(),
+                               json_of(reports));
+}
+
+Result<int> DoctorCommand::run(Session& session) {
+  const auto jobs = plan();
+  if (!jobs) return tl::make_unexpected(jobs.error());
+  const std::unique_ptr<Executor> executor = drive::make_executor(threads_);
+  std::vector<inspect::DoctorReport> reports;
+  bool spoilt = false;
+  for (const inspect::DoctorOptions& job : *jobs) {
+    session.detail(fmt::format("looking at {}", job.path));
+    Result<inspect::DoctorReport> report = inspect::examine(job, *executor);
+    if (!report) return tl::make_unexpected(report.error());
+    if (!session.options.json) session.result(inspect::doctor_text(*report));
+    spoilt = spoilt || report->has_error();
+    reports.push_back(std::move(*report));
+  }
+  if (session.options.json) session.result(json_of(reports));
+  if (const Status status = write_files(reports); !status) {
+    return tl::make_unexpected(status.error());
+  }
+  return spoilt ? kExitBelowAsked : kExitDone;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_doctor_command() { return std::make_unique<DoctorCommand>(); }
+
+}  // namespace rali::cli
