@@ -77,6 +77,16 @@ TEST(Decode, point_cloud2_with_a_hostile_field_list_is_refused) {
   EXPECT_FALSE(decode_point_cloud2(out.take(), Encoding::kRos1).has_value());
 }
 
+TEST(Decode, a_hostile_point_step_does_not_make_the_encoder_pad_gigabytes) {
+  std::array<std::byte, 32> data{};
+  CloudView cloud = two_points(data);
+  cloud.point_step = 0xFFFFFFF0;
+  EXPECT_LT(encode(cloud, Encoding::kRos1).size(), 200U);
+  cloud.point_step = 17;  // 32 bytes are one point and 15 of the next: 2 are lacking
+  const Bytes padded = encode(cloud, Encoding::kCdr);
+  EXPECT_EQ(decode_point_cloud2(padded, Encoding::kCdr)->data.size(), 34U);
+}
+
 TEST(Decode, imu_takes_gyro_and_accelerometer_from_their_places) {
   ImuMessage imu;
   imu.sample = {Time::from_ns(5'000'000'001), {0.1, -0.2, 0.3}, {1.0, 2.0, 9.81}};

@@ -85,6 +85,17 @@ void put(ByteWriter& out, const Marker& marker) {
   out.put(std::uint8_t{0});  // mesh_use_embedded_materials
 }
 
+/// The last point of a Livox message in CDR ends without its padding: bytes up to a whole point.
+/// More than some padding is not lacking, it is a point_step that contradicts the data; that is
+/// written as it is.
+std::size_t lacking_bytes(const CloudView& cloud) {
+  constexpr std::size_t kPaddingMax = 64;
+  if (cloud.point_step == 0) return 0;
+  const std::size_t over = cloud.data.size() % cloud.point_step;
+  const std::size_t lacking = over == 0 ? 0 : cloud.point_step - over;
+  return lacking <= kPaddingMax ? lacking : 0;
+}
+
 }  // namespace
 
 Bytes encode(const CloudView& cloud, Encoding encoding, bool big_endian) {
@@ -103,11 +114,7 @@ Bytes encode(const CloudView& cloud, Encoding encoding, bool big_endian) {
   out.put(static_cast<std::uint8_t>(cloud.big_endian ? 1 : 0));
   out.put(cloud.point_step);
   out.put(cloud.row_step);
-  // The last point of a Livox message in CDR ends without its padding.
-  const std::size_t lacking = cloud.point_step == 0 ? 0
-                              : cloud.data.size() % cloud.point_step == 0
-                                  ? 0
-                                  : cloud.point_step - cloud.data.size() % cloud.point_step;
+  const std::size_t lacking = lacking_bytes(cloud);
   out.sequence(cloud.data.size() + lacking);
   out.bytes(cloud.data);
   for (std::size_t i = 0; i < lacking; ++i) out.put(std::uint8_t{0});

@@ -8,8 +8,8 @@
 /// The encoding must be kRos1 or kCdr. Texts of the definitions: definitions.hpp.
 namespace rali::wire {
 
-/// sensor_msgs/PointCloud2. Bytes that `cloud.data` lacks after the last field of the last point
-/// are filled with zeros, so that any decoded cloud can be written.
+/// sensor_msgs/PointCloud2. Padding (up to 64 bytes) that `cloud.data` lacks after the last point
+/// is filled with zeros, so that a decoded Livox message can be written.
 [[nodiscard]] Bytes encode(const CloudView& cloud, Encoding encoding, bool big_endian = false);
 
 /// sensor_msgs/Imu without orientation (orientation_covariance[0] = -1, as REP-145 has it).
