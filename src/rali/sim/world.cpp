@@ -14,6 +14,18 @@ World make_world(Scene scene, std::uint64_t seed) {
       return scenes::loop(rng);
     case Scene::kCorridor:
       return scenes::corridor(rng);
+    case Scene::kFloor:
+      return scenes::storey(rng);
+    case Scene::kYard:
+      return scenes::yard(rng);
+    case Scene::kGarage:
+      return scenes::garage(rng);
+    case Scene::kTunnel:
+      return scenes::tunnel(rng);
+    case Scene::kMine:
+      return scenes::mine(rng);
+    case Scene::kRamp:
+      return scenes::ramp(rng);
   }
   RALI_ASSERT(!"every scene has a builder");
   return {};

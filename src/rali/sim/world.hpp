@@ -8,8 +8,9 @@
 
 namespace rali::sim {
 
-enum class Scene { kLoop, kCorridor };
-inline constexpr ChoiceNames<2> kSceneNames{"loop", "corridor"};
+enum class Scene { kLoop, kCorridor, kFloor, kYard, kGarage, kTunnel, kMine, kRamp };
+inline constexpr ChoiceNames<8> kSceneNames{"loop",   "corridor", "floor", "yard",
+                                            "garage", "tunnel",   "mine",  "ramp"};
 
 /// A place and a way through it. World frame: z up, the route starts near the origin.
 struct World {

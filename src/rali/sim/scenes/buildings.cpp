@@ -73,4 +73,59 @@ World corridor(Rng rng) {
   return world;
 }
 
+World storey(Rng rng) {
+  World world;
+  Builder build(world.mesh, rng);
+  // Hall [0, hall_x] x [0, hall_y]; a corridor leaves it eastwards at y = door, meets a crossing
+  // corridor at x = cross, which leads north to a third one back west above the hall.
+  const double hall_x = rng.uniform(13.0, 16.0);
+  const double hall_y = rng.uniform(10.0, 12.0);
+  const double door = 0.5 * hall_y;
+  const double half = rng.uniform(1.0, 1.3);
+  const double cross = hall_x + rng.uniform(17.0, 20.0);
+  const double north = hall_y + rng.uniform(7.0, 9.0);
+  const double south = -rng.uniform(5.0, 7.0);
+  const double high = rng.uniform(2.7, 3.2);
+  const WallFeature opening{0.0, 2.0 * half, 0.0, 2.3, 0.02, 0.5, true};
+  const auto gate = [&](double at) {
+    WallFeature f = opening;
+    f.at_m = at;
+    return f;
+  };
+  build.lived_in_wall({0, 0, 0}, {hall_x, 0, 0}, high, 4.0, 4.0);
+  build.wall({hall_x, 0, 0}, {hall_x, hall_y, 0}, high, {gate(door)});
+  build.lived_in_wall({hall_x, hall_y, 0}, {0, hall_y, 0}, high, 4.0, 3.0);
+  build.lived_in_wall({0, hall_y, 0}, {0, 0, 0}, high, 3.5, 0.0);
+  for (const double x : {0.33, 0.67}) {  // pillars of the hall
+    build.mesh().add_cylinder({x * hall_x, 0.25 * hall_y, 0.0}, 0.25, high, 16, 0.6);
+    build.mesh().add_cylinder({x * hall_x, 0.75 * hall_y, 0.0}, 0.25, high, 16, 0.6);
+  }
+  build.furnish({1.0, 0.72 * hall_y, 0.0}, {hall_x - 2.0, 0.0, 0.0}, {0.0, 0.22 * hall_y, 0.0}, 4);
+  const double west = 2.0;
+  build.lived_in_wall({hall_x, door - half, 0}, {cross - half, door - half, 0}, high, 5.0, 4.0);
+  build.lived_in_wall({cross - half, door + half, 0}, {hall_x, door + half, 0}, high, 5.0, 3.0);
+  build.lived_in_wall({cross - half, door - half, 0}, {cross - half, south, 0}, high, 4.0, 0.0);
+  build.wall({cross - half, south, 0}, {cross + half, south, 0}, high, {});
+  build.lived_in_wall({cross + half, south, 0}, {cross + half, north + half, 0}, high, 5.0, 4.0);
+  build.lived_in_wall({cross + half, north + half, 0}, {west, north + half, 0}, high, 5.5, 4.0);
+  build.wall({west, north + half, 0}, {west, north - half, 0}, high, {});
+  build.lived_in_wall({west, north - half, 0}, {cross - half, north - half, 0}, high, 6.0, 0.0);
+  build.lived_in_wall({cross - half, north - half, 0}, {cross - half, door + half, 0}, high, 4.0,
+                      0.0);
+  build.slab(0, south, cross + half, north + half, 0.0);
+  build.slab(0, south, cross + half, north + half, high, 0.7);
+  world.route = {{0.85 * hall_x, 0.12 * hall_y, 0.0},
+                 {0.15 * hall_x, 0.12 * hall_y, 0.0},
+                 {0.15 * hall_x, door, 0.0},
+                 {cross, door, 0.0},
+                 {cross, north, 0.0}};
+  // The rest of 93 m goes west.
+  double way = 0.0;
+  for (std::size_t i = 1; i < world.route.size(); ++i)
+    way += (world.route[i] - world.route[i - 1]).norm();
+  world.route.emplace_back(std::max(west + 1.2, cross - (93.0 - way)), north, 0.0);
+  world.free_width_m = half - 0.4;
+  return world;
+}
+
 }  // namespace rali::sim::scenes
