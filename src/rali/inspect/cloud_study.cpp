@@ -94,6 +94,9 @@ void CloudStudy::report_times(const wire::CloudFormat& format, const std::string
        odd ? "no LiDAR turns like this: the unit may be wrong, or the clouds are cut" : "",
        odd ? "Set lidar.point_time." : ""},
       {span_s, odd && span_s > kSpanMax_s ? kSpanMax_s : kSpanMin_s}));
+  const bool stamp_told = std::any_of(format.findings.begin(), format.findings.end(),
+                                      [](const Finding& f) { return f.id == "D03"; });
+  if (stamp_told) return;
   out.push_back(
       make_finding("D03", Severity::kInfo, topic,
                    {fmt::format("the header stamp names the {} of the sweep",

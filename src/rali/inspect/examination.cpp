@@ -20,6 +20,8 @@ constexpr std::size_t kImuMax = 4'000'000;
 constexpr std::size_t kStampsMax = 4'000'000;
 /// A turn between sweeps farther apart than this is not one motion any more.
 constexpr double kTurnMax_s = 0.5;
+/// Fewer sweeps say nothing about how well LiDAR odometry does.
+constexpr std::uint64_t kSweepsMin = 20;
 
 }  // namespace
 
@@ -162,7 +164,7 @@ void Examination::finish(DoctorReport& report) {
   }
   clouds_.report(format_.value_or(wire::CloudFormat{}), report.lidar_topic, out);
   report.format = format_;
-  if (tracked_sweeps_ > 0 && lost_sweeps_ * 10 > tracked_sweeps_) {
+  if (tracked_sweeps_ > kSweepsMin && lost_sweeps_ * 10 > tracked_sweeps_) {
     const double share = static_cast<double>(lost_sweeps_) / static_cast<double>(tracked_sweeps_);
     out.push_back(make_finding(
         "D18", Severity::kWarning, report.lidar_topic,

@@ -57,8 +57,7 @@ double value_at(const std::byte* at, wire::FieldType type, bool big_endian) {
 
 /// Values of one field; offsets are not trusted, they come from the file.
 CloudInfo::Field describe_field(const wire::CloudView& view, const wire::CloudField& field) {
-  CloudInfo::Field out{
-      io::quoted(field.name), type_name(field.type), field.offset, field.count, {}, {}, {}};
+  CloudInfo::Field out{field.name, type_name(field.type), field.offset, field.count, {}, {}, {}};
   const std::size_t bytes = type_bytes(field.type);
   if (bytes == 0 || view.point_step == 0) return out;
   for (std::uint32_t row = 0; row < view.height; ++row) {

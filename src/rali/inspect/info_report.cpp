@@ -19,6 +19,12 @@ std::string size_text(std::uint64_t bytes) {
   return b < 1e9 ? fmt::format("{:.1f} MB", b / 1e6) : fmt::format("{:.2f} GB", b / 1e9);
 }
 
+/// Names from a file: printable and short, without the quotes of a sentence.
+std::string plain(const std::string& text, std::size_t max = 40) {
+  const std::string q = io::quoted(text, max);
+  return q.size() >= 2 ? q.substr(1, q.size() - 2) : q;
+}
+
 std::string value_text(const std::optional<double>& v) {
   return v ? fmt::format("{:.10g}", *v) : std::string("-");
 }
@@ -36,23 +42,23 @@ void add_topics(const FileInfo& info, std::string& out) {
   out += fmt::format("  {:<{}}  {:<{}} {:>9} {:>9}\n", "topic", name_width, "type", type_width,
                      "messages", "Hz");
   for (const TopicInfo& t : info.topics) {
-    out += fmt::format("  {:<{}}  {:<{}} {:>9} {:>9.2f}\n", io::quoted(t.name, 60), name_width,
-                       io::quoted(t.type, 50), type_width, t.messages, t.rate_hz);
+    out += fmt::format("  {:<{}}  {:<{}} {:>9} {:>9.2f}\n", plain(t.name, 60), name_width,
+                       plain(t.type, 50), type_width, t.messages, t.rate_hz);
     if (!t.advice.empty()) out += fmt::format("      {}\n", t.advice);
   }
 }
 
 void add_cloud(const CloudInfo& cloud, std::string& out) {
   out += fmt::format("first cloud{}: {} x {} points of {} bytes{}{}\n",
-                     cloud.topic.empty() ? "" : " of " + io::quoted(cloud.topic, 200), cloud.width,
+                     cloud.topic.empty() ? "" : " of " + plain(cloud.topic, 200), cloud.width,
                      cloud.height, cloud.point_step, cloud.big_endian ? ", big endian" : "",
-                     cloud.frame_id.empty() ? "" : ", frame " + io::quoted(cloud.frame_id));
+                     cloud.frame_id.empty() ? "" : ", frame " + plain(cloud.frame_id));
   out += fmt::format("  {:<16} {:<8} {:>6} {:>5} {:>18} {:>18} {:>18}\n", "field", "type", "offset",
                      "count", "first", "smallest", "largest");
   for (const CloudInfo::Field& f : cloud.fields) {
     out +=
-        fmt::format("  {:<16} {:<8} {:>6} {:>5} {:>18} {:>18} {:>18}\n", f.name, f.type, f.offset,
-                    f.count, value_text(f.first), value_text(f.low), value_text(f.high));
+        fmt::format("  {:<16} {:<8} {:>6} {:>5} {:>18} {:>18} {:>18}\n", plain(f.name), f.type,
+                    f.offset, f.count, value_text(f.first), value_text(f.low), value_text(f.high));
   }
   if (!cloud.summary.empty()) out += fmt::format("  read as: {}\n", cloud.summary);
 }

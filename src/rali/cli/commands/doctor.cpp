@@ -29,7 +29,9 @@ inspect::DoctorOptions options_of(const config::VehicleConfig& vehicle) {
   if (vehicle.lidar.T_body_lidar.source == config::Extrinsics::Source::kGiven) {
     options.T_body_lidar = vehicle.lidar.T_body_lidar.T;
   }
-  options.T_body_imu = vehicle.imu.T_body_imu;
+  if (vehicle.imu.T_body_imu.source == config::Extrinsics::Source::kGiven) {
+    options.T_body_imu = vehicle.imu.T_body_imu.T;
+  }
   return options;
 }
 
