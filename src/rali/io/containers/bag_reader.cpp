@@ -370,11 +370,9 @@ void BagReader::finish() {
 
 Result<std::unique_ptr<MessageSource>> open_bag(std::shared_ptr<ByteSource> source,
                                                 const ReadLimits& limits) {
-  std::vector<std::byte> magic(std::min<std::uint64_t>(source->size(), kBagMagic.size()));
-  if (const Status status = source->read(0, magic); !status) {
-    return tl::make_unexpected(status.error());
-  }
-  if (text_of(magic) != kBagMagic) {
+  const auto known = starts_with(*source, kBagMagic);
+  if (!known) return tl::make_unexpected(known.error());
+  if (!*known) {
     return fail(ErrorCode::kInput, source->name(), "not a ROS 1 bag of version 2.0",
                 "Convert older bags with rosbag fix.");
   }

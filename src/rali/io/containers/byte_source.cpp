@@ -8,6 +8,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "rali/io/containers/cursor.hpp"
+
 namespace rali::io {
 namespace {
 
@@ -95,6 +97,15 @@ Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path, std
 
 std::shared_ptr<ByteSource> memory_bytes(std::vector<std::byte> bytes, std::string name) {
   return std::make_shared<MemoryBytes>(std::move(bytes), std::move(name));
+}
+
+Result<bool> starts_with(ByteSource& source, std::string_view text) {
+  if (source.size() < text.size()) return false;
+  std::vector<std::byte> start(text.size());
+  if (const Status status = source.read(0, start); !status) {
+    return tl::make_unexpected(status.error());
+  }
+  return text_of(start) == text;
 }
 
 Result<std::span<const std::byte>> ByteWindow::view(std::uint64_t offset, std::size_t n) {

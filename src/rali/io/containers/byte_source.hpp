@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rali/base/result.hpp"
@@ -33,6 +34,9 @@ class ByteSource {
 
 [[nodiscard]] std::shared_ptr<ByteSource> memory_bytes(std::vector<std::byte> bytes,
                                                        std::string name);
+
+/// True if the source starts with this text.
+[[nodiscard]] Result<bool> starts_with(ByteSource& source, std::string_view text);
 
 /// Small reads without a system call each. One view at a time.
 class ByteWindow {

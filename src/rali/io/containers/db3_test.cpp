@@ -187,6 +187,36 @@ TEST(Db3, a_view_in_place_of_the_messages_is_not_run) {
   EXPECT_NE(read(testing::read_file(scratch.path + "/x.db")).error, "");
 }
 
+TEST(Db3, messages_in_the_write_ahead_log_of_a_killed_recorder_are_read) {
+  ScratchFolder scratch;
+  const std::string path = scratch.path + "/x.db3";
+  auto recorder = SqlDatabase::create(path);
+  ASSERT_TRUE(recorder);
+  ASSERT_TRUE(
+      recorder->run("PRAGMA journal_mode=WAL; PRAGMA wal_autocheckpoint=0;"
+                    "CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format);"
+                    "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data);"
+                    "INSERT INTO topics VALUES (1, '/t', 'x', 'cdr');"
+                    "INSERT INTO messages VALUES (1, 1, 5, 'one');"));
+  // As the killed recorder leaves it: the log beside the file, nothing of it in the file yet.
+  fs::create_directory(scratch.path + "/left");
+  fs::copy_file(path, scratch.path + "/left/x.db3");
+  fs::copy_file(path + "-wal", scratch.path + "/left/x.db3-wal");
+  const auto source = open_recording(scratch.path + "/left/x.db3");
+  ASSERT_TRUE(source) << source.error().message();
+  EXPECT_EQ(drain(**source).messages, (std::vector<Got>{{"/t", 5, "one"}}));
+}
+
+TEST(Db3, a_file_cut_on_disk_is_read_like_one_in_memory) {
+  ScratchFolder scratch;
+  const Written written = small_db3(60, 1500);
+  const auto cut = first(written.bytes, written.bytes.size() - 1000);
+  testing::write_file(scratch.path + "/x.db3", cut);
+  const auto source = open_recording(scratch.path + "/x.db3");
+  ASSERT_TRUE(source) << source.error().message();
+  EXPECT_EQ(drain(**source).messages, read(cut).messages);
+}
+
 TEST(Db3, the_writer_refuses_a_folder_that_holds_something) {
   ScratchFolder scratch;
   std::ofstream(scratch.path + "/file") << "x";

@@ -387,11 +387,9 @@ void McapReader::finish() {
 
 Result<std::unique_ptr<MessageSource>> open_mcap(std::shared_ptr<ByteSource> source,
                                                  const ReadLimits& limits) {
-  std::vector<std::byte> magic(std::min<std::uint64_t>(source->size(), kMcapMagic.size()));
-  if (const Status status = source->read(0, magic); !status) {
-    return tl::make_unexpected(status.error());
-  }
-  if (text_of(magic) != kMcapMagic) {
+  const auto known = starts_with(*source, kMcapMagic);
+  if (!known) return tl::make_unexpected(known.error());
+  if (!*known) {
     return fail(ErrorCode::kInput, source->name(), "not an MCAP file of format 0");
   }
   auto reader = std::make_unique<McapReader>(std::move(source), limits);
