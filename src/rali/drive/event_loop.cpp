@@ -41,9 +41,13 @@ class Reporter {
   std::chrono::steady_clock::time_point last_;
 };
 
+bool is_lost(const VehicleRun& run) {
+  return !run.poses().empty() && run.poses().back().quality == vehicle::PoseQuality::kDiverged;
+}
+
 }  // namespace
 
-LoopEnd run_events(ReportedSource& source, bool read_ahead, vehicle::Vehicle& vehicle,
+LoopEnd run_events(ReportedSource& source, bool read_ahead, bool strict, vehicle::Vehicle& vehicle,
                    Executor& executor, VehicleRun& run, FindingList& findings, ProgressSink& sink,
                    const std::atomic<bool>& stop) {
   LoopEnd end;
@@ -55,9 +59,10 @@ LoopEnd run_events(ReportedSource& source, bool read_ahead, vehicle::Vehicle& ve
   bool ended = false;
   while (!ended) {
     vehicle::Event event = vehicle::EndOfData{};
-    if (stop.load(std::memory_order_relaxed)) {
+    end.interrupted = stop.load(std::memory_order_relaxed);
+    if (end.interrupted || (strict && is_lost(run))) {
       // What was handed over is finished: the vehicle still works on waiting scans.
-      end.interrupted = ended = true;
+      ended = true;
     } else {
       Result<std::optional<vehicle::Event>> next = events.next();
       if (!next) end.error = next.error();

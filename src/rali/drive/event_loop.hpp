@@ -19,8 +19,10 @@ struct LoopEnd {
 /// Feeds a vehicle with all events of a source and hands what follows to `run`.
 /// @param read_ahead decode on a second thread; the results are the same
 /// @param findings of the vehicle, in the order in which they came up; also told to `sink`
-[[nodiscard]] LoopEnd run_events(ReportedSource& source, bool read_ahead, vehicle::Vehicle& vehicle,
-                                 Executor& executor, VehicleRun& run, FindingList& findings,
-                                 ProgressSink& sink, const std::atomic<bool>& stop);
+/// @param strict a diverged pose ends the events
+[[nodiscard]] LoopEnd run_events(ReportedSource& source, bool read_ahead, bool strict,
+                                 vehicle::Vehicle& vehicle, Executor& executor, VehicleRun& run,
+                                 FindingList& findings, ProgressSink& sink,
+                                 const std::atomic<bool>& stop);
 
 }  // namespace rali::drive

@@ -111,8 +111,8 @@ Status MapRun::run_vehicles() {
     if (!run) return tl::make_unexpected(run.error());
     runs_.push_back(std::move(*run));
     FindingList findings;
-    const LoopEnd end =
-        run_events(source, threads_ > 1, vehicle, *executor_, runs_.back(), findings, sink_, stop_);
+    const LoopEnd end = run_events(source, threads_ > 1, job_.strict, vehicle, *executor_,
+                                   runs_.back(), findings, sink_, stop_);
     for (const Finding& f : findings) {
       log_.finding(f);
       summary_.findings.push_back(f);
@@ -247,7 +247,7 @@ Status MapRun::close(const Status& so_far) {
   if (!so_far) log_.line("error: " + so_far.error().message());
   log_.line(status_name(summary_.status));
   if (const Status s = log_.write(job_.out_dir, data_s()); status) status = s;
-  const Status last = write_status(job_.out_dir, status_name(summary_.status), bool{so_far});
+  const Status last = write_status(job_.out_dir, status_name(summary_.status), true);
   return status ? last : status;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <thread>
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -11,7 +12,9 @@ namespace {
 
 class TbbExecutor final : public Executor {
  public:
-  explicit TbbExecutor(int threads) : arena_(threads) {}
+  explicit TbbExecutor(int threads)
+      : limit_(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
+        arena_(threads) {}
 
   void for_blocks(std::size_t n, std::size_t block,
                   const std::function<void(std::size_t, std::size_t, std::size_t)>& f) override {
@@ -28,6 +31,7 @@ class TbbExecutor final : public Executor {
   }
 
  private:
+  tbb::global_control limit_;  ///< more threads than cores are granted only with it
   tbb::task_arena arena_;
 };
 
