@@ -287,7 +287,6 @@ Status McapReader::take_chunk(const TopRecord& record, std::uint64_t available) 
   if (!head) return tl::make_unexpected(head.error());
   const auto header = mcap_chunk(*head);
   if (!header) {
-    // Cut within the header: the sentence about the cut file says it all.
     return available < record.content_bytes ? Status() : lose_chunk(record, "damaged chunk");
   }
   const auto compression = compression_named(header->compression);
