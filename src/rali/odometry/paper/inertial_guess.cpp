@@ -20,6 +20,8 @@ constexpr std::int64_t kBlockNs = 100'000'000;  // white noise is averaged out, 
 constexpr double kMotionKnownS = 0.45;          // blocks for this long show motion
 constexpr double kRestTravelM = 0.02;           // by the LiDAR, over one second
 constexpr double kRestTurnRad = 0.3 * std::numbers::pi / 180.0;
+constexpr double kGyroBiasMaxRadps = 0.05;  // more is a broken sensor or wrong units
+constexpr double kAccelBiasMaxMps2 = 0.5;
 constexpr double kCoveredMin = 0.5;           // less of an interval with samples: no IMU
 constexpr double kSampleGapS = 0.1;           // algorithms.md 1.2: longer is a gap
 constexpr std::size_t kSamplesMax = 100'000;  // 100 s at 1 kHz: older ones leave
@@ -31,9 +33,10 @@ double seconds_of(const std::vector<ImuSample>& samples) {
 }  // namespace
 
 InertialGuess::InertialGuess(const ImuNoiseSettings& noise, const SE3& T_body_imu,
-                             double velocity_gain)
+                             double velocity_gain, double bias_gain)
     : T_body_imu_(T_body_imu),
       velocity_gain_(velocity_gain),
+      bias_gain_(bias_gain),
       pre_({}, {noise.gyro_radps_rthz * noise.vibration_factor,
                 noise.accel_mps2_rthz * noise.vibration_factor}) {
   reset(Time{}, {});
@@ -212,7 +215,9 @@ void InertialGuess::correct(const SE3& T_odom_body) {
       v += kGravityOdom * (0.5 * D) +
            last_registered_.R_odom_imu *
                (pre_.delta_velocity_mps(bias_) - pre_.delta_position_m(bias_) / D);
-      state_.v_odom_mps += velocity_gain_ * (v - state_.v_odom_mps);
+      const Vec3 innovation_mps = v - state_.v_odom_mps;
+      track_biases(innovation_mps, T_odom_imu.R, D);
+      state_.v_odom_mps += velocity_gain_ * innovation_mps;
     } else if (!inertial_) {
       state_.v_odom_mps = v;
       rate_imu_radps_ =
@@ -229,6 +234,21 @@ void InertialGuess::correct(const SE3& T_odom_body) {
   }
   if (inertial_) learn_gyro_bias();
   drop_used();
+}
+
+// The paper leaves biases to its pose graph. Here a first-order observer takes a small share of
+// what the registered pose says each scan: without it a tilt of 0.2 deg is 2 m/s after a minute
+// along a direction that the LiDAR does not see. Along such directions the innovation is nearly
+// zero, so nothing is learned there.
+void InertialGuess::track_biases(const Vec3& velocity_innovation_mps,
+                                 const geometry::Mat3& R_odom_imu, double dt_s) {
+  const Vec3 turn = geometry::so3_log(state_.R_odom_imu.transpose() * R_odom_imu);
+  bias_.gyro_radps -= bias_gain_ * turn / dt_s;
+  bias_.accel_mps2 -= bias_gain_ * (R_odom_imu.transpose() * velocity_innovation_mps) / dt_s;
+  const double gyro = bias_.gyro_radps.norm();
+  const double accel = bias_.accel_mps2.norm();
+  if (gyro > kGyroBiasMaxRadps) bias_.gyro_radps *= kGyroBiasMaxRadps / gyro;
+  if (accel > kAccelBiasMaxMps2) bias_.accel_mps2 *= kAccelBiasMaxMps2 / accel;
 }
 
 // While IMU and LiDAR both say that nothing moves, the gyro's mean is its bias. Both, because slow

@@ -20,8 +20,10 @@ class InertialGuess {
  public:
   enum class Start { kWait, kAtRest, kInMotion };
 
+  /// @param velocity_gain share of a scan's velocity innovation that the velocity takes
+  /// @param bias_gain share of a scan's rate and acceleration innovation that the biases take
   InertialGuess(const ImuNoiseSettings& noise, const geometry::SE3& T_body_imu,
-                double velocity_gain);
+                double velocity_gain, double bias_gain);
 
   /// Samples in time order; what is not finite or not later than the last one is ignored.
   void add(const sensor::ImuSample& sample);
@@ -68,9 +70,12 @@ class InertialGuess {
   void coast_to(Time t_end);
   void drop_used();
   void learn_gyro_bias();
+  void track_biases(const geometry::Vec3& velocity_innovation_mps, const geometry::Mat3& R_odom_imu,
+                    double dt_s);
 
   geometry::SE3 T_body_imu_;
   double velocity_gain_;
+  double bias_gain_;
   std::deque<sensor::ImuSample> samples_;
   double accel_scale_ = 1.0;  ///< 9.81 if the sensor gives g
   bool units_known_ = false;

@@ -51,6 +51,7 @@ struct PaperSettings {
   int iterations_max = 10;
   double damping = 0.01;
   double velocity_gain = 0.5;
+  double bias_gain = 0.01;
   int matches_min = 20;
   int keyframes_kept_max = 4000;
 
@@ -79,6 +80,7 @@ struct PaperSettings {
     v("damping", damping, 1e-9, 1.0,
       "pull to the initial guess, as a share of the largest information");
     v("velocity_gain", velocity_gain, 0.0, 1.0, "share of the registered velocity in the state");
+    v("bias_gain", bias_gain, 0.0, 1.0, "share of each scan's inertial error given to the biases");
     v("matches_min", matches_min, 6, 10000, "with fewer matches the prediction is kept");
     v("keyframes_kept_max", keyframes_kept_max, 2, 1000000, "older keyframes leave the memory");
   }
