@@ -39,11 +39,11 @@ class FakeRecording {
     scan.t_end = Time::from_s(header_s + 0.09);
     scan.has_point_times = scan.has_rings = true;
     scan.rings = 16;
-    for (int i = 0; i < 900; ++i) {
-      for (int ring = 0; ring < 4; ++ring) {
-        const double a = i * 2.0 * 3.14159265 / 900.0, r = 4.0 + 2.0 * ring;
+    for (int i = 0; i < 300; ++i) {
+      for (int ring = 0; ring < 12; ++ring) {
+        const double a = i * 2.0 * 3.14159265 / 300.0, r = 3.0 + 0.3 * ring;
         scan.push_back(static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)),
-                       -1.0F, 1.0F, static_cast<float>(i) * 1e-4F,
+                       -1.0F, 1.0F, static_cast<float>(i) * 3e-4F,
                        static_cast<std::uint16_t>(ring));
       }
     }
