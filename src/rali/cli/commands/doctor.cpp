@@ -1,6 +1,7 @@
 #include "rali/cli/commands/doctor.hpp"
 
 #include <filesystem>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -113,7 +114,8 @@ std::string DoctorCommand::json_of(const std::vector<inspect::DoctorReport>& rep
 
 Status DoctorCommand::write_files(const std::vector<inspect::DoctorReport>& reports) const {
   if (!write_.empty()) {
-    if (std::filesystem::exists(write_)) {
+    std::error_code unreadable;
+    if (std::filesystem::exists(write_, unreadable)) {
       return fail(ErrorCode::kUsage, write_, "the file exists", "Choose another name.");
     }
     const Status status = io::write_file_atomic(write_, inspect::doctor_fleet_yaml(reports));
