@@ -248,7 +248,7 @@ TEST(RecordingEvents, refuses_a_lidar_that_is_given_upside_down) {
   FakeRecording recording;
   recording.add_seconds(1000.0, 4.0, as_is);
   InputOptions options;
-  options.T_body_lidar = geometry::SE3{geometry::rotation_from_rpy(3.14159265, 0.0, 0.0), {}};
+  options.T_body_lidar.emplace().R = geometry::rotation_from_rpy(3.14159265, 0.0, 0.0);
   const auto source = open_recording_events({recording.save(folder)}, options);
   ASSERT_FALSE(source);
   EXPECT_NE(source.error().message().find("T_body_lidar does not fit the data"), std::string::npos);
