@@ -1,4 +1,4 @@
-# rali_room(NAME odometry DEPS geometry sensor [LIBS external...])
+# rali_room(NAME odometry DEPS geometry sensor [LIBS external...] [HOT])
 #
 # A room is one folder src/rali/<name> = one static library rali_<name> (alias rali::<name>) and,
 # where it has *_test.cpp files, one test program. DEPS are the rooms it may include; they are
@@ -9,7 +9,7 @@ if(RALI_TESTS)
 endif()
 
 function(rali_room)
-  cmake_parse_arguments(ROOM "" "NAME" "DEPS;LIBS" ${ARGN})
+  cmake_parse_arguments(ROOM "HOT" "NAME" "DEPS;LIBS" ${ARGN})
   set(dir ${CMAKE_SOURCE_DIR}/src/rali/${ROOM_NAME})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${dir}/*.cpp)
   set(tests ${sources})
@@ -29,6 +29,10 @@ function(rali_room)
     target_link_libraries(rali_${ROOM_NAME} ${scope} rali_${dep})
   endforeach()
   target_link_libraries(rali_${ROOM_NAME} ${scope} ${ROOM_LIBS})
+
+  if(ROOM_HOT AND sources AND CMAKE_BUILD_TYPE STREQUAL "Release")
+    target_compile_options(rali_${ROOM_NAME} PRIVATE -O3)
+  endif()
 
   if(RALI_TESTS AND tests)
     add_executable(rali_${ROOM_NAME}_test ${tests})
