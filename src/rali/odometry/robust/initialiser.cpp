@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "rali/imu/kinematics.hpp"
+#include "rali/odometry/robust/block_means.hpp"
 
 namespace rali::odometry {
 
@@ -15,28 +16,6 @@ using geometry::Vec3;
 using sensor::ImuSample;
 
 namespace {
-
-/// Means over blocks of 0.1 s: white noise of a good sensor at 200 Hz has more spread than slow
-/// driving, its block means have not.
-std::vector<ImuSample> block_means(const std::vector<ImuSample>& samples) {
-  constexpr std::int64_t kBlock_ns = 100'000'000;
-  std::vector<ImuSample> out;
-  std::size_t k = 0;
-  while (k < samples.size()) {
-    ImuSample mean{samples[k].t, Vec3::Zero(), Vec3::Zero()};
-    std::size_t n = 0;
-    while (k < samples.size() && samples[k].t.ns - mean.t.ns < kBlock_ns) {
-      mean.gyro_radps += samples[k].gyro_radps;
-      mean.accel_mps2 += samples[k].accel_mps2;
-      ++k;
-      ++n;
-    }
-    mean.gyro_radps /= static_cast<double>(n);
-    mean.accel_mps2 /= static_cast<double>(n);
-    out.push_back(mean);
-  }
-  return out;
-}
 
 /// Scans of the track within the last window_s.
 std::vector<TrackedPose> tail(const std::vector<TrackedPose>& track, double window_s) {

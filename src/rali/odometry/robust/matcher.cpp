@@ -118,10 +118,15 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
     system.residual_sum2_m2 += robust * r * r;
     system.weight_sum += robust;
   }
+  double epoch_sum = 0.0;
+  double weight_sum = 0.0;
   for (const Group& group : groups_) {
     add_group(group, map, T_odom_body, system);
     group_of_plane_[static_cast<std::size_t>(group.plane)] = -1;
+    epoch_sum += evidence_.back().weight * map.plane(group.plane).epoch;
+    weight_sum += evidence_.back().weight;
   }
+  if (weight_sum > 0.0) system.mean_epoch = epoch_sum / weight_sum;
   return system;
 }
 

@@ -40,6 +40,7 @@ struct LidarSystem {
   int matches = 0;
   double residual_sum2_m2 = 0.0;  ///< of matched points, robustly weighted
   double weight_sum = 0.0;
+  double mean_epoch = 0.0;  ///< of the matched planes, weighted by what each tells
 };
 
 /// Matches the points of a scan with the planes of the map and sums what they tell.

@@ -57,6 +57,7 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, bool finest,
   plane.var_tilt2 = s2 / (n * pca.values[1]) + tilt;
   plane.var_offset = s2 / n + settings.sigma_systematic_m * settings.sigma_systematic_m;
   plane.var_normal = s2;
+  plane.epoch = sums.epoch_sum / n;
   return FitResult::kPlane;
 }
 

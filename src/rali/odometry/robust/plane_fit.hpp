@@ -11,10 +11,12 @@ struct PointSums {
   geometry::Vec3 sum = geometry::Vec3::Zero();
   // xx xy xz yy yz zz of the points, and of the unit rays that measured them
   double products[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  double epoch_sum = 0.0;  ///< of the generations (drift.hpp) in which the points came
   float rays[6] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
 
-  void add(const geometry::Vec3& p, const geometry::Vec3f& ray) {
+  void add(const geometry::Vec3& p, const geometry::Vec3f& ray, double epoch) {
     ++n;
+    epoch_sum += epoch;
     sum += p;
     products[0] += p.x() * p.x();
     products[1] += p.x() * p.y();
@@ -73,6 +75,7 @@ struct Plane {
   double var_tilt1 = 0.0;   ///< [rad^2], along e1
   double var_tilt2 = 0.0;   ///< [rad^2], along e2
   double var_offset = 0.0;  ///< [m^2]
+  double epoch = 0.0;       ///< mean generation of its points
   double var_normal = 0.0;  ///< measured noise of its points along n [m^2]
 };
 

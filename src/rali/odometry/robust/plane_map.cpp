@@ -77,15 +77,15 @@ void PlaneMap::grow() {
   }
 }
 
-void PlaneMap::insert(const Vec3& p_odom_m, const geometry::Vec3f& ray_odom) {
+void PlaneMap::insert(const Vec3& p_odom_m, const geometry::Vec3f& ray_odom, double epoch) {
   const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
   const int cell = find_or_make_root(i.x, i.y, i.z);
   insert_at(cell, center_of(i.x, i.y, i.z, settings_.voxel_m), 0.5 * settings_.voxel_m, 0,
-            p_odom_m, ray_odom);
+            p_odom_m, ray_odom, epoch);
 }
 
 void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level, const Vec3& p,
-                         const geometry::Vec3f& ray) {
+                         const geometry::Vec3f& ray, double epoch) {
   Vec3 center = origin;
   while (cells_[static_cast<std::size_t>(index)].children >= 0) {
     const int child = octant(p, center);
@@ -96,7 +96,7 @@ void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level
   }
   Cell& cell = cells_[static_cast<std::size_t>(index)];
   if (cell.frozen) return;
-  cell.sums.add(p - center, ray);
+  cell.sums.add(p - center, ray, epoch);
   if (cell.sums.n >= cell.refit_at) refit(index, center, level);
 }
 

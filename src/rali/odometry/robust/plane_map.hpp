@@ -37,7 +37,8 @@ class PlaneMap {
   explicit PlaneMap(const PlaneMapSettings& settings);
 
   /// @param ray_odom unit vector from the sensor to the point.
-  void insert(const geometry::Vec3& p_odom_m, const geometry::Vec3f& ray_odom);
+  /// @param epoch generation of the pose that saw it (drift.hpp).
+  void insert(const geometry::Vec3& p_odom_m, const geometry::Vec3f& ray_odom, double epoch);
 
   /// Index of the plane in whose cell the point lies, -1 if none.
   [[nodiscard]] int find(const geometry::Vec3& p_odom_m) const;
@@ -84,7 +85,7 @@ class PlaneMap {
   int find_or_make_root(int ix, int iy, int iz);
   void grow();
   void insert_at(int cell, const geometry::Vec3& origin, double half_m, int level,
-                 const geometry::Vec3& p, const geometry::Vec3f& ray);
+                 const geometry::Vec3& p, const geometry::Vec3f& ray, double epoch);
   void refit(int cell, const geometry::Vec3& origin, int level);
   int descend(int cell, const geometry::Vec3& origin, const geometry::Vec3& p) const;
   void copy_tree(const PlaneMap& from, int source, int target);

@@ -1,5 +1,6 @@
 #include "rali/odometry/robust/robust_odometry.hpp"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <bit>
@@ -9,9 +10,13 @@
 #include "rali/cloud/voxel_sampler.hpp"
 #include "rali/odometry/robust/inertial.hpp"
 #include "rali/odometry/robust/initialiser.hpp"
+#include "rali/odometry/robust/block_means.hpp"
+#include "rali/odometry/robust/drift.hpp"
 #include "rali/odometry/robust/keyframer.hpp"
 #include "rali/odometry/robust/scan_sampler.hpp"
+#include "rali/odometry/robust/standstill.hpp"
 #include "rali/odometry/robust/update.hpp"
+#include "rali/odometry/robust/vehicle_constraints.hpp"
 
 namespace rali::odometry {
 
@@ -34,7 +39,10 @@ class RobustOdometry final : public Odometry {
         sampler_(settings.robust.sampling),
         matcher_(settings.robust.match),
         map_(settings.robust.map),
-        keyframer_(settings.robust.keyframe) {}
+        keyframer_(settings.robust.keyframe),
+        drift_(settings.robust.drift),
+        standstill_(settings.robust.constraints, settings.robust.initialisation.rest),
+        constraints_(settings.robust.constraints) {}
 
   void add_imu(const sensor::ImuSample& sample) override { imu_.add(sample); }
 
@@ -55,8 +63,13 @@ class RobustOdometry final : public Odometry {
   void predict(Time t_end);
   [[nodiscard]] SweepMotion sweep_motion(const LidarScan& scan) const;
   UpdateResult update(const LidarScan& scan);
+  void remember_start(const LidarScan& scan);
   void try_initialise(FindingList& findings);
   void insert(const LidarScan& scan);
+  void insert_points(const SE3& T_odom_body);
+  std::optional<ScanResult> hold(const LidarScan& scan);
+  void constrain(const UpdateResult& done, FindingList& findings);
+  [[nodiscard]] Mat6 covariance(const UpdateResult& update);
   void bound_biases(FindingList& findings);
   void judge(const UpdateResult& update, FindingList& findings);
   void restart(FindingList& findings);
@@ -77,6 +90,12 @@ class RobustOdometry final : public Odometry {
   Matcher matcher_;
   PlaneMap map_;
   Keyframer keyframer_;
+  Drift drift_;
+  StandstillDetector standstill_;
+  VehicleConstraints constraints_;
+  bool held_ = false;  ///< the vehicle stands
+  bool quiet_start_ = false;  ///< nothing has shown motion since the first scan
+  std::vector<BodyPoints> start_points_;  ///< of the first scans, until gravity is known
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   TrackState track_state_ = TrackState::kWaiting;
@@ -88,19 +107,63 @@ class RobustOdometry final : public Odometry {
 ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/,
                                    FindingList& findings) {
   if (!started_) return start(scan);
-  predict(scan.t_end);
   sampler_.sample(scan);
-  const UpdateResult done = update(scan);
-  if (inertial_) bound_biases(findings);
-  judge(done, findings);
-  if (track_state_ == TrackState::kGood || track_state_ == TrackState::kWeak ||
-      track_state_ == TrackState::kDiverged) {
-    insert(scan);
+  if (held_ && !imu_.empty()) {
+    if (auto result = hold(scan)) return *result;
   }
-  if (has_imu_ && !inertial_) try_initialise(findings);
-  if (inertial_) imu_.drop_before(state_.t);
+  predict(scan.t_end);
+  const UpdateResult done = update(scan);
+  if (inertial_) constrain(done, findings);
+  judge(done, findings);
+  const bool trusted = track_state_ != TrackState::kPredicted;
+  if (trusted) insert(scan);
+  if (has_imu_ && !inertial_) {
+    remember_start(scan);
+    try_initialise(findings);
+  }
+  held_ = inertial_ && trusted && standstill_.update(state_, imu_);
+  if (inertial_) imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
   map_.prune(state_.T_odom_body.p);
   return result_of(scan, done);
+}
+
+/// Standing still: the pose stays as it is, whatever the noise of the next scans, as long as the
+/// LiDAR agrees. Nothing is inserted: minutes of the same view must not wear the map out.
+std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
+  constexpr double kMoved_m = 0.03;
+  constexpr double kMoved_rad = 0.006;
+  FilterState trial = state_;
+  const FilterState before = state_;
+  propagate_held(state_, imu_, scan.t_end, noise_);
+  const SweepMotion still(calibration_.T_body_lidar);
+  still.apply(scan, sampler_.update_indices(), points_);
+  matcher_.set_points(points_, calibration_.T_body_lidar.p);
+  // A prior wide enough to show motion, should there be some.
+  trial.P.topLeftCorner<6, 6>().diagonal().head<3>().array() += 1e-4;
+  trial.P.topLeftCorner<6, 6>().diagonal().tail<3>().array() += 1e-2;
+  const UpdateResult seen = update_with_scan(trial, matcher_, map_, settings_, axes_, false);
+  const geometry::Vec6 step = geometry::boxminus(trial.T_odom_body, before.T_odom_body);
+  const bool moved = seen.matches >= settings_.update.matches_min &&
+                     (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
+  if (moved || !standstill_.update(state_, imu_)) {
+    held_ = false;
+    state_ = before;
+    return std::nullopt;
+  }
+  imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
+  t_last_good_ = state_.t;
+  return result_of(scan, seen);
+}
+
+void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) {
+  bool known = done.matches >= settings_.update.matches_min;
+  for (std::size_t k = 0; k < 3; ++k) {
+    known = known && done.directions[k].category == degeneracy::Category::kFull;
+  }
+  const Vec3 w = imu_.empty() ? Vec3::Zero()
+                              : Vec3(imu_.at(state_.t).gyro_radps - state_.gyro_bias_radps);
+  constraints_.update(state_, w, map_, known);
+  bound_biases(findings);
 }
 
 /// The first scan defines odom: origin and heading are its own, up is against the mean force.
@@ -180,6 +243,23 @@ UpdateResult RobustOdometry::update(const LidarScan& scan) {
   return done;
 }
 
+/// Keeps the sweep as it is without motion, in case the vehicle turns out to be standing: the
+/// speed that the LiDAR alone guesses in its first scans would bend it.
+void RobustOdometry::remember_start(const LidarScan& scan) {
+  constexpr std::size_t kScansMax = 30;
+  if (start_points_.size() < kScansMax) {
+    const SweepMotion still(calibration_.T_body_lidar);
+    still.apply(scan, sampler_.insert_indices(), start_points_.emplace_back());
+  }
+  const Time begin = track_.front().t;
+  const imu::ImuStatistics blocks = imu::statistics(block_means(imu_.between(begin, state_.t)));
+  const imu::RestSettings& rest = settings_.initialisation.rest;
+  const double travel_m = (state_.T_odom_body.p - track_.front().T_odom_body.p).norm();
+  quiet_start_ = blocks.gyro_sd_radps.maxCoeff() < rest.gyro_sd_max_radps &&
+                 blocks.accel_sd_mps2.maxCoeff() < rest.accel_sd_max_mps2 &&
+                 travel_m < settings_.initialisation.rest_travel_max_m;
+}
+
 /// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.
 void RobustOdometry::try_initialise(FindingList& findings) {
   const double var_m2 = state_.P.block<3, 3>(kPos, kPos).diagonal().maxCoeff();
@@ -206,6 +286,18 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
   set(kAccelBias, 3, guess->accel_bias_sigma_mps2);
   set(kGravity, 2, guess->gravity_sigma_rad);
+  if (guess->at_rest) {
+    // All scans so far were taken from one place: the first pose. The map of the first scan alone
+    // was poor, and the poses found with it wander; begin again with all of them there.
+    state_.T_odom_body = track_.front().T_odom_body;
+    state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
+    map_ = PlaneMap(settings_.map);
+    for (const BodyPoints& points : start_points_) {
+      points_ = points;
+      insert_points(state_.T_odom_body);
+    }
+  }
+  start_points_.clear();
   track_.clear();
   Finding f;
   f.id = guess->at_rest ? "odometry.start_at_rest" : "odometry.start_in_motion";
@@ -218,12 +310,33 @@ void RobustOdometry::try_initialise(FindingList& findings) {
 
 void RobustOdometry::insert(const LidarScan& scan) {
   sweep_motion(scan).apply(scan, sampler_.insert_indices(), points_);
-  const Mat3& R = state_.T_odom_body.R;
+  insert_points(state_.T_odom_body);
+}
+
+void RobustOdometry::insert_points(const SE3& T_odom_body) {
+  const Mat3& R = T_odom_body.R;
+  const Vec3 origin = calibration_.T_body_lidar.p;
+  const double epoch = drift_.epoch();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
-    const Vec3 ray = R * (p - calibration_.T_body_lidar.p);
-    map_.insert(R * p + state_.T_odom_body.p, (ray / std::max(1e-6, ray.norm())).cast<float>());
+    const Vec3 ray = R * (p - origin);
+    const double inverse = 1.0 / std::max(1e-6, ray.norm());
+    map_.insert(R * p + T_odom_body.p, (inverse * ray).cast<float>(), epoch);
   }
+}
+
+/// What the filter says about this scan, floored by what one registration can know (the filter
+/// takes repeated looks at the same planes for independent), plus the error of the map there.
+Mat6 RobustOdometry::covariance(const UpdateResult& update) {
+  Mat6 local = state_.P.topLeftCorner<6, 6>();
+  if (update.matches > 0) {
+    Mat6 I = update.information;
+    const double weak = 1.0 / (settings_.drift.sigma_max_m * settings_.drift.sigma_max_m);
+    I.diagonal().array() += weak;
+    const Mat6 single = I.inverse();
+    local += single;
+  }
+  return drift_.update(state_.T_odom_body, update.mean_epoch, local);
 }
 
 void RobustOdometry::bound_biases(FindingList& findings) {
@@ -299,9 +412,9 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   ScanResult out;
   out.t = scan.t_end;
   out.state = track_state_;
-  out.T_odom_body = state_.T_odom_body;
+  out.T_odom_body = quiet_start_ && !inertial_ ? track_.front().T_odom_body : state_.T_odom_body;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
-  out.covariance = state_.P.topLeftCorner<6, 6>();
+  out.covariance = covariance(update);
   out.lidar_information = update.information;
   out.planes = matcher_.evidence();
   if (update.matches > 0) out.directions = update.directions;
@@ -310,7 +423,7 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   out.residual_rms_m = update.residual_rms_m;
   if (track_state_ == TrackState::kGood || track_state_ == TrackState::kWeak) {
     last_good_ = state_.T_odom_body;
-    if (keyframer_.wants(state_.T_odom_body)) {
+    if (!held_ && keyframer_.wants(out.T_odom_body)) {
       sweep_motion(scan).apply(scan, {}, points_);
       out.keyframe = keyframer_.make(scan, points_, out, calibration_.T_body_lidar);
     }

@@ -3,6 +3,7 @@
 #include "rali/base/settings.hpp"
 #include "rali/degeneracy/information.hpp"
 #include "rali/imu/rest.hpp"
+#include "rali/odometry/robust/drift.hpp"
 #include "rali/odometry/robust/matcher.hpp"
 #include "rali/odometry/robust/plane_map.hpp"
 
@@ -87,12 +88,14 @@ struct InitialisationSettings {
 struct ConstraintSettings {
   bool standstill = true;
   bool non_holonomic = true;
+  bool ground = true;
   double rest_after_s = 0.7;
 
   template <class V>
   void visit(V& v) {
     v("standstill", standstill, "hold the pose while nothing moves");
     v("non_holonomic", non_holonomic, "no sideways motion, once the data have shown that it holds");
+    v("ground", ground, "constant height above ground, once the data have shown that it holds");
     v("rest_after_s", rest_after_s, 0.2, 10.0, "stillness needed before the pose is held");
   }
 };
@@ -122,6 +125,7 @@ struct RobustSettings {
   InitialisationSettings initialisation;
   ConstraintSettings constraints;
   KeyframeSettings keyframe;
+  DriftSettings drift;
 
   template <class V>
   void visit(V& v) {
@@ -134,6 +138,7 @@ struct RobustSettings {
     v.group("initialisation", initialisation, "gravity and biases at the start");
     v.group("constraints", constraints, "how ground vehicles move");
     v.group("keyframe", keyframe, "which sweeps are kept");
+    v.group("drift", drift, "how the error grows with the way");
   }
 };
 

@@ -67,6 +67,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
         system.I, matcher.evidence(), state.T_odom_body.R, result.axes, settings.aware);
     degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
     result.information = system.I;
+    result.mean_epoch = system.mean_epoch;
 
     const Vec6 before = delta.head<6>();
     move_to_prior(before.head<3>(), system);
@@ -102,6 +103,9 @@ void update_linear(FilterState& state, const Eigen::Matrix<double, D, kStateDim>
   add_error(state, K * residual);
 }
 
+template void update_linear<1>(FilterState&, const Eigen::Matrix<double, 1, kStateDim>&,
+                               const Eigen::Matrix<double, 1, 1>&,
+                               const Eigen::Matrix<double, 1, 1>&);
 template void update_linear<3>(FilterState&, const Eigen::Matrix<double, 3, kStateDim>&,
                                const Eigen::Matrix<double, 3, 1>&,
                                const Eigen::Matrix<double, 3, 3>&);

@@ -15,6 +15,7 @@ struct UpdateResult {
   int matches = 0;
   bool converged = false;
   double residual_rms_m = 0.0;
+  double mean_epoch = 0.0;  ///< generation of the planes it was registered with (drift.hpp)
   geometry::Mat6 information = geometry::Mat6::Zero();  ///< LiDAR alone, spurious part removed
   degeneracy::Axes axes = degeneracy::Axes::Identity();
   std::array<degeneracy::DirectionInfo, 6> directions;
@@ -36,6 +37,9 @@ void update_linear(FilterState& state, const Eigen::Matrix<double, D, kStateDim>
                    const Eigen::Matrix<double, D, 1>& residual,
                    const Eigen::Matrix<double, D, D>& R);
 
+extern template void update_linear<1>(FilterState&, const Eigen::Matrix<double, 1, kStateDim>&,
+                                      const Eigen::Matrix<double, 1, 1>&,
+                                      const Eigen::Matrix<double, 1, 1>&);
 extern template void update_linear<3>(FilterState&, const Eigen::Matrix<double, 3, kStateDim>&,
                                       const Eigen::Matrix<double, 3, 1>&,
                                       const Eigen::Matrix<double, 3, 3>&);

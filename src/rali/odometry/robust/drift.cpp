@@ -1,0 +1,53 @@
+#include "rali/odometry/robust/drift.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rali::odometry {
+
+using geometry::Mat3;
+using geometry::Mat6;
+using geometry::SE3;
+
+namespace {
+
+/// Left perturbation of the pose that a boxplus error is: phi = R theta, rho = dp + p x phi.
+Mat6 left_from_boxplus(const SE3& T) {
+  Mat6 A = Mat6::Zero();
+  A.block<3, 3>(0, 0) = T.R;
+  A.block<3, 3>(3, 0) = geometry::skew(T.p) * T.R;
+  A.block<3, 3>(3, 3).setIdentity();
+  return A;
+}
+
+Mat6 boxplus_from_left(const SE3& T) {
+  Mat6 A = Mat6::Zero();
+  A.block<3, 3>(0, 0) = T.R.transpose();
+  A.block<3, 3>(3, 0) = -geometry::skew(T.p);
+  A.block<3, 3>(3, 3).setIdentity();
+  return A;
+}
+
+}  // namespace
+
+Drift::Drift(const DriftSettings& settings) : settings_(settings), D_(1, Mat6::Zero()) {}
+
+Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local) {
+  const double last = static_cast<double>(D_.size() - 1);
+  const double at = std::clamp(mean_epoch, 0.0, last);
+  const auto below = static_cast<std::size_t>(at);
+  const std::size_t above = std::min(below + 1, D_.size() - 1);
+  const double f = at - static_cast<double>(below);
+  const Mat6 D_reference = (1.0 - f) * D_[below] + f * D_[above];
+  const Mat6 A = left_from_boxplus(T_odom_body);
+  const Mat6 L = A * P_local * A.transpose();
+  if ((T_odom_body.p - p_epoch_).norm() > settings_.epoch_m) {
+    p_epoch_ = T_odom_body.p;
+    ++epoch_;
+    D_.push_back(D_reference + settings_.growth * L);
+  }
+  const Mat6 B = boxplus_from_left(T_odom_body);
+  return B * D_reference * B.transpose() + P_local;
+}
+
+}  // namespace rali::odometry

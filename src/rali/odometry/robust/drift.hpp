@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "rali/geometry/se3.hpp"
+
+namespace rali::odometry {
+
+struct DriftSettings {
+  double epoch_m = 0.5;       ///< travel after which new planes count as a new generation
+  double growth = 1.0;        ///< variance added per generation / variance of one registration
+  double sigma_max_m = 1.0;   ///< local sigma where the LiDAR knows nothing
+
+  template <class V>
+  void visit(V& v) {
+    v("epoch_m", epoch_m, 0.05, 100.0, "travel after which new planes are a new generation");
+    v("growth", growth, 0.0, 100.0, "variance per generation / variance of one registration");
+    v("sigma_max_m", sigma_max_m, 0.01, 100.0, "bound of the local sigma in blind directions");
+  }
+};
+
+/// How wrong the map is where the vehicle is: what a filter that takes its map for granted does
+/// not know.
+///
+/// Planes inherit the error of the pose that saw them first. A scan that matches planes of
+/// generation e has their error plus its own; new planes inherit that. So the error grows with
+/// the number of generations passed, and falls back when the vehicle returns to old planes.
+/// Covariances of a common left perturbation T' = Exp(phi, rho) T about odom's origin, so that
+/// they add without lever arms. Order rotation, translation.
+class Drift {
+ public:
+  explicit Drift(const DriftSettings& settings);
+
+  /// Generation that planes seen for the first time now belong to.
+  [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
+
+  /// @param mean_epoch weighted mean generation of the planes matched by this scan.
+  /// @param P_local covariance (boxplus) of the registration against them.
+  /// @return covariance (boxplus) of the pose relative to odom's origin.
+  geometry::Mat6 update(const geometry::SE3& T_odom_body, double mean_epoch,
+                        const geometry::Mat6& P_local);
+
+ private:
+  DriftSettings settings_;
+  std::uint32_t epoch_ = 0;
+  geometry::Vec3 p_epoch_ = geometry::Vec3::Zero();
+  std::vector<geometry::Mat6> D_;  ///< by generation
+};
+
+}  // namespace rali::odometry

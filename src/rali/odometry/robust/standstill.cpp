@@ -1,0 +1,77 @@
+#include "rali/odometry/robust/standstill.hpp"
+
+#include "rali/odometry/robust/block_means.hpp"
+#include "rali/odometry/robust/update.hpp"
+
+namespace rali::odometry {
+
+using geometry::Mat3;
+using geometry::Vec3;
+using sensor::ImuSample;
+
+namespace {
+
+constexpr double kSpeedMax_mps = 0.05;
+constexpr double kSpeedSigmaMax_mps = 0.1;
+constexpr double kTravelMax_m = 0.01;
+constexpr double kZeroSpeedSigma_mps = 0.01;
+
+}  // namespace
+
+bool StandstillDetector::update(const FilterState& state, const InertialBuffer& imu) {
+  recent_.push_back({state.t, state.T_odom_body.p});
+  const Time begin = state.t - Duration::from_s(constraints_.rest_after_s);
+  while (recent_.size() > 2 && recent_[1].t <= begin) recent_.pop_front();
+  if (!constraints_.standstill || recent_.front().t > begin) return false;
+  const double v_var = state.P.block<3, 3>(kVel, kVel).diagonal().maxCoeff();
+  if (state.v.norm() > kSpeedMax_mps || v_var > kSpeedSigmaMax_mps * kSpeedSigmaMax_mps) {
+    return false;
+  }
+  for (const Moment& m : recent_) {
+    if ((m.p - state.T_odom_body.p).norm() > kTravelMax_m) return false;
+  }
+  const imu::ImuStatistics blocks = imu::statistics(block_means(imu.between(begin, state.t)));
+  return blocks.samples >= 4 && blocks.gyro_sd_radps.maxCoeff() < rest_.gyro_sd_max_radps &&
+         blocks.accel_sd_mps2.maxCoeff() < rest_.accel_sd_max_mps2 &&
+         (blocks.gyro_mean_radps - state.gyro_bias_radps).norm() < rest_.gyro_sd_max_radps;
+}
+
+void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end,
+                    const ImuNoiseSettings& noise) {
+  const double dt_s = (t_end - state.t).s();
+  if (dt_s <= 0.0) return;
+  const imu::ImuStatistics stats = imu::statistics(buffer.between(state.t + Duration{1}, t_end));
+  const ImuSample now = buffer.at(t_end);
+  const Vec3 gyro = stats.samples > 0 ? stats.gyro_mean_radps : now.gyro_radps;
+  const Vec3 accel = stats.samples > 0 ? stats.accel_mean_mps2 : now.accel_mps2;
+  const Mat3& R = state.T_odom_body.R;
+  const Vec3 a = accel - state.accel_bias_mps2;
+
+  StateCov F = StateCov::Identity();
+  F.block<3, 3>(kVel, kTheta) = -dt_s * R * geometry::skew(a);
+  F.block<3, 3>(kVel, kAccelBias) = -dt_s * R;
+  F.block<3, 2>(kVel, kGravity) =
+      -dt_s * geometry::skew(state.g_odom_mps2) * gravity_basis(state.g_odom_mps2);
+  state.P = F * state.P * F.transpose();
+  const double white_a = noise.accel_mps2_rthz * noise.vibration_factor;
+  const double white_g = noise.gyro_radps_rthz * noise.vibration_factor;
+  state.P.diagonal().segment<3>(kVel).array() += white_a * white_a * dt_s;
+  state.P.diagonal().segment<3>(kGyroBias).array() +=
+      noise.gyro_walk_radps2_rthz * noise.gyro_walk_radps2_rthz * dt_s;
+  state.P.diagonal().segment<3>(kAccelBias).array() +=
+      noise.accel_walk_mps3_rthz * noise.accel_walk_mps3_rthz * dt_s;
+  state.v += dt_s * (R * a + state.g_odom_mps2);
+  state.t = t_end;
+
+  using H3 = Eigen::Matrix<double, 3, kStateDim>;
+  H3 H = H3::Zero();
+  H.block<3, 3>(0, kVel).setIdentity();
+  const Vec3 zero_speed = -state.v;
+  update_linear<3>(state, H, zero_speed, kZeroSpeedSigma_mps * kZeroSpeedSigma_mps * Mat3::Identity());
+  H.setZero();
+  H.block<3, 3>(0, kGyroBias).setIdentity();
+  const Vec3 still = gyro - state.gyro_bias_radps;
+  update_linear<3>(state, H, still, white_g * white_g / dt_s * Mat3::Identity());
+}
+
+}  // namespace rali::odometry

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <deque>
+
+#include "rali/odometry/robust/inertial.hpp"
+#include "rali/odometry/robust/settings.hpp"
+#include "rali/odometry/robust/state.hpp"
+
+namespace rali::odometry {
+
+/// Decides from inertial samples, the filter's speed and the LiDAR's poses whether the vehicle
+/// stands (algorithms 2.6). Where the LiDAR cannot see the motion, nothing is proven.
+class StandstillDetector {
+ public:
+  StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest)
+      : constraints_(constraints), rest_(rest) {}
+
+  /// Call after each scan. @return true while the vehicle stands.
+  bool update(const FilterState& state, const InertialBuffer& imu);
+
+  void reset() { recent_.clear(); }
+
+  [[nodiscard]] double window_s() const { return constraints_.rest_after_s; }
+
+ private:
+  struct Moment {
+    Time t;
+    geometry::Vec3 p;
+  };
+
+  ConstraintSettings constraints_;
+  imu::RestSettings rest_;
+  std::deque<Moment> recent_;
+};
+
+/// Propagation while the pose is held: attitude and position stay, velocity and biases evolve.
+/// Followed by "velocity is zero" and "the gyro measures its bias", it learns the biases without
+/// touching what is known about the pose.
+void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end,
+                    const ImuNoiseSettings& noise);
+
+}  // namespace rali::odometry

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "rali/odometry/robust/plane_map.hpp"
+#include "rali/odometry/robust/settings.hpp"
+#include "rali/odometry/robust/state.hpp"
+
+namespace rali::odometry {
+
+/// Non-holonomic motion and constant height above ground (algorithms 2.6), both learnt from the
+/// vehicle's own well-known motion and used only while the data agree: a cart earns them, a
+/// drone, a hand or stairs never do. Each is applied only where the filter knows less than the
+/// constraint says.
+class VehicleConstraints {
+ public:
+  explicit VehicleConstraints(const ConstraintSettings& settings) : settings_(settings) {}
+
+  /// Call after each scan's update. @param known the LiDAR saw all directions of this scan.
+  void update(FilterState& state, const geometry::Vec3& w_body_radps, const PlaneMap& map,
+              bool known);
+
+  [[nodiscard]] bool non_holonomic_holds() const { return non_holonomic_holds_; }
+
+  [[nodiscard]] bool ground_holds() const { return ground_holds_; }
+
+ private:
+  void learn_direction(const geometry::Vec3& v_body);
+  void constrain_direction(FilterState& state, const geometry::Vec3& w_body_radps);
+  void ground(FilterState& state, const PlaneMap& map, bool known);
+
+  ConstraintSettings settings_;
+  geometry::Mat3 directions_ = geometry::Mat3::Zero();  ///< forgetting sum of v v^T / |v|^2
+  geometry::Vec3 forward_body_ = geometry::Vec3::UnitX();
+  bool non_holonomic_holds_ = false;
+  double height_m_ = 0.0, height_var_m2_ = 0.0, height_weight_ = 0.0;
+  bool ground_holds_ = false;
+};
+
+}  // namespace rali::odometry
