@@ -10,6 +10,7 @@
 #include "rali/io/containers/mcap_writer.hpp"
 #include "rali/io/containers/rosbag2_folder.hpp"
 #include "rali/io/containers/testing.hpp"
+#include "rali/io/files/text.hpp"
 
 namespace rali::io {
 namespace {

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "rali/io/files/text.hpp"
+
 namespace rali::io {
 namespace {
 
@@ -16,14 +18,6 @@ namespace fs = std::filesystem;
 
 // Real ones have some kilobytes, with a thousand splits some hundred.
 constexpr std::size_t kMetadataBytesMax = 16U << 20;
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
 
 std::string unquoted(std::string_view text) {
   text = trimmed(text);
@@ -127,31 +121,6 @@ void take_listed(const std::string& folder, const Rosbag2Metadata& metadata,
 }
 
 }  // namespace
-
-bool natural_less(std::string_view a, std::string_view b) {
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!is_digit(a[i]) || !is_digit(b[j])) {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i;
-      ++j;
-      continue;
-    }
-    const auto number = [](std::string_view text, std::size_t& at) {
-      while (at < text.size() && text[at] == '0') ++at;
-      const std::size_t begin = at;
-      while (at < text.size() && is_digit(text[at])) ++at;
-      return text.substr(begin, at - begin);
-    };
-    const std::string_view left = number(a, i);
-    const std::string_view right = number(b, j);
-    if (left.size() != right.size()) return left.size() < right.size();
-    if (left != right) return left < right;
-  }
-  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
-  return a < b;  // "01" and "1"
-}
 
 Rosbag2Metadata parse_rosbag2_metadata(std::string_view yaml) {
   Rosbag2Metadata out;

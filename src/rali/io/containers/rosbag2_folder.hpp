@@ -34,7 +34,4 @@ struct Rosbag2Folder {
 /// names without it. Errors: no recording, several that do not belong together.
 [[nodiscard]] Result<Rosbag2Folder> list_rosbag2_folder(const std::string& folder);
 
-/// Digits compare as numbers: bag_2 before bag_10.
-[[nodiscard]] bool natural_less(std::string_view a, std::string_view b);
-
 }  // namespace rali::io
