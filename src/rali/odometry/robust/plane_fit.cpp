@@ -30,7 +30,7 @@ Mat3 PointSums::mean_ray_product() const {
   return inverse * U;
 }
 
-FitResult fit_plane(const PointSums& sums, const Vec3& origin, bool finest,
+FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bool finest,
                     const PlaneSettings& settings, Plane& plane) {
   if (sums.n < settings.points_min) return FitResult::kTooFew;
   // Range noise lies along the rays. One ring on the floor spreads along it as far as a narrow
@@ -42,19 +42,21 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, bool finest,
   const Vec3 normal = pca.vectors.col(2);
   const double excess = finest ? settings.excess_max_finest_m : settings.excess_max_m;
   if (pca.values[2] > excess * excess) return FitResult::kTooThick;
-  if (pca.values[1] < settings.width_min_m * settings.width_min_m) return FitResult::kTooFew;
+  const double width = settings.width_min_ratio * edge_m;
+  if (pca.values[1] < width * width) return FitResult::kTooFew;
   const double l3 = std::max(0.0, normal.dot(measured * normal));
   if (pca.values[1] < 4.0 * l3) return finest ? FitResult::kTooFew : FitResult::kTooThick;
   const double n = sums.n;
   const double floor = settings.sigma_floor_m * settings.sigma_floor_m;
   const double s2 = std::max(floor, l3 * n / (n - 3.0));
-  const double tilt = settings.tilt_systematic_rad * settings.tilt_systematic_rad;
+  // Scans disagree by millimetres; spread over a narrow plane that is a large tilt.
+  const double between = settings.sigma_between_m * settings.sigma_between_m;
   plane.q = origin + sums.sum / n;
   plane.e1 = pca.vectors.col(0);
   plane.e2 = pca.vectors.col(1);
   plane.n = normal;
-  plane.var_tilt1 = s2 / (n * pca.values[0]) + tilt;
-  plane.var_tilt2 = s2 / (n * pca.values[1]) + tilt;
+  plane.var_tilt1 = (s2 / n + between) / pca.values[0];
+  plane.var_tilt2 = (s2 / n + between) / pca.values[1];
   plane.var_offset = s2 / n + settings.sigma_systematic_m * settings.sigma_systematic_m;
   plane.var_normal = s2;
   plane.epoch = sums.epoch_sum / n;

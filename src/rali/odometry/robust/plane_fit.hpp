@@ -47,10 +47,12 @@ struct PlaneSettings {
   /// rougher, since they cannot be split.
   double excess_max_m = 0.012;
   double excess_max_finest_m = 0.05;
-  double width_min_m = 0.04;       ///< sqrt(l2) at least: a line of one ring is no plane
+  /// sqrt(l2) at least, as a share of the cell's edge (a filled cell has 0.29): one ring is a
+  /// line, and what little it spreads shows the errors of poses, not the surface.
+  double width_min_ratio = 0.12;
   double sigma_floor_m = 0.003;    ///< measured noise along the normal not below
   double sigma_systematic_m = 0.01;  ///< common offset of all points of a plane
-  double tilt_systematic_rad = 0.002;  ///< common tilt
+  double sigma_between_m = 0.003;  ///< offset between the scans that filled a cell: tilts it
 
   template <class V>
   void visit(V& v) {
@@ -58,10 +60,10 @@ struct PlaneSettings {
     v("range_sigma_m", range_sigma_m, 0.0, 1.0, "range noise taken out of the spread of points");
     v("excess_max_m", excess_max_m, 1e-3, 1.0, "thickness beyond range noise: more is split");
     v("excess_max_finest_m", excess_max_finest_m, 1e-3, 1.0, "the same in cells of the finest level");
-    v("width_min_m", width_min_m, 0.005, 1.0, "smallest spread in the plane: one ring is a line");
+    v("width_min_ratio", width_min_ratio, 0.0, 0.3, "smallest spread in the plane / edge of the cell");
     v("sigma_floor_m", sigma_floor_m, 1e-4, 0.1, "measured noise along the normal not below");
     v("sigma_systematic_m", sigma_systematic_m, 0.0, 0.1, "offset common to all points of a plane");
-    v("tilt_systematic_rad", tilt_systematic_rad, 0.0, 0.1, "tilt common to all points of a plane");
+    v("sigma_between_m", sigma_between_m, 0.0, 0.1, "offset between scans within a plane: its tilt");
   }
 };
 
@@ -86,8 +88,9 @@ enum class FitResult {
 };
 
 /// Fits a plane to the sums. @param origin of the sums, in the frame of the result.
-/// @param finest the cell cannot be split any more.
-[[nodiscard]] FitResult fit_plane(const PointSums& sums, const geometry::Vec3& origin, bool finest,
-                                  const PlaneSettings& settings, Plane& plane);
+/// @param edge_m of the cell. @param finest it cannot be split any more.
+[[nodiscard]] FitResult fit_plane(const PointSums& sums, const geometry::Vec3& origin,
+                                  double edge_m, bool finest, const PlaneSettings& settings,
+                                  Plane& plane);
 
 }  // namespace rali::odometry

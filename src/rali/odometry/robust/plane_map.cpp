@@ -104,7 +104,8 @@ void PlaneMap::refit(int index, const Vec3& origin, int level) {
   Cell& cell = cells_[static_cast<std::size_t>(index)];
   Plane plane;
   const bool finest = level + 1 == kLevels;
-  const FitResult fit = fit_plane(cell.sums, origin, finest, settings_.plane, plane);
+  const double edge_m = settings_.voxel_m / static_cast<double>(1 << level);
+  const FitResult fit = fit_plane(cell.sums, origin, edge_m, finest, settings_.plane, plane);
   cell.refit_at = std::max(cell.sums.n + 1,
                            static_cast<int>(std::ceil(cell.sums.n * settings_.refit_growth)));
   if (fit == FitResult::kPlane) {

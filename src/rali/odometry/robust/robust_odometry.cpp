@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cmath>
+#include <deque>
 #include <limits>
 
 #include "rali/cloud/voxel_sampler.hpp"
@@ -41,7 +42,8 @@ class RobustOdometry final : public Odometry {
         map_(settings.robust.map),
         keyframer_(settings.robust.keyframe),
         drift_(settings.robust.drift),
-        standstill_(settings.robust.constraints, settings.robust.initialisation.rest),
+        standstill_(settings.robust.constraints, settings.robust.initialisation.rest,
+                    settings.imu_noise),
         constraints_(settings.robust.constraints) {}
 
   void add_imu(const sensor::ImuSample& sample) override { imu_.add(sample); }
@@ -95,6 +97,7 @@ class RobustOdometry final : public Odometry {
   VehicleConstraints constraints_;
   bool held_ = false;  ///< the vehicle stands
   bool quiet_start_ = false;  ///< nothing has shown motion since the first scan
+  std::deque<FilterState> held_states_;  ///< of the last moments of holding
   std::vector<BodyPoints> start_points_;  ///< of the first scans, until gravity is known
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
@@ -146,10 +149,16 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   const bool moved = seen.matches >= settings_.update.matches_min &&
                      (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
   if (moved || !standstill_.update(state_, imu_)) {
+    // Motion shows late: what the pose missed since the window began is made up for.
     held_ = false;
-    state_ = before;
+    state_ = held_states_.empty() ? before : held_states_.front();
+    held_states_.clear();
+    standstill_.reset();
     return std::nullopt;
   }
+  held_states_.push_back(before);
+  const Time keep = state_.t - Duration::from_s(standstill_.window_s());
+  while (held_states_.front().t < keep) held_states_.pop_front();
   imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
   t_last_good_ = state_.t;
   return result_of(scan, seen);

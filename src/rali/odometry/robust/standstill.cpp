@@ -1,5 +1,7 @@
 #include "rali/odometry/robust/standstill.hpp"
 
+#include <cmath>
+
 #include "rali/odometry/robust/block_means.hpp"
 #include "rali/odometry/robust/update.hpp"
 
@@ -14,6 +16,7 @@ namespace {
 constexpr double kSpeedMax_mps = 0.05;
 constexpr double kSpeedSigmaMax_mps = 0.1;
 constexpr double kTravelMax_m = 0.01;
+constexpr double kRateSigmas = 3.0;
 constexpr double kZeroSpeedSigma_mps = 0.01;
 
 }  // namespace
@@ -30,10 +33,18 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
   for (const Moment& m : recent_) {
     if ((m.p - state.T_odom_body.p).norm() > kTravelMax_m) return false;
   }
-  const imu::ImuStatistics blocks = imu::statistics(block_means(imu.between(begin, state.t)));
-  return blocks.samples >= 4 && blocks.gyro_sd_radps.maxCoeff() < rest_.gyro_sd_max_radps &&
-         blocks.accel_sd_mps2.maxCoeff() < rest_.accel_sd_max_mps2 &&
-         (blocks.gyro_mean_radps - state.gyro_bias_radps).norm() < rest_.gyro_sd_max_radps;
+  const std::vector<ImuSample> window = imu.between(begin, state.t);
+  const imu::ImuStatistics blocks = imu::statistics(block_means(window));
+  if (blocks.samples < 4 || blocks.gyro_sd_radps.maxCoeff() > rest_.gyro_sd_max_radps ||
+      blocks.accel_sd_mps2.maxCoeff() > rest_.accel_sd_max_mps2) {
+    return false;
+  }
+  // A vehicle that starts squats slowly: below the spread of the blocks, but not of their mean.
+  const double sigma = noise_.gyro_radps_rthz * noise_.vibration_factor /
+                       std::sqrt(constraints_.rest_after_s);
+  const double bias_var = state.P.block<3, 3>(kGyroBias, kGyroBias).diagonal().maxCoeff();
+  const double limit = kRateSigmas * std::sqrt(sigma * sigma + bias_var);
+  return (blocks.gyro_mean_radps - state.gyro_bias_radps).norm() < limit;
 }
 
 void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end,

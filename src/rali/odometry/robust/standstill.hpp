@@ -12,8 +12,9 @@ namespace rali::odometry {
 /// stands (algorithms 2.6). Where the LiDAR cannot see the motion, nothing is proven.
 class StandstillDetector {
  public:
-  StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest)
-      : constraints_(constraints), rest_(rest) {}
+  StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest,
+                     const ImuNoiseSettings& noise)
+      : constraints_(constraints), rest_(rest), noise_(noise) {}
 
   /// Call after each scan. @return true while the vehicle stands.
   bool update(const FilterState& state, const InertialBuffer& imu);
@@ -30,6 +31,7 @@ class StandstillDetector {
 
   ConstraintSettings constraints_;
   imu::RestSettings rest_;
+  ImuNoiseSettings noise_;
   std::deque<Moment> recent_;
 };
 
