@@ -1,10 +1,15 @@
 #include "rali/cli/commands/commands.hpp"
 
+#include "rali/cli/commands/doctor.hpp"
+#include "rali/cli/commands/info.hpp"
+
 namespace rali::cli {
 
 CommandList all_commands() {
   CommandList commands;
   commands.push_back(make_map_command());
+  commands.push_back(make_doctor_command());
+  commands.push_back(make_info_command());
   commands.push_back(make_completion_command());
   commands.push_back(make_help_settings_command());
   commands.push_back(make_help_cli_command());
