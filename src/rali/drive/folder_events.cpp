@@ -30,7 +30,7 @@ class FolderEvents final : public ReportedSource {
         imu_(std::move(imu)),
         options_(std::move(options)),
         report_(std::move(report)),
-        intake_(units, options_.T_body_imu),
+        intake_(units),
         outlet_(options_) {}
 
   Result<std::optional<vehicle::Event>> next() override {

@@ -103,8 +103,8 @@ Status MapRun::run_vehicles() {
     settings.name = first.vehicle;
     settings.has_imu = first.has_imu;
     settings.calibration.T_body_lidar = first.T_body_lidar;
-    settings.calibration.T_body_imu = geometry::SE3{};  // samples come in the body frame
-    settings.calibration.lidar_time_offset_s = 0.0;     // and stamps with the offset applied
+    settings.calibration.T_body_imu = first.T_body_imu;
+    settings.calibration.lidar_time_offset_s = 0.0;  // applied to the stamps already
     vehicle::Vehicle vehicle(VehicleId{static_cast<std::uint16_t>(i)}, settings);
     if (session_) session_->set_lidar(first.vehicle, first.T_body_lidar);
     Result<VehicleRun> run = VehicleRun::start(first.vehicle, job_.out_dir, session_.get());

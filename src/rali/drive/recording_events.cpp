@@ -25,7 +25,7 @@ class RecordingEvents final : public ReportedSource {
         report_(std::move(report)),
         lidar_stamps_(probe_.lidar_stamps, shifts_),
         imu_stamps_(probe_.imu_stamps, shifts_),
-        intake_(probe_.units, options_.T_body_imu),
+        intake_(probe_.units),
         outlet_(options_) {}
 
   Result<std::optional<vehicle::Event>> next() override {

@@ -8,8 +8,8 @@
 namespace rali::drive {
 
 /// An event source that tells what it decided about its input and what was missing. Scans are in
-/// the LiDAR frame, inertial samples in SI units in the body frame: a vehicle fed by it takes
-/// report().T_body_lidar and the identity for T_body_imu.
+/// the LiDAR frame, inertial samples in SI units in the frame of the IMU: a vehicle fed by it takes
+/// report().T_body_lidar and report().T_body_imu.
 class ReportedSource : public EventSource {
  public:
   /// Decisions are final from the start; counts and findings grow until the end.

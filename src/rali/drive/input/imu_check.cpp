@@ -12,10 +12,17 @@ namespace {
 
 constexpr double kGravity = 9.80665;
 constexpr double kStretchS = 0.5;
-/// A gyro at rest shows its bias: cheap parts are specified to 3 deg/s = 0.05 rad/s, so a mean of
-/// more than 0.1 or a noise of more than 0.05 in "rad/s" is a number of degrees.
+/// A gyro at rest shows its bias: cheap parts are specified to 3 deg/s = 0.05 rad/s, so 0.1 in
+/// "rad/s" is no bias. It may be a steady bend on a smooth floor, though, which is as quiet; only
+/// beyond 2 rad/s no vehicle turns without being felt by the accelerometer.
 constexpr double kRestGyroMean = 0.1;
-constexpr double kRestGyroStd = 0.05;
+constexpr double kSteadyTurnMax = 2.0;
+/// Noise from sample to sample, which no bend adds to: 0.05 in "rad/s" is a number of degrees.
+constexpr double kRestGyroNoise = 0.05;
+/// Means over 0.1 s at rest: they differ by the white noise that is left in them, and no more than
+/// this without; a vehicle that turns into a bend within the half second differs by more.
+constexpr double kBlockS = 0.1;
+constexpr double kRestGyroBlocks = 0.03;
 /// Spread of |a| at rest: 1 % is ten times the noise of the worst data sheet at 200 Hz.
 constexpr double kRestAccelShare = 0.015;
 /// No cart or car turns at 6 rad/s for half of a stretch; in deg/s that is a slow bend.
@@ -26,6 +33,39 @@ double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// Largest spread of the three axes from sample to sample: white noise, but no turning.
+double gyro_noise(std::span<const sensor::ImuSample> samples) {
+  if (samples.size() < 2) return 0.0;
+  geometry::Vec3 sum = geometry::Vec3::Zero();
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    sum += (samples[i].gyro_radps - samples[i - 1].gyro_radps).cwiseAbs2();
+  }
+  return std::sqrt(sum.maxCoeff() / (2.0 * static_cast<double>(samples.size() - 1)));
+}
+
+/// Whether the means over kBlockS of the gyro stay together as they do without motion.
+bool gyro_is_steady(std::span<const sensor::ImuSample> samples, double noise) {
+  const double span_s = std::abs(seconds_between(samples.front().t, samples.back().t));
+  const auto blocks = static_cast<std::size_t>(std::clamp(span_s / kBlockS, 2.0, 1e4));
+  const std::size_t length = samples.size() / blocks;
+  if (length == 0) return false;
+  geometry::Vec3 sum = geometry::Vec3::Zero(), sum_of_squares = geometry::Vec3::Zero();
+  for (std::size_t b = 0; b < blocks; ++b) {
+    geometry::Vec3 mean = geometry::Vec3::Zero();
+    for (const sensor::ImuSample& i : samples.subspan(b * length, length)) {
+      mean += i.gyro_radps / static_cast<double>(length);
+    }
+    // From the first sample on, so that squares of a large bias do not eat the digits.
+    mean -= samples.front().gyro_radps;
+    sum += mean;
+    sum_of_squares += mean.cwiseAbs2();
+  }
+  const auto n = static_cast<double>(blocks);
+  const geometry::Vec3 variance = sum_of_squares / n - (sum / n).cwiseAbs2();
+  const double left_by_noise = 3.0 * noise / std::sqrt(static_cast<double>(length));
+  return std::sqrt(std::max(variance.maxCoeff(), 0.0)) < std::max(kRestGyroBlocks, left_by_noise);
 }
 
 ImuStretch describe(std::span<const sensor::ImuSample> samples) {
@@ -39,19 +79,24 @@ ImuStretch describe(std::span<const sensor::ImuSample> samples) {
     s.gyro_mean += i.gyro_radps / n;
     norms.push_back(i.accel_mps2.norm());
   }
-  geometry::Vec3 gyro_var = geometry::Vec3::Zero();
   double accel_var = 0.0;
   for (const sensor::ImuSample& i : samples) {
-    gyro_var += (i.gyro_radps - s.gyro_mean).cwiseAbs2() / n;
     accel_var += (i.accel_mps2 - s.accel_mean).squaredNorm() / (3.0 * n);
   }
   s.accel_norm_median = median(norms);
-  s.gyro_std = std::sqrt(gyro_var.maxCoeff());
+  s.gyro_noise = gyro_noise(samples);
   s.accel_std_share = s.accel_norm_median > 0.0 ? std::sqrt(accel_var) / s.accel_norm_median : 0.0;
   s.t_begin = samples.front().t;
   s.t_end = samples.back().t;
-  s.at_rest = samples.size() >= 10 && s.accel_std_share < kRestAccelShare;
+  s.at_rest = samples.size() >= 10 && s.accel_std_share < kRestAccelShare &&
+              gyro_is_steady(samples, s.gyro_noise);
   return s;
+}
+
+/// Rest before motion, then the quieter accelerometer.
+bool quieter(const ImuStretch& a, const ImuStretch& b) {
+  if (a.at_rest != b.at_rest) return a.at_rest;
+  return a.accel_std_share < b.accel_std_share;
 }
 
 Finding finding(const char* id, Severity severity, const std::string& topic, std::string text,
@@ -99,31 +144,51 @@ Result<double> accel_scale(const ImuStretch& stretch, AccelUnit unit, const std:
   return 1.0;
 }
 
+/// Rest shows a noise or a rate that is none in rad/s.
+bool counts_degrees_at_rest(const ImuStretch& rest) {
+  return rest.at_rest &&
+         (rest.gyro_noise > kRestGyroNoise || rest.gyro_mean.norm() > kSteadyTurnMax);
+}
+
+double median_rate(std::span<const sensor::ImuSample> samples) {
+  std::vector<double> rates;
+  rates.reserve(samples.size());
+  for (const sensor::ImuSample& s : samples) rates.push_back(s.gyro_radps.norm());
+  return median(rates);
+}
+
 double gyro_scale(std::span<const sensor::ImuSample> first, const ImuStretch& rest, GyroUnit unit,
                   const std::string& topic, FindingList& findings) {
   constexpr double kDeg = std::numbers::pi / 180.0;
   if (unit == GyroUnit::kRadps) return 1.0;
   if (unit == GyroUnit::kDegps) return kDeg;
   const double mean = rest.gyro_mean.norm();
-  if (rest.at_rest && (mean > kRestGyroMean || rest.gyro_std > kRestGyroStd)) {
+  if (counts_degrees_at_rest(rest)) {
     findings.push_back(
         finding("D09", Severity::kWarning, topic,
                 fmt::format("the gyro shows {:.3f} +- {:.3f} at rest: its unit is deg/s", mean,
-                            rest.gyro_std),
+                            rest.gyro_noise),
                 mean, kRestGyroMean));
     return kDeg;
   }
-  std::vector<double> rates;
-  rates.reserve(first.size());
-  for (const sensor::ImuSample& s : first) rates.push_back(s.gyro_radps.norm());
-  const double rate = median(rates);
+  const double rate = median_rate(first);
+  const double span_s = seconds_between(first.front().t, first.back().t);
   if (rate > kDrivingGyroMedian) {
     findings.push_back(finding("D09", Severity::kWarning, topic,
                                fmt::format("the gyro shows {:.1f} for most of the first {:.1f} s, "
                                            "which no vehicle turns in rad/s: its unit is deg/s",
-                                           rate, seconds_between(first.front().t, first.back().t)),
+                                           rate, span_s),
                                rate, kDrivingGyroMedian));
     return kDeg;
+  }
+  if (rest.at_rest && mean > kRestGyroMean && gyro_is_steady(first, rest.gyro_noise)) {
+    // A bias in deg/s and a steady bend look alike; a factor of 57 is not risked on a guess.
+    findings.push_back(finding("D09", Severity::kWarning, topic,
+                               fmt::format("the gyro shows a steady {:.3f} for the first {:.1f} s: "
+                                           "a bend in rad/s, or a bias in deg/s; taken as rad/s",
+                                           mean, span_s),
+                               mean, kRestGyroMean));
+    findings.back().remedy = "If the vehicle stood still, set imu.gyro_unit: deg_s.";
   }
   return 1.0;
 }
@@ -143,7 +208,7 @@ ImuStretch quietest_stretch(std::span<const sensor::ImuSample> samples) {
     }
     const ImuStretch s = describe(samples.subspan(begin, end - begin));
     const bool whole = end < samples.size() || !found;
-    if (whole && (!found || s.accel_std_share < best.accel_std_share)) {
+    if (whole && (!found || quieter(s, best))) {
       best = s;
       found = true;
     }

@@ -16,12 +16,13 @@ struct ImuStretch {
   geometry::Vec3 gyro_mean = geometry::Vec3::Zero();
   double accel_norm_median = 0.0;
   double accel_std_share = 0.0;  ///< spread of |a| / |a|
-  double gyro_std = 0.0;         ///< largest of the three axes
+  double gyro_noise = 0.0;       ///< from sample to sample, largest of the three axes
   Time t_begin, t_end;
-  bool at_rest = false;
+  bool at_rest = false;  ///< both sensors say so, in whatever unit
 };
 
-/// The quietest half second (or all, if shorter) of the samples.
+/// The quietest half second (or all, if shorter) of the samples: one at rest, if there is any. A
+/// smooth bend leaves the accelerometer quiet, so the gyro's means over 0.1 s must agree, too.
 [[nodiscard]] ImuStretch quietest_stretch(std::span<const sensor::ImuSample> samples);
 
 /// Factors to m/s^2 and rad/s.
@@ -31,10 +32,11 @@ struct ImuUnits {
   FindingList findings;  ///< D08, D09
 };
 
-/// Finds the units by value: |a| near 1 is g, near 9.8 is m/s^2; a gyro that turns by tens of
-/// degrees per second while the accelerometer says "at rest" counts in degrees.
-/// Source: users.md U11; LIO_SAM_6AXIS#91, livox_ros_driver#63.
-/// Errors: kInput if gravity was removed from the data (|a| near 0), since nothing can be levelled.
+/// Finds the units by value: |a| near 1 is g, near 9.8 is m/s^2; a gyro counts in degrees whose
+/// noise at rest, steady rate or rate while driving none can have in rad/s. A rate that is a bias
+/// in deg/s or a steady bend in rad/s is left as rad/s and reported. Source: users.md U11;
+/// LIO_SAM_6AXIS#91, livox_ros_driver#63. Errors: kInput if gravity was removed from the data (|a|
+/// near 0), since nothing can be levelled.
 [[nodiscard]] Result<ImuUnits> decide_imu_units(std::span<const sensor::ImuSample> first,
                                                 const InputOptions& options,
                                                 const std::string& topic);

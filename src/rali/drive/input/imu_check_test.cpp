@@ -49,13 +49,51 @@ TEST(ImuUnits, refuses_data_without_gravity) {
   EXPECT_NE(units.error().what.find("gravity was removed"), std::string::npos);
 }
 
-TEST(ImuUnits, recognises_degrees_by_bias_and_by_noise_at_rest) {
-  for (const auto& [bias, noise] : {std::pair{0.4, 0.02}, std::pair{0.01, 0.1}}) {
+TEST(ImuUnits, recognises_degrees_by_a_large_bias_and_by_noise_at_rest) {
+  for (const auto& [bias, noise] :
+       {std::pair{2.5, 0.02}, std::pair{0.4, 0.1}, std::pair{0.01, 0.6}}) {
     const auto units = decide_imu_units(at_rest(9.81, bias, noise), {}, "/imu");
     ASSERT_TRUE(units);
     EXPECT_NEAR(units->gyro_scale, kDeg, 1e-12);
     EXPECT_EQ(units->findings.at(0).id, "D09");
   }
+}
+
+/// Two seconds that begin straight and end in a bend, felt by nothing but the gyro.
+std::vector<sensor::ImuSample> smooth_bend(double rate_radps) {
+  std::vector<sensor::ImuSample> samples = at_rest(9.81, 0.005, 0.003);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double t_s = 0.005 * static_cast<double>(i);
+    samples[i].gyro_radps.z() += rate_radps * std::min(1.0, 0.5 * t_s);
+  }
+  return samples;
+}
+
+TEST(ImuUnits, does_not_take_a_smooth_bend_for_rest) {
+  EXPECT_TRUE(quietest_stretch(at_rest(9.81, 0.005, 0.003)).at_rest);
+  EXPECT_FALSE(quietest_stretch(smooth_bend(0.6)).at_rest);
+  const auto units = decide_imu_units(smooth_bend(0.6), {}, "/imu");
+  ASSERT_TRUE(units);
+  EXPECT_EQ(units->gyro_scale, 1.0);
+  EXPECT_TRUE(units->findings.empty());
+}
+
+TEST(ImuUnits, prefers_rest_to_a_quieter_accelerometer_in_a_bend) {
+  std::vector<sensor::ImuSample> samples = smooth_bend(0.6);
+  for (std::size_t i = 0; i < 120; ++i) samples[i].gyro_radps.z() = 0.0;  // stands for 0.6 s
+  for (std::size_t i = 120; i < samples.size(); ++i) samples[i].accel_mps2 = {0.0, 0.0, 9.81};
+  const ImuStretch quiet = quietest_stretch(samples);
+  EXPECT_TRUE(quiet.at_rest);
+  EXPECT_EQ(quiet.t_begin, samples.front().t);
+}
+
+TEST(ImuUnits, leaves_a_steady_rate_as_radians_and_asks) {
+  const auto units = decide_imu_units(at_rest(9.81, 0.4, 0.003), {}, "/imu");
+  ASSERT_TRUE(units);
+  EXPECT_EQ(units->gyro_scale, 1.0);
+  ASSERT_EQ(units->findings.size(), 1U);
+  EXPECT_EQ(units->findings[0].id, "D09");
+  EXPECT_NE(units->findings[0].remedy.find("gyro_unit"), std::string::npos);
 }
 
 TEST(ImuUnits, obeys_the_settings) {
@@ -68,25 +106,26 @@ TEST(ImuUnits, obeys_the_settings) {
   EXPECT_EQ(units->gyro_scale, 1.0);
 }
 
-TEST(ImuIntake, turns_samples_into_the_body_and_takes_the_centripetal_part_off) {
-  geometry::SE3 T_body_imu;
-  T_body_imu.R = geometry::rotation_from_rpy(0.0, 0.0, std::numbers::pi / 2.0);
-  T_body_imu.p = {0.5, 0.0, 0.0};
-  ImuIntake intake({}, T_body_imu);
+TEST(ImuIntake, scales_to_si_units_and_keeps_the_frame_of_the_imu) {
+  ImuUnits units;
+  units.accel_scale = 9.8;
+  units.gyro_scale = kDeg;
+  ImuIntake intake(units);
   sensor::ImuSample raw;
-  raw.gyro_radps = {0.0, 0.0, 2.0};
-  // x of the IMU is y of the body. Turning at 2 rad/s, 0.5 m ahead: -2 m/s2 along body x.
-  raw.accel_mps2 = {0.0, 2.0, 9.81};
+  raw.t = Time::from_s(3.0);
+  raw.gyro_radps = {0.0, 90.0, 0.0};
+  raw.accel_mps2 = {0.5, 0.0, -1.0};
   InputGaps gaps;
-  const auto body = intake.take(raw, gaps);
-  ASSERT_TRUE(body);
-  EXPECT_NEAR(body->accel_mps2.x(), 0.0, 1e-12);
-  EXPECT_NEAR(body->accel_mps2.y(), 0.0, 1e-12);
-  EXPECT_NEAR(body->accel_mps2.z(), 9.81, 1e-12);
+  const auto si = intake.take(raw, gaps);
+  ASSERT_TRUE(si);
+  EXPECT_EQ(si->t, raw.t);
+  EXPECT_NEAR((si->gyro_radps - geometry::Vec3(0.0, std::numbers::pi / 2.0, 0.0)).norm(), 0.0,
+              1e-12);
+  EXPECT_NEAR((si->accel_mps2 - geometry::Vec3(4.9, 0.0, -9.8)).norm(), 0.0, 1e-12);
 }
 
 TEST(ImuIntake, counts_and_drops_what_is_no_number) {
-  ImuIntake intake({}, {});
+  ImuIntake intake({});
   InputGaps gaps;
   sensor::ImuSample raw;
   raw.accel_mps2 = {0.0, std::nan(""), 9.81};
@@ -97,7 +136,7 @@ TEST(ImuIntake, counts_and_drops_what_is_no_number) {
 }
 
 TEST(ImuIntake, counts_values_that_stay_at_their_largest) {
-  ImuIntake intake({}, {});
+  ImuIntake intake({});
   InputGaps gaps;
   for (const double a : {9.0, 39.2, 39.2, 39.2, 12.0}) {
     sensor::ImuSample raw;

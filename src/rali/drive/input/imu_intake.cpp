@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include <Eigen/Geometry>
-
 namespace rali::drive {
 namespace {
 
@@ -35,16 +33,12 @@ std::optional<sensor::ImuSample> ImuIntake::take(const sensor::ImuSample& raw, I
     ++gaps.imu_invalid;
     return std::nullopt;
   }
-  sensor::ImuSample body;
-  body.t = raw.t;
-  body.gyro_radps = units_.gyro_scale * raw.gyro_radps;
-  body.accel_mps2 = units_.accel_scale * raw.accel_mps2;
-  count_saturation(body, gaps);
-  body.gyro_radps = T_body_imu_.R * body.gyro_radps;
-  body.accel_mps2 = T_body_imu_.R * body.accel_mps2;
-  const geometry::Vec3& r = T_body_imu_.p;
-  body.accel_mps2 -= body.gyro_radps.cross(body.gyro_radps.cross(r));
-  return body;
+  sensor::ImuSample si;
+  si.t = raw.t;
+  si.gyro_radps = units_.gyro_scale * raw.gyro_radps;
+  si.accel_mps2 = units_.accel_scale * raw.accel_mps2;
+  count_saturation(si, gaps);
+  return si;
 }
 
 void ImuIntake::count_saturation(const sensor::ImuSample& si, InputGaps& gaps) {

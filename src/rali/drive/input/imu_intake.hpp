@@ -8,14 +8,11 @@
 
 namespace rali::drive {
 
-/// Turns samples as they are in the file into samples the odometry takes: SI units, body frame,
-/// checked. With a lever arm r of the IMU the centripetal part w x (w x r) is taken off; the part
-/// of the angular acceleration is not (0.1 m/s^2 at 1 rad/s^2 and 0.1 m: below vibration), since
-/// differentiating the gyro would add more noise than it removes.
+/// Turns samples as they are in the file into samples the odometry takes: SI units, checked. They
+/// stay in the frame of the IMU, where the odometry needs no lever arm.
 class ImuIntake {
  public:
-  ImuIntake(const ImuUnits& units, const geometry::SE3& T_body_imu)
-      : units_(units), T_body_imu_(T_body_imu) {}
+  explicit ImuIntake(const ImuUnits& units) : units_(units) {}
 
   /// @return empty for a sample that is no number or absurd; counted in `gaps`
   [[nodiscard]] std::optional<sensor::ImuSample> take(const sensor::ImuSample& raw,
@@ -25,7 +22,6 @@ class ImuIntake {
   void count_saturation(const sensor::ImuSample& si, InputGaps& gaps);
 
   ImuUnits units_;
-  geometry::SE3 T_body_imu_;
   geometry::Vec3 last_accel_ = geometry::Vec3::Zero(), last_gyro_ = geometry::Vec3::Zero();
   geometry::Vec3 most_accel_ = geometry::Vec3::Zero(), most_gyro_ = geometry::Vec3::Zero();
 };
