@@ -185,6 +185,7 @@ TEST(MapScenario, leaves_readable_odometry_and_keyframes_when_it_is_killed) {
   // Twice the period: odometry reaches the disk every 10 s of data.
   write_kitti_folder(folder.path("scans"), 130, 0.2071);
   const std::string out = folder.path("out"), scans = folder.path("scans");
+  const std::string odometry = out + "/odometry/.scans.tum.tmp";  // named after the folder
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
@@ -198,7 +199,7 @@ TEST(MapScenario, leaves_readable_odometry_and_keyframes_when_it_is_killed) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     ended = waitpid(child, &status, WNOHANG) == child;
     std::error_code error;
-    const auto size = fs::file_size(out + "/odometry/.v1.tum.tmp", error);
+    const auto size = fs::file_size(odometry, error);
     if (!error && size > 2000) break;
   }
   if (!ended) {
@@ -206,11 +207,11 @@ TEST(MapScenario, leaves_readable_odometry_and_keyframes_when_it_is_killed) {
     waitpid(child, &status, 0);
   }
   ASSERT_FALSE(ended) << "the run ended before it could be killed";
-  for (const auto& entry : fs::directory_iterator(out + "/keyframes/v1")) {
+  for (const auto& entry : fs::directory_iterator(out + "/keyframes/scans")) {
     if (entry.path().filename().string().starts_with('.')) continue;
     EXPECT_TRUE(io::read_cloud_file(entry.path().string())) << entry.path();
   }
-  const auto tum = io::read_tum(out + "/odometry/.v1.tum.tmp");
+  const auto tum = io::read_tum(odometry);
   ASSERT_TRUE(tum) << tum.error().message();
   EXPECT_GE(tum->poses.size(), 20U);
   std::ifstream file(out + "/status.json");
