@@ -78,7 +78,10 @@ Mat3 rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad) {
 }
 
 Vec3 rpy_from_rotation(const Mat3& R) {
-  const double pitch = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
+  const double cos_pitch = std::hypot(R(2, 1), R(2, 2));
+  const double pitch = std::atan2(-R(2, 0), cos_pitch);
+  // Nose straight up or down: roll and yaw are one turn, and the elements above only rounding.
+  if (cos_pitch < 1e-12) return {std::atan2(-R(1, 2), R(1, 1)), pitch, 0.0};
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }
 

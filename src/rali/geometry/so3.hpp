@@ -30,7 +30,7 @@ namespace rali::geometry {
 /// R = Rz(yaw) Ry(pitch) Rx(roll), all in rad.
 [[nodiscard]] Mat3 rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad);
 
-/// (roll, pitch, yaw) of R = Rz Ry Rx [rad].
+/// (roll, pitch, yaw) of R = Rz Ry Rx [rad]; yaw is 0 at gimbal lock.
 [[nodiscard]] Vec3 rpy_from_rotation(const Mat3& R);
 
 }  // namespace rali::geometry
