@@ -72,7 +72,7 @@ Axes physical_axes(const Mat6& I, const Vec3& g_odom_mps2, const Axes& previous,
   const double mean = 0.5 * (a + c);
   const double spread = std::hypot(0.5 * (a - c), b);
   Axes axes;
-  if (mean + spread < settings.axis_ratio_min * (mean - spread)) {
+  if (mean + spread <= settings.axis_ratio_min * (mean - spread)) {
     // No direction stands out: keep the last ones, turned into today's horizontal plane.
     Vec3 axial = previous.col(0) - previous.col(0).dot(up) * up;
     if (axial.norm() < 1e-3) axial = h1;

@@ -1,0 +1,257 @@
+#include "rali/degeneracy/information.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+
+namespace rali::degeneracy {
+namespace {
+
+using geometry::Mat3;
+using geometry::Mat6;
+using geometry::so3_exp;
+using geometry::Vec3;
+using geometry::Vec6;
+
+const Vec3 kGravity(0.0, 0.0, -9.81);
+
+PlaneEvidence plane(const Vec3& n, int points) {
+  PlaneEvidence out;
+  out.n_odom = n;
+  out.points = points;
+  out.weight = 1.0 / (4e-4 / points + 1.02e-4);  // s_r = 2 cm, Spl_cc = 2e-6 + (1 cm)^2
+  out.normal_covariance = 1e-4 * (Mat3::Identity() - n * n.transpose());
+  return out;
+}
+
+Mat6 information_of(const std::vector<PlaneEvidence>& planes) {
+  Mat6 I = Mat6::Zero();
+  I.topLeftCorner<3, 3>() = 1e6 * Mat3::Identity();  // rotations known, and not coupled
+  for (const PlaneEvidence& p : planes) {
+    I.block<3, 3>(3, 3) += p.weight * p.n_odom * p.n_odom.transpose();
+  }
+  return I;
+}
+
+std::vector<PlaneEvidence> corridor(bool end_wall) {
+  std::vector<PlaneEvidence> planes{plane(Vec3::UnitY(), 100), plane(Vec3::UnitZ(), 50)};
+  if (end_wall) planes.push_back(plane(Vec3::UnitX(), 4));
+  return planes;
+}
+
+AwareSettings kappa4() {
+  AwareSettings settings;
+  settings.kappa = 4.0;
+  return settings;
+}
+
+// Test T11 of the design.
+TEST(DirectionInformation, has_the_numbers_of_a_corridor_with_an_end_wall) {
+  const auto planes = corridor(true);
+  EXPECT_NEAR(planes[0].weight, 9434.0, 0.1);
+  EXPECT_NEAR(planes[1].weight, 9090.9, 0.1);
+  EXPECT_NEAR(planes[2].weight, 4950.5, 0.1);
+  const auto out = direction_information(information_of(planes), planes, Mat3::Identity(),
+                                         Axes::Identity(), kappa4());
+  const double noise[] = {1.852, 1.404, 1.438};
+  const double sigma_m[] = {0.0142, 0.0103, 0.0105};
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR((out[k].raw - out[k].information) / 4.0, noise[k], 1e-3) << k;
+    EXPECT_NEAR(out[k].sigma, sigma_m[k], 5e-5) << k;
+    EXPECT_EQ(out[k].category, Category::kFull) << k;
+  }
+}
+
+TEST(DirectionInformation, knows_nothing_along_a_corridor_without_end) {
+  const auto planes = corridor(false);
+  const auto out = direction_information(information_of(planes), planes, Mat3::Identity(),
+                                         Axes::Identity(), kappa4());
+  EXPECT_EQ(out[0].raw, 0.0);
+  EXPECT_EQ(out[0].information, 0.0);
+  EXPECT_TRUE(std::isinf(out[0].sigma));
+  EXPECT_EQ(out[0].category, Category::kNone);
+  EXPECT_NEAR(out[1].sigma, 0.0103, 5e-5);
+  EXPECT_NEAR(out[2].sigma, 0.0105, 5e-5);
+}
+
+TEST(DirectionInformation, does_not_take_noise_of_normals_for_knowledge) {
+  // Ten walls along x whose normals are off by their own sigma: what they seem to say about x is
+  // what chance alone gives.
+  std::vector<PlaneEvidence> planes;
+  for (int k = 0; k < 10; ++k) {
+    const double tilt = (k % 2 == 0 ? 1.0 : -1.0) * 0.01;
+    planes.push_back(plane(Vec3(tilt, std::sqrt(1.0 - tilt * tilt), 0.0), 100));
+  }
+  planes.push_back(plane(Vec3::UnitZ(), 100));
+  const auto out = direction_information(information_of(planes), planes, Mat3::Identity(),
+                                         Axes::Identity(), kappa4());
+  EXPECT_NEAR(out[0].raw, 9.4, 0.1);
+  EXPECT_EQ(out[0].information, 0.0);
+  EXPECT_EQ(out[0].category, Category::kNone);
+}
+
+// The downdate of T11: translation and rotation coupled, I = [[10, 5], [5, 100]].
+struct Coupled {
+  Mat6 I = Mat6::Zero();
+  Vec6 b = Vec6::Zero();
+  std::array<DirectionInfo, 6> directions{};
+
+  Coupled() {
+    I(3, 3) = 10.0;
+    I(0, 0) = 100.0;
+    I(3, 0) = I(0, 3) = 5.0;
+    b(3) = 2.0;
+    b(0) = -3.0;
+    directions[0].direction_odom = Vec3::UnitX();
+    directions[0].raw = 9.75;
+  }
+};
+
+TEST(RemoveSpurious, downdates_to_nothing_as_worked_by_hand) {
+  Coupled c;
+  c.directions[0].information = 0.0;
+  remove_spurious(c.I, c.b, Mat3::Identity(), c.directions);
+  EXPECT_NEAR(c.I(3, 3), 0.25, 1e-12);
+  EXPECT_NEAR(c.I(0, 3), 5.0, 1e-12);
+  EXPECT_NEAR(c.I(0, 0), 100.0, 1e-12);
+  // u = (1, -0.05): u.b = 2.15 goes out of the translation, the rotation's share stays.
+  EXPECT_NEAR(c.b(3), 2.0 - 2.15, 1e-12);
+  EXPECT_NEAR(c.b(0), -3.0, 1e-12);
+}
+
+TEST(RemoveSpurious, downdates_by_half_as_worked_by_hand) {
+  Coupled c;
+  c.directions[0].information = 4.875;
+  remove_spurious(c.I, c.b, Mat3::Identity(), c.directions);
+  EXPECT_NEAR(c.I(3, 3), 5.125, 1e-12);
+  EXPECT_NEAR(c.I(0, 3), 5.0, 1e-12);
+  EXPECT_NEAR(c.I(0, 0), 100.0, 1e-12);
+  EXPECT_NEAR(c.b(3), 2.0 - 0.5 * 2.15, 1e-12);
+}
+
+TEST(RemoveSpurious, changes_nothing_where_nothing_is_spurious) {
+  Coupled c;
+  c.directions[0].information = 9.75;
+  const Mat6 before = c.I;
+  remove_spurious(c.I, c.b, Mat3::Identity(), c.directions);
+  EXPECT_EQ(c.I, before);
+}
+
+double information_along(const Mat6& I, const Vec3& d) {
+  const Mat3 I_t = I.block<3, 3>(3, 3) -
+                   I.block<3, 3>(3, 0) * I.block<3, 3>(0, 0).inverse() * I.block<3, 3>(0, 3);
+  return d.dot(I_t * d);
+}
+
+TEST(RemoveSpurious, keeps_any_system_positive_semidefinite_and_its_solution_range) {
+  Rng rng(1, "downdate");
+  for (int k = 0; k < 30; ++k) {
+    Eigen::Matrix<double, 20, 6> J;
+    for (int i = 0; i < J.size(); ++i) J.data()[i] = rng.normal();
+    Mat6 I = J.transpose() * J;
+    Vec6 x;
+    for (int i = 0; i < 6; ++i) x[i] = rng.normal();
+    Vec6 b = I * x;
+    const Mat3 R = so3_exp(Vec3(rng.normal(), rng.normal(), rng.normal()));
+    const Axes axes = so3_exp(Vec3(rng.normal(), rng.normal(), rng.normal()));
+    std::vector<PlaneEvidence> planes{plane(Vec3::UnitX(), 5), plane(Vec3::UnitY(), 5)};
+    for (PlaneEvidence& p : planes) {
+      p.lever_odom_m = 3.0 * Vec3(rng.normal(), rng.normal(), rng.normal());
+      p.weight = rng.uniform(0.0, 3e4);
+    }
+    const auto directions = direction_information(I, planes, R, axes, {});
+    const Mat6 before = I;
+    remove_spurious(I, b, R, directions);
+    const double largest = before.trace();
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat6>(I).eigenvalues()[0], -1e-10 * largest);
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat6>(before - I).eigenvalues()[0], -1e-10 * largest);
+    EXPECT_LT((I - I.transpose()).norm(), 1e-10 * largest);
+    EXPECT_LT((I * x - b).norm(), 1e-8 * largest);  // the minimum stays where it was
+    EXPECT_LE(information_along(I, axes.col(0)), directions[0].information + 1e-8 * largest);
+  }
+}
+
+TEST(PhysicalAxes, axial_is_the_least_known_horizontal_direction) {
+  Mat6 I = Mat6::Identity();
+  const Vec3 along(std::cos(0.4), std::sin(0.4), 0.0);
+  const Vec3 across(-std::sin(0.4), std::cos(0.4), 0.0);
+  I.block<3, 3>(3, 3) = 1.0 * along * along.transpose() + 100.0 * across * across.transpose() +
+                        1000.0 * Vec3::UnitZ() * Vec3::UnitZ().transpose();
+  const Axes axes = physical_axes(I, kGravity, Axes::Identity(), {});
+  EXPECT_LT((axes.col(0) - along).norm(), 1e-12);
+  EXPECT_LT((axes.col(1) - across).norm(), 1e-12);
+  EXPECT_LT((axes.col(2) - Vec3::UnitZ()).norm(), 1e-12);
+  // The sign follows the last scan: an axis has two ends.
+  Axes opposite = axes;
+  opposite.col(0) *= -1.0;
+  EXPECT_LT((physical_axes(I, kGravity, opposite, {}).col(0) + along).norm(), 1e-12);
+}
+
+TEST(PhysicalAxes, are_kept_where_no_direction_stands_out) {
+  Mat6 I = Mat6::Identity();
+  I(3, 3) = 3.9;
+  Axes previous = so3_exp(Vec3(0.0, 0.0, 1.0));
+  EXPECT_LT((physical_axes(I, kGravity, previous, {}) - previous).norm(), 1e-12);
+}
+
+TEST(PhysicalAxes, are_kept_when_a_scan_tells_nothing) {
+  const Axes previous = so3_exp(Vec3(0.0, 0.0, 1.0));
+  const Axes axes = physical_axes(Mat6::Zero(), kGravity, previous, {});
+  EXPECT_LT((axes - previous).norm(), 1e-12);
+}
+
+TEST(PhysicalAxes, are_horizontal_under_any_gravity) {
+  Rng rng(2, "axes");
+  for (int k = 0; k < 30; ++k) {
+    const Vec3 g = 9.81 * Vec3(rng.normal(), rng.normal(), rng.normal()).normalized();
+    Mat6 I = Mat6::Identity();
+    I(3, 3) = rng.uniform(1.0, 50.0);
+    const Axes axes = physical_axes(I, g, Axes::Identity(), {});
+    EXPECT_LT((axes.transpose() * axes - Mat3::Identity()).norm(), 1e-12);
+    EXPECT_NEAR(axes.determinant(), 1.0, 1e-12);
+    EXPECT_LT((axes.col(2) + g.normalized()).norm(), 1e-12);
+  }
+}
+
+Report scan_with(Category axial) {
+  Report report;
+  report.directions[0].category = axial;
+  report.directions[0].direction_odom = Vec3::UnitX();
+  report.directions[0].sigma = axial == Category::kNone ? 0.5 : 0.01;
+  report.directions[1].sigma = report.directions[2].sigma = 0.005;
+  return report;
+}
+
+TEST(CategoryFilter, worsens_after_two_scans_and_recovers_after_five) {
+  CategoryFilter filter{AwareSettings{}};
+  const auto next = [&filter](Category c) {
+    Report report = scan_with(c);
+    filter.apply(report);
+    EXPECT_EQ(report.blind, report.directions[0].category == Category::kNone);
+    return report.directions[0].category;
+  };
+  EXPECT_EQ(next(Category::kFull), Category::kFull);
+  EXPECT_EQ(next(Category::kNone), Category::kFull);
+  EXPECT_EQ(next(Category::kFull), Category::kFull);  // one bad scan is forgotten
+  EXPECT_EQ(next(Category::kNone), Category::kFull);
+  EXPECT_EQ(next(Category::kNone), Category::kNone);
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(next(Category::kFull), Category::kNone) << k;
+  EXPECT_EQ(next(Category::kFull), Category::kFull);
+}
+
+TEST(CategoryFilter, reports_the_worst_translation) {
+  CategoryFilter filter{AwareSettings{}};
+  Report report = scan_with(Category::kNone);
+  filter.apply(report);
+  EXPECT_TRUE(report.blind);
+  EXPECT_DOUBLE_EQ(report.sigma_blind_m, 0.5);
+  EXPECT_EQ(report.blind_odom, Vec3(Vec3::UnitX()));
+}
+
+}  // namespace
+}  // namespace rali::degeneracy
