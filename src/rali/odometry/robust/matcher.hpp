@@ -51,6 +51,8 @@ class Matcher {
   /// Sets the points of the scan (body frame); `p_body_lidar` is where the rays start.
   void set_points(const BodyPoints& points, const geometry::Vec3& p_body_lidar);
 
+  [[nodiscard]] std::size_t size() const { return points_.size(); }
+
   /// Finds a plane for each point. @param P_pose covariance of the pose, for the gate.
   /// @param wide look also into neighbouring cells: for a poor guess.
   void match(const PlaneMap& map, const geometry::SE3& T_odom_body, const geometry::Mat6& P_pose,

@@ -62,9 +62,11 @@ class RobustOdometry final : public Odometry {
 
  private:
   ScanResult start(const LidarScan& scan);
+  void straighten_first(const LidarScan& second);
   void predict(Time t_end);
   [[nodiscard]] SweepMotion sweep_motion(const LidarScan& scan) const;
-  UpdateResult update(const LidarScan& scan);
+  UpdateResult update(const LidarScan& scan, int rounds);
+  void look_around(const FilterState& predicted, UpdateResult& done);
   void remember_start(const LidarScan& scan);
   void try_initialise(FindingList& findings);
   void insert(const LidarScan& scan);
@@ -91,6 +93,7 @@ class RobustOdometry final : public Odometry {
   ScanSampler sampler_;
   Matcher matcher_;
   PlaneMap map_;
+  std::unique_ptr<LidarScan> first_scan_;  ///< until the second tells how fast it was taken
   Keyframer keyframer_;
   Drift drift_;
   StandstillDetector standstill_;
@@ -102,6 +105,9 @@ class RobustOdometry final : public Odometry {
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   TrackState track_state_ = TrackState::kWaiting;
+  static constexpr int kYoungScans = 5;
+  int scans_in_map_ = 0;
+  double usual_fit_ = 0.5;  ///< share of points on planes, over the last scans
   Time t_last_good_;
   SE3 last_good_;
   bool bias_reported_ = false;
@@ -110,15 +116,21 @@ class RobustOdometry final : public Odometry {
 ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/,
                                    FindingList& findings) {
   if (!started_) return start(scan);
+  if (first_scan_) straighten_first(scan);
   sampler_.sample(scan);
   if (held_ && !imu_.empty()) {
     if (auto result = hold(scan)) return *result;
   }
   predict(scan.t_end);
-  const UpdateResult done = update(scan);
+  // Without inertial data the sweep is undistorted with a guessed velocity: again with the
+  // velocity that came out, if it is another one.
+  constexpr int kRoundsWithoutImu = 3;
+  const UpdateResult done = update(scan, inertial_ ? 1 : kRoundsWithoutImu);
   if (inertial_) constrain(done, findings);
   judge(done, findings);
-  const bool trusted = track_state_ != TrackState::kPredicted;
+  // A young map has few planes: it must grow before it can be asked for many.
+  const bool young = scans_in_map_ < kYoungScans;
+  const bool trusted = track_state_ != TrackState::kPredicted || young;
   if (trusted) insert(scan);
   if (has_imu_ && !inertial_) {
     remember_start(scan);
@@ -144,7 +156,8 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   // A prior wide enough to show motion, should there be some.
   trial.P.topLeftCorner<6, 6>().diagonal().head<3>().array() += 1e-4;
   trial.P.topLeftCorner<6, 6>().diagonal().tail<3>().array() += 1e-2;
-  const UpdateResult seen = update_with_scan(trial, matcher_, map_, settings_, axes_, false);
+  const UpdateResult seen = update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_,
+                                             axes_, false);
   const geometry::Vec6 step = geometry::boxminus(trial.T_odom_body, before.T_odom_body);
   const bool moved = seen.matches >= settings_.update.matches_min &&
                      (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
@@ -194,12 +207,41 @@ ScanResult RobustOdometry::start(const LidarScan& scan) {
   poses_.assign(1, {state_.t, state_.T_odom_body});
   sampler_.sample(scan);
   insert(scan);
+  if (scan.has_point_times && !scan.deskewed) first_scan_ = std::make_unique<LidarScan>(scan);
   track_state_ = TrackState::kGood;
   t_last_good_ = state_.t;
   track_.push_back({state_.t, state_.T_odom_body, 0.0});
   UpdateResult none;
   none.converged = true;
   return result_of(scan, none);
+}
+
+/// The first scan was undistorted without knowing the speed, and everything hangs on it. Once
+/// the second tells the speed, the map is begun again with it, until both agree.
+void RobustOdometry::straighten_first(const LidarScan& second) {
+  constexpr int kRounds = 3;
+  const std::unique_ptr<LidarScan> first = std::move(first_scan_);
+  const FilterState begin = state_;
+  Vec3 v = Vec3::Zero();
+  Vec3 w = Vec3::Zero();
+  for (int k = 0; k < kRounds; ++k) {
+    predict(second.t_end);
+    sampler_.sample(second);
+    // Both sweeps are undistorted alike: what a wrong speed does to them then cancels.
+    const UpdateResult done = update(second, 1);
+    const bool useful = done.matches >= settings_.update.matches_min;
+    if (useful) {
+      v = state_.v;
+      w = state_.gyro_bias_radps;
+    }
+    state_ = begin;
+    state_.v = v;
+    state_.gyro_bias_radps = w;
+    map_ = PlaneMap(settings_.map);
+    sampler_.sample(*first);
+    insert(*first);
+    if (!useful) break;
+  }
 }
 
 void RobustOdometry::predict(Time t_end) {
@@ -232,24 +274,49 @@ SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
   return SweepMotion(poses, scan.t_begin, calibration_.T_body_lidar);
 }
 
-UpdateResult RobustOdometry::update(const LidarScan& scan) {
+UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
   const FilterState predicted = state_;
   const Vec3 p_body_lidar = calibration_.T_body_lidar.p;
   UpdateResult done;
-  // Without inertial data the sweep is undistorted with a guessed velocity: once more with the
-  // velocity that came out, if it is another one.
-  const int rounds = inertial_ ? 1 : 3;
+  SE3 start = state_.T_odom_body;
   for (int k = 0; k < rounds; ++k) {
     sweep_motion(scan).apply(scan, sampler_.update_indices(), points_);
     matcher_.set_points(points_, p_body_lidar);
     const Vec3 v = state_.v;
     const Vec3 w = state_.gyro_bias_radps;
     state_ = predicted;
-    done = update_with_scan(state_, matcher_, map_, settings_, axes_, !inertial_);
+    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, !inertial_);
+    if (k == 0 && !inertial_) look_around(predicted, done);
+    start = state_.T_odom_body;
     if ((state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01) break;
   }
   axes_ = done.axes;
   return done;
+}
+
+/// Without inertial data the prediction can be too poor for the registration to find the right
+/// place: where the scan fits worse than usual, other places near the prediction are tried.
+void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& done) {
+  constexpr double kUsualShare = 0.85;
+  constexpr double kForget = 0.9;
+  if (done.fit < kUsualShare * usual_fit_) {
+    const Vec3 up = -state_.g_odom_mps2.normalized();
+    const Vec3 up_body = predicted.T_odom_body.R.transpose() * up;
+    PoseGuess guess;
+    guess.T_odom_body = predicted.T_odom_body;
+    guess.sigma_m = std::sqrt(predicted.P.block<2, 2>(kPos, kPos).diagonal().maxCoeff());
+    guess.sigma_rad =
+        std::sqrt(up_body.dot(predicted.P.block<3, 3>(kTheta, kTheta) * up_body));
+    const SE3 start = search_pose(map_, points_, guess, up, settings_.search);
+    FilterState other = predicted;
+    const UpdateResult elsewhere =
+        update_with_scan(other, matcher_, map_, start, settings_, axes_, true);
+    if (elsewhere.fit > 1.05 * done.fit) {
+      done = elsewhere;
+      state_ = other;
+    }
+  }
+  usual_fit_ = kForget * usual_fit_ + (1.0 - kForget) * done.fit;
 }
 
 /// Keeps the sweep as it is without motion, in case the vehicle turns out to be standing: the
@@ -320,6 +387,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
 void RobustOdometry::insert(const LidarScan& scan) {
   sweep_motion(scan).apply(scan, sampler_.insert_indices(), points_);
   insert_points(state_.T_odom_body);
+  ++scans_in_map_;
 }
 
 void RobustOdometry::insert_points(const SE3& T_odom_body) {
@@ -414,6 +482,7 @@ void RobustOdometry::restart(FindingList& findings) {
   inertial_ = false;
   track_.assign(1, {now, pose, 0.0});
   map_ = PlaneMap(settings_.map);
+  scans_in_map_ = 0;
   t_last_good_ = now;
 }
 

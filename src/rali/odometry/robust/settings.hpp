@@ -3,6 +3,7 @@
 #include "rali/base/settings.hpp"
 #include "rali/degeneracy/information.hpp"
 #include "rali/imu/rest.hpp"
+#include "rali/odometry/robust/coarse_search.hpp"
 #include "rali/odometry/robust/drift.hpp"
 #include "rali/odometry/robust/matcher.hpp"
 #include "rali/odometry/robust/plane_map.hpp"
@@ -32,7 +33,7 @@ struct UpdateSettings {
   double stop_m = 0.0005;
   double stop_deg = 0.005;
   double rematch_m = 0.02;
-  int matches_min = 30;
+  int matches_min = 15;
 
   template <class V>
   void visit(V& v) {
@@ -122,6 +123,7 @@ struct RobustSettings {
   PlaneMapSettings map;
   degeneracy::AwareSettings aware;
   ConstantVelocitySettings constant_velocity;
+  CoarseSearchSettings search;
   InitialisationSettings initialisation;
   ConstraintSettings constraints;
   KeyframeSettings keyframe;
@@ -135,6 +137,7 @@ struct RobustSettings {
     v.group("map", map, "planes in voxels");
     v.group("aware", aware, "noise-aware detector of blind directions");
     v.group("constant_velocity", constant_velocity, "motion model without inertial data");
+    v.group("search", search, "looking around before an update without inertial data");
     v.group("initialisation", initialisation, "gravity and biases at the start");
     v.group("constraints", constraints, "how ground vehicles move");
     v.group("keyframe", keyframe, "which sweeps are kept");

@@ -41,13 +41,15 @@ StateCov posterior(const StateCov& P, const Mat6& I, const Vec3& theta) {
 }  // namespace
 
 UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneMap& map,
-                              const RobustSettings& settings, const degeneracy::Axes& axes_before,
-                              bool wide_gate) {
+                              const geometry::SE3& start, const RobustSettings& settings,
+                              const degeneracy::Axes& axes_before, bool wide_gate) {
   const FilterState predicted = state;
   const Mat6 P66 = predicted.P.topLeftCorner<6, 6>();
   UpdateResult result;
   result.axes = axes_before;
   StateVec delta = StateVec::Zero();
+  delta.head<6>() = geometry::boxminus(start, predicted.T_odom_body);
+  add_error(state, delta);
   LidarSystem system;
   bool rematch = true;
   for (int k = 0; k < settings.update.iterations_max; ++k) {
@@ -84,6 +86,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     if (result.converged && k > 0) break;
   }
   state.P = posterior(predicted.P, system.I, delta.segment<3>(kTheta));
+  result.fit = system.weight_sum / static_cast<double>(matcher.size());
   if (system.weight_sum > 0.0) {
     result.residual_rms_m = std::sqrt(system.residual_sum2_m2 / system.weight_sum);
   }

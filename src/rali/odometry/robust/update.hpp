@@ -15,6 +15,7 @@ struct UpdateResult {
   int matches = 0;
   bool converged = false;
   double residual_rms_m = 0.0;
+  double fit = 0.0;  ///< share of the points that lie on planes, robustly weighted, 0 to 1
   double mean_epoch = 0.0;  ///< generation of the planes it was registered with (drift.hpp)
   geometry::Mat6 information = geometry::Mat6::Zero();  ///< LiDAR alone, spurious part removed
   degeneracy::Axes axes = degeneracy::Axes::Identity();
@@ -23,11 +24,13 @@ struct UpdateResult {
 
 /// Moves the state to where prior and LiDAR agree (iterated Kalman filter in information form;
 /// the LiDAR's 6x6 information may be singular: blind directions keep the prior).
+/// @param start where the iteration begins; the prior is the state's own pose.
 /// @param axes_before the physical directions of the last scan.
 /// @param wide_gate the prior is poor: look into neighbouring cells in the first iterations.
 /// With fewer than matches_min matches the state is left as predicted.
 [[nodiscard]] UpdateResult update_with_scan(FilterState& state, Matcher& matcher,
-                                            const PlaneMap& map, const RobustSettings& settings,
+                                            const PlaneMap& map, const geometry::SE3& start,
+                                            const RobustSettings& settings,
                                             const degeneracy::Axes& axes_before, bool wide_gate);
 
 /// Ordinary Kalman update with one linear measurement of dimension D.

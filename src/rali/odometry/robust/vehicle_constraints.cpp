@@ -76,6 +76,7 @@ void VehicleConstraints::ground(FilterState& state, const PlaneMap& map, bool kn
   const Vec3 n = plane.n.dot(up) > 0.0 ? plane.n : Vec3(-plane.n);
   const double height_m = n.dot(state.T_odom_body.p - plane.q);
   if (known) {
+    if (height_weight_ == 0.0) height_m_ = height_m;  // else the first height counts as spread
     height_weight_ = kForget * height_weight_ + 1.0;
     const double difference = height_m - height_m_;
     height_m_ += difference / height_weight_;

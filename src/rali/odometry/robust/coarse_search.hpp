@@ -1,0 +1,41 @@
+#pragma once
+
+#include "rali/odometry/deskew.hpp"
+#include "rali/odometry/robust/plane_map.hpp"
+
+namespace rali::odometry {
+
+/// When and how far to look around before an update without inertial data.
+struct CoarseSearchSettings {
+  double sigma_min_m = 0.15;    ///< a better guess needs no search
+  double sigma_min_deg = 4.0;
+  double range_max_m = 1.5;
+  double range_max_deg = 60.0;
+  int points = 300;
+
+  template <class V>
+  void visit(V& v) {
+    v("sigma_min_m", sigma_min_m, 0.0, 10.0, "search where the guess is worse than this");
+    v("sigma_min_deg", sigma_min_deg, 0.0, 180.0, "or turned by more than this");
+    v("range_max_m", range_max_m, 0.0, 20.0, "how far to search at most");
+    v("range_max_deg", range_max_deg, 0.0, 180.0, "how far to turn at most");
+    v("points", points, 50, 10000, "points compared per trial");
+  }
+};
+
+/// A guess and how uncertain it is horizontally and in heading (1 sigma).
+struct PoseGuess {
+  geometry::SE3 T_odom_body;
+  double sigma_m = 0.0;
+  double sigma_rad = 0.0;
+};
+
+/// Tries poses on a grid around the guess (heading and horizontal position, first coarse, then
+/// fine) and returns the one at which most points lie on planes of the map; far trials pay for
+/// their distance in sigma. For scans so far apart (2 Hz) that the nearest solution of the
+/// registration is a wrong one.
+[[nodiscard]] geometry::SE3 search_pose(const PlaneMap& map, const BodyPoints& points,
+                                        const PoseGuess& guess, const geometry::Vec3& up_odom,
+                                        const CoarseSearchSettings& settings);
+
+}  // namespace rali::odometry

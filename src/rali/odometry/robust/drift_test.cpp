@@ -1,0 +1,85 @@
+#include "rali/odometry/robust/drift.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace rali::odometry {
+namespace {
+
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+
+Mat6 local(double sigma_rad, double sigma_m) {
+  Mat6 P = Mat6::Zero();
+  P.diagonal().head<3>().setConstant(sigma_rad * sigma_rad);
+  P.diagonal().tail<3>().setConstant(sigma_m * sigma_m);
+  return P;
+}
+
+SE3 at(double x_m) { return {geometry::Mat3::Identity(), Vec3(x_m, 0.0, 0.0)}; }
+
+double sigma_x(const Mat6& P) { return std::sqrt(P(3, 3)); }
+
+TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {
+  Drift drift{DriftSettings{}};
+  const Mat6 P = local(1e-3, 0.005);
+  for (int k = 0; k < 50; ++k) {
+    EXPECT_LT((drift.update(at(0.005 * k), 0.0, P) - P).norm(), 1e-15);
+  }
+  EXPECT_EQ(drift.epoch(), 0U);
+}
+
+TEST(Drift, adds_one_registration_per_generation_of_planes) {
+  Drift drift{DriftSettings{}};
+  const Mat6 P = local(0.0, 0.01);
+  Mat6 seen = P;
+  for (int k = 1; k <= 25; ++k) {
+    // Always matched with the newest planes: each half metre is a generation.
+    seen = drift.update(at(0.51 * k), static_cast<double>(drift.epoch()), P);
+  }
+  EXPECT_EQ(drift.epoch(), 25U);
+  // 24 generations carry the error of one registration each, and this one's own.
+  EXPECT_NEAR(sigma_x(seen), 0.01 * std::sqrt(25.0), 1e-9);
+}
+
+TEST(Drift, falls_back_on_return_to_the_first_planes) {
+  Drift drift{DriftSettings{}};
+  const Mat6 P = local(1e-3, 0.01);
+  Mat6 far = P;
+  for (int k = 1; k <= 40; ++k) far = drift.update(at(0.51 * k), drift.epoch(), P);
+  const Mat6 home = drift.update(at(0.2), 0.0, P);
+  EXPECT_GT(sigma_x(far), 5.0 * sigma_x(home));
+  EXPECT_LT((home - P).norm(), 1e-15);
+  // New planes seen from here inherit little error again.
+  const Mat6 next = drift.update(at(0.8), drift.epoch(), P);
+  EXPECT_LT(sigma_x(next), 2.0 * sigma_x(P));
+}
+
+TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
+  Drift drift{DriftSettings{}};
+  Mat6 P = Mat6::Zero();
+  P(2, 2) = 1e-6;  // 1 mrad of heading per registration
+  P.diagonal().tail<3>().setConstant(1e-12);
+  static_cast<void>(drift.update(at(0.6), 0.0, P));  // generation 1 turns by 1 mrad about x = 0.6
+  const Mat6 far = drift.update(at(100.6), 1.0, Mat6::Zero());
+  EXPECT_NEAR(std::sqrt(far(4, 4)), 0.1, 1e-3);  // 100 m away: 10 cm to the side
+  EXPECT_NEAR(std::sqrt(far(2, 2)), 1e-3, 1e-6);
+  EXPECT_NEAR(sigma_x(far), 0.0, 1e-3);
+}
+
+TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
+  Drift drift{DriftSettings{}};
+  const Mat6 P = local(0.0, 0.01);
+  for (int k = 1; k <= 4; ++k) static_cast<void>(drift.update(at(0.51 * k), drift.epoch(), P));
+  const double two = drift.update(at(2.04), 2.0, P)(3, 3);
+  const double three = drift.update(at(2.04), 3.0, P)(3, 3);
+  EXPECT_NEAR(drift.update(at(2.04), 2.5, P)(3, 3), 0.5 * (two + three), 1e-12);
+  const double newest = drift.update(at(2.04), 4.0, P)(3, 3);
+  EXPECT_DOUBLE_EQ(drift.update(at(2.04), 1e9, P)(3, 3), newest);
+  EXPECT_DOUBLE_EQ(drift.update(at(2.04), -5.0, P)(3, 3), P(3, 3));
+}
+
+}  // namespace
+}  // namespace rali::odometry

@@ -1,0 +1,193 @@
+#include "rali/odometry/robust/initialiser.hpp"
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using geometry::SE3;
+using geometry::so3_exp;
+using geometry::Vec3;
+
+const Vec3 kTrueBias(0.01, -0.02, 0.005);
+const Vec3 kGravity(0.3, -0.4, -9.797);  // odom is tilted by 3 degrees
+
+/// A hand-held motion, or none.
+struct Motion {
+  double size_m = 0.5;
+  double lidar_noise_m = 0.002;
+  double accel_noise_mps2 = 0.05;
+  Vec3 accel_bias_mps2 = Vec3::Zero();
+  Rng rng{1, "motion"};
+
+  [[nodiscard]] SE3 pose(double t) const {
+    return {so3_exp(size_m * Vec3(0.2 * std::sin(1.3 * t), 0.3 * std::sin(1.9 * t),
+                                  0.8 * std::sin(0.9 * t))),
+            size_m * Vec3(std::sin(1.7 * t), 1.0 - std::cos(1.1 * t), 0.4 * std::sin(2.3 * t))};
+  }
+
+  [[nodiscard]] Vec3 velocity(double t) const {
+    return (pose(t + 1e-4).p - pose(t - 1e-4).p) / 2e-4;
+  }
+
+  Vec3 noise() { return {rng.normal(), rng.normal(), rng.normal()}; }
+
+  void record(double duration_s, InertialBuffer& imu, std::vector<TrackedPose>& track) {
+    const Vec3 g = 9.81 * kGravity.normalized();
+    for (int k = 0; 0.005 * k <= duration_s + 1e-9; ++k) {
+      const double t = 0.005 * k;
+      const SE3 before = pose(t - 1e-3);
+      const SE3 after = pose(t + 1e-3);
+      const SE3 now = pose(t);
+      const Vec3 a = (after.p - 2.0 * now.p + before.p) / 1e-6;
+      imu.add(
+          {Time::from_s(t),
+           geometry::so3_log(before.R.transpose() * after.R) / 2e-3 + kTrueBias + 0.003 * noise(),
+           now.R.transpose() * (a - g) + accel_bias_mps2 + accel_noise_mps2 * noise()});
+      if (k % 20 == 0) {
+        SE3 seen = now;
+        seen.p += lidar_noise_m * noise();
+        seen.R = seen.R * so3_exp(3e-4 * noise());
+        track.push_back({Time::from_s(t), seen, lidar_noise_m});
+      }
+    }
+  }
+};
+
+double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+TEST(Initialiser, finds_gravity_and_gyro_bias_at_rest) {
+  Motion still;
+  still.size_m = 0.0;
+  InertialBuffer imu;
+  std::vector<TrackedPose> track;
+  still.record(1.2, imu, track);
+  const auto guess = solve_initial(track, imu, {}, {});
+  ASSERT_TRUE(guess.has_value());
+  EXPECT_TRUE(guess->at_rest);
+  EXPECT_LT(angle(guess->g_odom_mps2, kGravity), 1e-3);
+  EXPECT_NEAR(guess->g_odom_mps2.norm(), 9.81, 1e-9);
+  EXPECT_LT((guess->gyro_bias_radps - kTrueBias).norm(), 3.0 * guess->gyro_bias_sigma_radps);
+  EXPECT_LT((guess->gyro_bias_radps - kTrueBias).norm(), 1e-3);
+  EXPECT_EQ(guess->v_odom_mps, Vec3(Vec3::Zero()));
+  EXPECT_LT(guess->velocity_sigma_mps, 0.05);
+}
+
+TEST(Initialiser, takes_the_part_of_the_bias_along_gravity_at_rest) {
+  Motion still;
+  still.size_m = 0.0;
+  still.accel_bias_mps2 = 0.2 * (-kGravity.normalized());
+  InertialBuffer imu;
+  std::vector<TrackedPose> track;
+  still.record(1.2, imu, track);
+  const auto guess = solve_initial(track, imu, {}, {});
+  ASSERT_TRUE(guess.has_value());
+  EXPECT_LT((guess->accel_bias_mps2 - still.accel_bias_mps2).norm(), 0.02);
+}
+
+TEST(Initialiser, does_not_claim_to_stand_where_the_lidar_is_blind) {
+  Motion still;
+  still.size_m = 0.0;
+  InertialBuffer imu;
+  std::vector<TrackedPose> track;
+  still.record(1.2, imu, track);
+  for (TrackedPose& p : track) p.sigma_m = 1.0;
+  const auto guess = solve_initial(track, imu, {}, {});
+  ASSERT_TRUE(guess.has_value());
+  EXPECT_GE(guess->velocity_sigma_mps, 1.0);
+}
+
+TEST(Initialiser, finds_gravity_and_speed_in_motion_within_their_sigma) {
+  for (const double bias : {0.0, 0.1}) {
+    Motion moving;
+    moving.accel_bias_mps2 = Vec3(bias, -bias, 0.0);
+    InertialBuffer imu;
+    std::vector<TrackedPose> track;
+    moving.record(3.0, imu, track);
+    const auto guess = solve_initial(track, imu, {}, {});
+    ASSERT_TRUE(guess.has_value()) << bias;
+    EXPECT_FALSE(guess->at_rest);
+    EXPECT_LT(angle(guess->g_odom_mps2, kGravity), 3.0 * guess->gravity_sigma_rad) << bias;
+    EXPECT_LT(guess->gravity_sigma_rad, 0.1);
+    EXPECT_LT((guess->v_odom_mps - moving.velocity(3.0)).norm(), 3.0 * guess->velocity_sigma_mps);
+    EXPECT_LT((guess->gyro_bias_radps - kTrueBias).norm(), 3.0 * guess->gyro_bias_sigma_radps);
+  }
+}
+
+TEST(Initialiser, waits_until_there_is_enough) {
+  Motion moving;
+  InertialBuffer imu;
+  std::vector<TrackedPose> track;
+  EXPECT_FALSE(solve_initial(track, imu, {}, {}).has_value());
+  moving.record(0.8, imu, track);
+  EXPECT_FALSE(solve_initial(track, imu, {}, {}).has_value());
+  EXPECT_FALSE(solve_initial(track, InertialBuffer{}, {}, {}).has_value());
+}
+
+TEST(Initialiser, refuses_accelerations_in_units_of_g) {
+  Motion moving;
+  InertialBuffer imu;
+  InertialBuffer in_g;
+  std::vector<TrackedPose> track;
+  moving.record(3.0, imu, track);
+  for (sensor::ImuSample s : imu.between(Time{}, Time::from_s(3.0))) {
+    s.accel_mps2 /= 9.81;
+    in_g.add(s);
+  }
+  EXPECT_FALSE(solve_initial(track, in_g, {}, {}).has_value());
+}
+
+TEST(InertialBuffer, interpolates_between_samples_and_holds_beyond_them) {
+  InertialBuffer b;
+  EXPECT_TRUE(b.empty());
+  b.add({Time::from_s(1.0), Vec3(0.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0)});
+  b.add({Time::from_s(2.0), Vec3(4.0, 0.0, 0.0), Vec3(3.0, 0.0, 0.0)});
+  EXPECT_DOUBLE_EQ(b.at(Time::from_s(1.25)).gyro_radps.x(), 1.0);
+  EXPECT_DOUBLE_EQ(b.at(Time::from_s(1.25)).accel_mps2.x(), 1.5);
+  EXPECT_DOUBLE_EQ(b.at(Time::from_s(0.0)).accel_mps2.x(), 1.0);
+  EXPECT_DOUBLE_EQ(b.at(Time::from_s(9.0)).accel_mps2.x(), 3.0);
+  EXPECT_EQ(b.between(Time::from_s(1.0), Time::from_s(2.0)).size(), 2U);
+  EXPECT_EQ(b.between(Time::from_s(1.1), Time::from_s(1.9)).size(), 0U);
+  EXPECT_DOUBLE_EQ(b.longest_gap_s(Time::from_s(0.5), Time::from_s(2.2)), 1.0);
+  EXPECT_DOUBLE_EQ(b.longest_gap_s(Time::from_s(1.5), Time::from_s(5.0)), 3.0);
+}
+
+TEST(InertialBuffer, forgetting_keeps_what_interpolation_needs) {
+  InertialBuffer b;
+  for (int k = 0; k < 10; ++k) b.add({Time::from_s(k), Vec3(k, 0.0, 0.0), Vec3::Zero()});
+  b.drop_before(Time::from_s(4.5));
+  EXPECT_DOUBLE_EQ(b.at(Time::from_s(4.5)).gyro_radps.x(), 4.5);
+  EXPECT_DOUBLE_EQ(b.at(Time::from_s(1.0)).gyro_radps.x(), 4.0);  // older ones are gone
+  b.drop_before(Time::from_s(100.0));
+  EXPECT_FALSE(b.empty());
+  EXPECT_DOUBLE_EQ(b.at(Time::from_s(100.0)).gyro_radps.x(), 9.0);
+}
+
+TEST(PropagateOver, ends_at_the_time_asked_for_and_leaves_a_pose_per_step) {
+  InertialBuffer b;
+  for (int k = 0; k <= 10; ++k) {
+    b.add({Time::from_s(0.01 * k), Vec3(0.0, 0.0, 1.0), Vec3(0.0, 0.0, 9.81)});
+  }
+  FilterState s;
+  s.v = Vec3(1.0, 0.0, 0.0);
+  std::vector<TimedPose> poses;
+  propagate_over(s, b, Time::from_s(0.055), {}, poses);
+  EXPECT_EQ(s.t, Time::from_s(0.055));
+  ASSERT_EQ(poses.size(), 6U);
+  EXPECT_EQ(poses.back().t, s.t);
+  EXPECT_NEAR(s.T_odom_body.p.x(), 0.055, 1e-9);
+  EXPECT_NEAR(geometry::so3_log(s.T_odom_body.R).z(), 0.055, 1e-9);
+  // A gap is crossed with the last sample and much more doubt than without it.
+  FilterState gap = s;
+  propagate_over(gap, b, Time::from_s(1.0), {}, poses);
+  EXPECT_NEAR(gap.T_odom_body.p.x(), 1.0, 1e-6);
+  EXPECT_GT(gap.P(kVel, kVel), 100.0 * s.P(kVel, kVel));
+}
+
+}  // namespace
+}  // namespace rali::odometry

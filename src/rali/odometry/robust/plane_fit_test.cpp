@@ -1,0 +1,207 @@
+#include "rali/odometry/robust/plane_fit.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+#include "rali/geometry/so3.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+constexpr double kEdge_m = 0.8;
+
+TEST(PointSums, give_mean_and_covariance) {
+  PointSums sums;
+  sums.add(Vec3(1.0, 0.0, 0.0), Vec3::UnitX().cast<float>(), 2.0);
+  sums.add(Vec3(3.0, 2.0, 0.0), Vec3::UnitZ().cast<float>(), 4.0);
+  EXPECT_EQ(sums.n, 2);
+  Mat3 C = Mat3::Zero();
+  C.topLeftCorner<2, 2>().setOnes();
+  EXPECT_LT((sums.covariance() - C).norm(), 1e-15);
+  Mat3 U = Mat3::Zero();
+  U(0, 0) = U(2, 2) = 0.5;
+  EXPECT_LT((sums.mean_ray_product() - U).norm(), 1e-7);
+  EXPECT_EQ(sums.epoch_sum, 6.0);
+}
+
+/// A patch of floor at z = -1 seen from the origin with noise along the rays.
+struct Scene {
+  double x_m = 0.5, y_m = 0.0;  ///< centre of the patch
+  double width_m = 0.6, depth_m = 0.6;
+  int points = 60;
+  double noise_m = 0.02;
+  double rough_m = 0.0;  ///< along the normal
+};
+
+PointSums measure(const Scene& scene, Rng& rng) {
+  PointSums sums;
+  for (int k = 0; k < scene.points; ++k) {
+    const Vec3 p(scene.x_m + scene.depth_m * rng.uniform(-0.5, 0.5),
+                 scene.y_m + scene.width_m * rng.uniform(-0.5, 0.5),
+                 -1.0 + scene.rough_m * rng.normal());
+    const Vec3 ray = p.normalized();
+    const Vec3 origin(scene.x_m, scene.y_m, -1.0);
+    sums.add(p + scene.noise_m * rng.normal() * ray - origin, ray.cast<float>(), 0.0);
+  }
+  return sums;
+}
+
+struct Statistics {
+  double tilt1 = 0.0, tilt2 = 0.0, offset = 0.0;  ///< mean squared error / claimed variance
+  int planes = 0;
+};
+
+/// 200 trials; what the data alone claim, without the systematic floors.
+Statistics monte_carlo(const Scene& scene) {
+  PlaneSettings settings;
+  settings.sigma_systematic_m = 0.0;
+  settings.sigma_between_m = 0.0;
+  settings.sigma_floor_m = 1e-4;
+  Rng rng(1, "plane");
+  Statistics out;
+  for (int k = 0; k < 200; ++k) {
+    Plane plane;
+    const Vec3 origin(scene.x_m, scene.y_m, -1.0);
+    if (fit_plane(measure(scene, rng), origin, kEdge_m, false, settings, plane) !=
+        FitResult::kPlane)
+      continue;
+    const Vec3 up = plane.n.z() > 0.0 ? Vec3::UnitZ() : Vec3(-Vec3::UnitZ());
+    ++out.planes;
+    // n = up + a e1 + b e2, offset along n at q.
+    out.tilt1 += std::pow(up.dot(plane.e1), 2) / plane.var_tilt1;
+    out.tilt2 += std::pow(up.dot(plane.e2), 2) / plane.var_tilt2;
+    out.offset += std::pow(plane.q.z() + 1.0, 2) / plane.var_offset;
+  }
+  out.tilt1 /= out.planes;
+  out.tilt2 /= out.planes;
+  out.offset /= out.planes;
+  return out;
+}
+
+// The mean of 200 squared normalised errors is 1 +- 0.1; 0.6 to 1.6 leaves room for the shape.
+void expect_honest(const Statistics& s, const char* what) {
+  EXPECT_GT(s.planes, 180) << what;
+  for (const double ratio : {s.tilt1, s.tilt2, s.offset}) {
+    EXPECT_GT(ratio, 0.6) << what;
+    EXPECT_LT(ratio, 1.6) << what;
+  }
+}
+
+TEST(FitPlane, claims_the_errors_it_makes_when_seen_from_above) {
+  expect_honest(monte_carlo({0.0, 0.0}), "from above");
+}
+
+TEST(FitPlane, claims_the_errors_it_makes_on_an_oblong_patch) {
+  expect_honest(monte_carlo({0.3, 0.2, 1.0, 0.6, 40}), "oblong");
+}
+
+TEST(FitPlane, claims_the_errors_it_makes_when_range_noise_is_oblique) {
+  expect_honest(monte_carlo({1.0, 0.0}), "45 degrees");
+  expect_honest(monte_carlo({3.0, 0.0}), "18 degrees");
+}
+
+TEST(FitPlane, claims_the_errors_it_makes_at_a_grazing_angle) {
+  // 6 degrees: range noise lies nearly in the plane; using it whole would claim 10 times too much.
+  expect_honest(monte_carlo({10.0, 0.0}), "6 degrees");
+}
+
+TEST(FitPlane, claims_the_errors_of_a_rough_surface) {
+  expect_honest(monte_carlo({0.5, 0.0, 0.6, 0.6, 60, 0.02, 0.008}), "rough");
+}
+
+// A sensor better than the setting: the fit takes out noise that is not there. The systematic
+// tilt of the default settings must cover what that does.
+TEST(FitPlane, stays_honest_with_its_floors_when_the_sensor_is_better_than_the_setting) {
+  Rng rng(2, "better");
+  const PlaneSettings settings;
+  double worst = 0.0;
+  for (const double x_m : {0.0, 1.0, 3.0, 10.0}) {
+    double sum = 0.0;
+    constexpr int kTrials = 50;
+    for (int k = 0; k < kTrials; ++k) {
+      Plane plane;
+      const Scene scene{x_m, 0.0, 0.7, 0.7, 100, 0.005};
+      ASSERT_EQ(
+          fit_plane(measure(scene, rng), Vec3(x_m, 0.0, -1.0), kEdge_m, false, settings, plane),
+          FitResult::kPlane);
+      const Vec3 up = Vec3::UnitZ();
+      sum += std::pow(up.dot(plane.e1), 2) / plane.var_tilt1 / kTrials;
+      sum += std::pow(up.dot(plane.e2), 2) / plane.var_tilt2 / kTrials;
+    }
+    worst = std::max(worst, sum / 2.0);
+  }
+  EXPECT_LT(worst, 4.0);  // 2 sigma in the worst of four views
+}
+
+TEST(FitPlane, does_not_make_a_plane_of_one_ring) {
+  PlaneSettings settings;
+  Rng rng(3, "ring");
+  int planes = 0;
+  double worst = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    // One ring on the floor 4 m away: an arc, spread along the ray by range noise alone.
+    PointSums sums;
+    const Vec3 origin(4.0, 0.0, -1.0);
+    for (int i = -20; i <= 20; ++i) {
+      const double a = 0.004 * i;
+      const Vec3 p(4.0 * std::cos(a), 4.0 * std::sin(a), -1.0);
+      const Vec3 ray = p.normalized();
+      sums.add(p + 0.02 * rng.normal() * ray - origin, ray.cast<float>(), 0.0);
+    }
+    Plane plane;
+    if (fit_plane(sums, origin, kEdge_m, false, settings, plane) != FitResult::kPlane) continue;
+    ++planes;
+    const double tilt = std::acos(std::min(1.0, std::abs(plane.n.z())));
+    worst = std::max(worst, tilt / std::sqrt(std::max(plane.var_tilt1, plane.var_tilt2)));
+  }
+  EXPECT_LE(planes, 2);
+  EXPECT_LT(worst, 4.0);
+}
+
+PointSums grid(int side, double spacing_m, double thickness_m) {
+  PointSums sums;
+  for (int i = 0; i < side; ++i) {
+    for (int j = 0; j < side; ++j) {
+      sums.add(Vec3(i * spacing_m, j * spacing_m, (i + j) % 2 == 0 ? thickness_m : -thickness_m),
+               Vec3::UnitZ().cast<float>(), 0.0);
+    }
+  }
+  return sums;
+}
+
+TEST(FitPlane, tells_too_few_from_too_thick) {
+  PlaneSettings settings;
+  Plane plane;
+  EXPECT_EQ(fit_plane(grid(3, 0.1, 0.0), Vec3::Zero(), kEdge_m, false, settings, plane),
+            FitResult::kTooFew);
+  EXPECT_EQ(fit_plane(grid(6, 0.1, 0.0), Vec3::Zero(), kEdge_m, false, settings, plane),
+            FitResult::kPlane);
+  EXPECT_EQ(fit_plane(grid(6, 0.1, 0.06), Vec3::Zero(), kEdge_m, false, settings, plane),
+            FitResult::kTooThick);
+  EXPECT_EQ(fit_plane(grid(6, 0.02, 0.0), Vec3::Zero(), kEdge_m, false, settings, plane),
+            FitResult::kTooFew);  // all within 10 cm: more points may widen it
+  EXPECT_EQ(fit_plane(PointSums{}, Vec3::Zero(), kEdge_m, false, settings, plane),
+            FitResult::kTooFew);
+}
+
+TEST(FitPlane, has_the_variances_of_the_formula) {
+  PlaneSettings settings;
+  Plane plane;
+  ASSERT_EQ(fit_plane(grid(6, 0.1, 0.0), Vec3(1.0, 2.0, 3.0), kEdge_m, false, settings, plane),
+            FitResult::kPlane);
+  const double s2 = 0.003 * 0.003;      // exact points: the floor
+  const double l = 0.01 * 35.0 / 12.0;  // of six equidistant points 0.1 m apart
+  EXPECT_NEAR(plane.var_tilt1, (s2 / 36.0 + 0.003 * 0.003) / l, 1e-12);
+  EXPECT_NEAR(plane.var_tilt2, (s2 / 36.0 + 0.003 * 0.003) / l, 1e-12);
+  EXPECT_NEAR(plane.var_offset, s2 / 36.0 + 1e-4, 1e-12);
+  EXPECT_NEAR(plane.var_normal, s2, 1e-15);
+  EXPECT_LT((plane.q - Vec3(1.25, 2.25, 3.0)).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace rali::odometry

@@ -1,0 +1,196 @@
+#include "rali/odometry/robust/robust_odometry.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "rali/odometry/make_odometry.hpp"
+#include "rali/odometry/room_for_test.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+using geometry::Vec6;
+
+struct DriveLog {
+  double final_error_m = 0.0;
+  double worst_error_m = 0.0;
+  double final_error_rad = 0.0;
+  double nees = 0.0;  ///< mean over scans, of 6 degrees of freedom
+  double gravity_error_rad = 0.0;
+  std::vector<ScanResult> results;
+  FindingList findings;
+  std::uint64_t hash = 0;
+};
+
+/// Drives through the room; odom begins at the body's pose at the end of the first scan.
+DriveLog drive(TestRoom& room, double duration_s, bool has_imu) {
+  sensor::Calibration calibration;
+  calibration.T_body_lidar = room.T_body_lidar;
+  calibration.T_body_imu = room.T_body_imu;
+  const auto odometry = make_odometry(OdometrySettings{}, calibration, has_imu);
+  SerialExecutor executor;
+  DriveLog run;
+  SE3 T_world_odom;
+  int imu_index = 0;
+  int judged = 0;
+  for (int k = 0; 0.1 * (k + 1) <= duration_s + 1e-9; ++k) {
+    const auto scan = room.scan(0.1 * k);
+    for (; has_imu && 0.005 * imu_index <= 0.1 * (k + 1); ++imu_index) {
+      odometry->add_imu(room.imu(0.005 * imu_index));
+    }
+    const ScanResult result = odometry->process(*scan, executor, run.findings);
+    const SE3 truth = room.pose(scan->t_end.s());
+    if (k == 0) T_world_odom = truth * result.T_odom_body.inverse();
+    const Vec6 error = geometry::boxminus(result.T_odom_body, T_world_odom.inverse() * truth);
+    run.final_error_m = error.tail<3>().norm();
+    run.final_error_rad = error.head<3>().norm();
+    run.worst_error_m = std::max(run.worst_error_m, run.final_error_m);
+    if (k > 15) {
+      run.nees += error.dot(result.covariance.inverse() * error);
+      ++judged;
+    }
+    EXPECT_TRUE(result.T_odom_body.p.allFinite());
+    run.results.push_back(result);
+  }
+  run.nees /= std::max(1, judged);
+  const Vec3 g = T_world_odom.R * odometry->gravity_odom();
+  run.gravity_error_rad = std::acos(std::min(1.0, -g.normalized().z()));
+  run.hash = odometry->state_hash();
+  return run;
+}
+
+bool has_finding(const DriveLog& run, const std::string& id) {
+  for (const Finding& f : run.findings) {
+    if (f.id == id) return true;
+  }
+  return false;
+}
+
+TEST(RobustOdometry, drives_through_a_room_with_inertial_data_within_2_cm) {
+  TestRoom room;
+  const DriveLog run = drive(room, 5.0, true);
+  EXPECT_LT(run.final_error_m, 0.02);
+  EXPECT_LT(run.worst_error_m, 0.03);
+  EXPECT_LT(run.final_error_rad, 0.005);
+  EXPECT_LT(run.gravity_error_rad, 0.01);
+  EXPECT_TRUE(has_finding(run, "odometry.start_at_rest"));
+  EXPECT_EQ(run.results.back().state, TrackState::kGood);
+  // 36 normalised squared errors in one run hang together: an order of magnitude is what shows a
+  // covariance in wrong units or about wrong axes.
+  EXPECT_LT(run.nees, 12.0);
+  EXPECT_GT(run.nees, 0.1);
+}
+
+TEST(RobustOdometry, drives_through_a_room_without_inertial_data_within_5_cm) {
+  TestRoom room;
+  room.rest_s = 0.3;
+  const DriveLog run = drive(room, 3.5, false);
+  EXPECT_LT(run.final_error_m, 0.05);
+  EXPECT_LT(run.final_error_rad, 0.01);
+  EXPECT_LT(run.nees, 12.0);
+}
+
+TEST(RobustOdometry, finds_gravity_when_started_in_motion) {
+  TestRoom room;
+  room.rest_s = -3.0;  // has been driving for three seconds
+  const DriveLog run = drive(room, 4.0, true);
+  EXPECT_TRUE(has_finding(run, "odometry.start_in_motion"));
+  EXPECT_LT(run.final_error_m, 0.05);
+  EXPECT_LT(run.gravity_error_rad, 0.03);
+}
+
+TEST(RobustOdometry, an_imu_turned_and_aside_gives_the_poses_of_the_body) {
+  TestRoom room;
+  room.T_body_imu = {
+      geometry::rotation_from_rpy(0.0, 0.0, M_PI / 2) * geometry::rotation_from_rpy(M_PI, 0.0, 0.0),
+      Vec3(-0.4, 0.3, 0.1)};
+  const DriveLog run = drive(room, 3.5, true);
+  EXPECT_LT(run.final_error_m, 0.02);
+  EXPECT_LT(run.worst_error_m, 0.03);
+  EXPECT_LT(run.gravity_error_rad, 0.01);
+}
+
+// It rolls for half a second and stands then. What rests now has not rested from the start: the
+// first pose must not be taken for the present one.
+TEST(RobustOdometry, a_stop_right_after_the_start_does_not_throw_it_back) {
+  TestRoom room;
+  room.rest_s = -1.0;
+  room.stop_s = 0.35;
+  const DriveLog run = drive(room, 3.0, true);
+  EXPECT_LT(run.final_error_m, 0.04);
+  EXPECT_LT(run.worst_error_m, 0.06);
+}
+
+TEST(RobustOdometry, holds_still_to_the_micrometre_while_it_stands) {
+  TestRoom room;
+  room.rest_s = 100.0;
+  const DriveLog run = drive(room, 4.0, true);
+  EXPECT_LT(run.worst_error_m, 0.005);
+  const std::size_t n = run.results.size();
+  for (std::size_t k = n - 8; k < n; ++k) {
+    EXPECT_LT((run.results[k].T_odom_body.p - run.results[n - 1].T_odom_body.p).norm(), 1e-6);
+    EXPECT_EQ(run.results[k].keyframe, nullptr);
+  }
+}
+
+TEST(RobustOdometry, same_data_give_the_same_bytes) {
+  TestRoom a;
+  TestRoom b;
+  a.rings = b.rings = 8;
+  EXPECT_EQ(drive(a, 2.0, true).hash, drive(b, 2.0, true).hash);
+}
+
+TEST(RobustOdometry, a_scan_without_points_does_not_make_it_surer) {
+  TestRoom room;
+  room.rest_s = -1.0;
+  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}, 0.0}, false);
+  SerialExecutor executor;
+  FindingList findings;
+  double sigma2_m2 = 0.0;
+  for (int k = 0; k < 25; ++k) {
+    const ScanResult r = odometry->process(*room.scan(0.1 * k), executor, findings);
+    sigma2_m2 = r.covariance.bottomRightCorner<3, 3>().trace();
+  }
+  auto empty = std::make_shared<sensor::LidarScan>();
+  empty->t_begin = Time::from_s(2.5);
+  empty->t_end = Time::from_s(2.599);
+  const ScanResult r = odometry->process(*empty, executor, findings);
+  EXPECT_EQ(r.state, TrackState::kPredicted);
+  EXPECT_GT((r.covariance.bottomRightCorner<3, 3>().trace()), sigma2_m2);
+}
+
+TEST(RobustOdometry, says_so_and_begins_again_when_the_lidar_sees_nothing_for_long) {
+  TestRoom room;
+  room.rings = 8;
+  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}, 0.0}, false);
+  SerialExecutor executor;
+  FindingList findings;
+  for (int k = 0; k < 5; ++k) {
+    static_cast<void>(odometry->process(*room.scan(0.1 * k), executor, findings));
+  }
+  EXPECT_TRUE(findings.empty());
+  sensor::LidarScan empty;
+  bool diverged = false;
+  for (int k = 5; k < 30; ++k) {
+    empty.t_begin = Time::from_s(0.1 * k);
+    empty.t_end = Time::from_s(0.1 * k + 0.099);
+    const ScanResult r = odometry->process(empty, executor, findings);
+    EXPECT_TRUE(r.T_odom_body.p.allFinite());
+    EXPECT_TRUE(r.covariance.allFinite());
+    diverged = diverged || r.state == TrackState::kDiverged;
+  }
+  EXPECT_TRUE(diverged);
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().id, "odometry.diverged");
+  ScanResult r;
+  for (int k = 30; k < 35; ++k) r = odometry->process(*room.scan(0.1 * k), executor, findings);
+  EXPECT_EQ(r.state, TrackState::kGood);
+}
+
+}  // namespace
+}  // namespace rali::odometry

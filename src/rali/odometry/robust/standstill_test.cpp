@@ -1,0 +1,127 @@
+#include "rali/odometry/robust/standstill.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using geometry::so3_exp;
+using geometry::Vec3;
+
+const Vec3 kTrueBias(0.004, -0.002, 0.006);
+
+struct Recording {
+  InertialBuffer imu;
+  FilterState state;
+  Rng rng{1, "standstill"};
+  Vec3 extra_gyro = Vec3::Zero();
+  double shake_mps2 = 0.0;
+
+  Recording() {
+    state.gyro_bias_radps = kTrueBias;
+    state.P.diagonal().setConstant(1e-4);
+  }
+
+  void advance(double span_s) {
+    const Time end = state.t + Duration::from_s(span_s);
+    while (state.t < end) {
+      state.t = state.t + Duration::from_s(0.005);
+      const Vec3 noise(rng.normal(), rng.normal(), rng.normal());
+      const double shake = shake_mps2 * std::sin(12.0 * state.t.s());
+      imu.add(
+          {state.t, kTrueBias + extra_gyro + 0.005 * noise, Vec3(shake, 0.0, 9.81) + 0.03 * noise});
+    }
+  }
+};
+
+bool stands_after(Recording& r, int scans, const Vec3& step_m = Vec3::Zero()) {
+  StandstillDetector detector({}, {}, {});
+  bool stands = false;
+  for (int k = 0; k < scans; ++k) {
+    r.advance(0.1);
+    r.state.T_odom_body.p += step_m;
+    stands = detector.update(r.state, r.imu);
+  }
+  return stands;
+}
+
+TEST(StandstillDetector, needs_its_time_and_then_sees_rest) {
+  Recording r;
+  EXPECT_FALSE(stands_after(r, 6));
+  Recording s;
+  EXPECT_TRUE(stands_after(s, 12));
+}
+
+TEST(StandstillDetector, sees_motion_by_speed_travel_turning_and_shaking) {
+  Recording fast;
+  fast.state.v = Vec3(0.1, 0.0, 0.0);
+  EXPECT_FALSE(stands_after(fast, 12));
+  Recording creeping;  // 3 mm per scan
+  EXPECT_FALSE(stands_after(creeping, 12, Vec3(0.003, 0.0, 0.0)));
+  Recording turning;
+  turning.extra_gyro = Vec3(0.0, 0.0, 0.05);
+  EXPECT_FALSE(stands_after(turning, 12));
+  Recording shaken;
+  shaken.shake_mps2 = 1.0;
+  EXPECT_FALSE(stands_after(shaken, 12));
+}
+
+TEST(StandstillDetector, proves_nothing_where_the_speed_is_unknown) {
+  Recording blind;  // a corridor without end: the filter does not know its speed
+  blind.state.P.diagonal().segment<3>(kVel).setConstant(0.04);
+  EXPECT_FALSE(stands_after(blind, 12));
+}
+
+TEST(StandstillDetector, can_be_switched_off) {
+  ConstraintSettings off;
+  off.standstill = false;
+  StandstillDetector detector(off, {}, {});
+  Recording r;
+  for (int k = 0; k < 12; ++k) {
+    r.advance(0.1);
+    EXPECT_FALSE(detector.update(r.state, r.imu));
+  }
+}
+
+TEST(PropagateHeld, leaves_the_pose_alone_and_learns_the_biases) {
+  Recording r;
+  r.advance(10.0);
+  FilterState s;
+  s.T_odom_body = {so3_exp(Vec3(0.0, 0.0, 1.0)), Vec3(3.0, -2.0, 0.5)};
+  s.P.diagonal().segment<3>(kTheta).setConstant(1e-8);
+  s.P.diagonal().segment<3>(kPos).setConstant(1e-6);
+  s.P.diagonal().segment<3>(kVel).setConstant(1e-4);
+  s.P.diagonal().segment<3>(kGyroBias).setConstant(1e-4);
+  s.P.diagonal().segment<3>(kAccelBias).setConstant(1e-2);
+  s.accel_bias_mps2 = Vec3(0.0, 0.0, 0.1);  // wrong: the sensor has none
+  const FilterState before = s;
+  for (int k = 1; k <= 100; ++k) {
+    propagate_held(s, r.imu, Time::from_s(0.1 * k), ImuNoiseSettings{});
+    ASSERT_TRUE(s.P.allFinite());
+  }
+  EXPECT_EQ(s.t, Time::from_s(10.0));
+  EXPECT_LT((s.T_odom_body.p - before.T_odom_body.p).norm(), 1e-12);
+  EXPECT_LT(geometry::so3_log(before.T_odom_body.R.transpose() * s.T_odom_body.R).norm(), 1e-4);
+  EXPECT_LT(s.v.norm(), 0.01);
+  EXPECT_LT((s.gyro_bias_radps - kTrueBias).norm(), 1.5e-3);
+  EXPECT_LT(std::abs(s.accel_bias_mps2.z()), 0.02);
+  for (int k = kGyroBias; k < kAccelBias; ++k) EXPECT_LT(s.P(k, k), before.P(k, k));
+  EXPECT_LT(s.P(kAccelBias + 2, kAccelBias + 2), before.P(kAccelBias + 2, kAccelBias + 2));
+  EXPECT_NEAR(s.P(kPos, kPos), 1e-6, 1e-12);
+}
+
+TEST(PropagateHeld, does_not_go_back_in_time) {
+  Recording r;
+  r.advance(1.0);
+  FilterState s;
+  s.t = Time::from_s(0.5);
+  propagate_held(s, r.imu, Time::from_s(0.4), ImuNoiseSettings{});
+  EXPECT_EQ(s.t, Time::from_s(0.5));
+}
+
+}  // namespace
+}  // namespace rali::odometry
