@@ -126,14 +126,14 @@ TEST(RobustOdometry, a_stop_right_after_the_start_does_not_throw_it_back) {
   EXPECT_LT(run.worst_error_m, 0.06);
 }
 
-TEST(RobustOdometry, holds_still_to_the_micrometre_while_it_stands) {
+TEST(RobustOdometry, holds_still_to_the_hundredth_of_a_millimetre_while_it_stands) {
   TestRoom room;
   room.rest_s = 100.0;
   const DriveLog run = drive(room, 4.0, true);
   EXPECT_LT(run.worst_error_m, 0.005);
   const std::size_t n = run.results.size();
   for (std::size_t k = n - 8; k < n; ++k) {
-    EXPECT_LT((run.results[k].T_odom_body.p - run.results[n - 1].T_odom_body.p).norm(), 1e-6);
+    EXPECT_LT((run.results[k].T_odom_body.p - run.results[n - 1].T_odom_body.p).norm(), 1e-5);
     EXPECT_EQ(run.results[k].keyframe, nullptr);
   }
 }
