@@ -38,7 +38,8 @@ InertialGuess::InertialGuess(const ImuNoiseSettings& noise, const SE3& T_body_im
       velocity_gain_(velocity_gain),
       bias_gain_(bias_gain),
       pre_({}, {noise.gyro_radps_rthz * noise.vibration_factor,
-                noise.accel_mps2_rthz * noise.vibration_factor}) {
+                noise.accel_mps2_rthz * noise.vibration_factor}),
+      graph_(noise) {
   reset(Time{}, {});
 }
 
@@ -87,6 +88,7 @@ InertialGuess::Start InertialGuess::try_start(Time t, FindingList& findings) {
   if (rest && seen_s < 0.9 * kStartWindowS) return Start::kWait;
   set_attitude(between(begin, t), rest);
   reset(t, T_odom_body());
+  graph_.reset(state_.R_odom_imu.row(2).transpose(), rest);
   return rest ? Start::kAtRest : Start::kInMotion;
 }
 
@@ -143,11 +145,14 @@ void InertialGuess::predict(Time t_end, std::vector<TimedPose>& poses) {
   const imu::InertialState before = state_;
   const double covered_s = integrate_to(t_end, poses);
   inertial_ = covered_s >= kCoveredMin * span_s;
-  if (!inertial_) {
+  if (inertial_) {
+    graph_.advance(pre_, before, state_, kGravityOdom, bias_);
+  } else {
     state_ = before;
     poses.resize(1);
     pre_.reset(bias_);
     coast_to(t_end);
+    graph_.advance_blind(span_s);
     poses.push_back({t_end, T_odom_body()});
   }
   t_ = t_end;
@@ -226,14 +231,37 @@ void InertialGuess::correct(const SE3& T_odom_body) {
   }
   state_.R_odom_imu = T_odom_imu.R;
   state_.p_odom_m = T_odom_imu.p;
-  last_registered_ = state_;
-  t_last_registered_ = t_;
-  past_.push_back({t_, T_odom_imu});
-  while (!past_.empty() && seconds_between(past_.front().t, t_) > 1.5 * kStartWindowS) {
-    past_.pop_front();
-  }
+  remember_registered();
   if (inertial_) learn_gyro_bias();
   drop_used();
+}
+
+void InertialGuess::remember_registered() {
+  last_registered_ = state_;
+  t_last_registered_ = t_;
+  past_.push_back({t_, {state_.R_odom_imu, state_.p_odom_m}});
+  while (seconds_between(past_.front().t, t_) > 1.5 * kStartWindowS) past_.pop_front();
+}
+
+// From deviations of the IMU's pose to those of the body's, boxplus order.
+geometry::Mat6 InertialGuess::d_body_d_imu() const {
+  geometry::Mat6 G = geometry::Mat6::Identity();
+  G.topLeftCorner<3, 3>() = T_body_imu_.R;
+  G.bottomLeftCorner<3, 3>() = -state_.R_odom_imu * geometry::skew(T_body_imu_.inverse().p);
+  return G;
+}
+
+void InertialGuess::fuse(const geometry::Mat6& information, const geometry::Vec6& pull) {
+  const geometry::Mat6 G = d_body_d_imu();
+  graph_.add_registration(G.transpose() * information * G, G.transpose() * pull, state_, bias_);
+  remember_registered();
+  drop_used();
+}
+
+geometry::Mat6 InertialGuess::covariance() const {
+  const geometry::Mat6 G = d_body_d_imu();
+  const geometry::Mat6 C = G * graph_.pose_covariance() * G.transpose();
+  return 0.5 * (C + C.transpose());
 }
 
 // The paper leaves biases to its pose graph. Here a first-order observer takes a small share of
@@ -280,6 +308,7 @@ void InertialGuess::reset(Time t, const SE3& T_odom_body) {
   last_registered_ = state_;
   t_last_registered_ = t;
   delta_rotation_.setIdentity();
+  graph_.reset(state_.R_odom_imu.row(2).transpose(), false);
   past_.clear();
 }
 

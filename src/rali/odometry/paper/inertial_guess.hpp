@@ -8,6 +8,7 @@
 #include "rali/imu/rest.hpp"
 #include "rali/odometry/deskew.hpp"
 #include "rali/odometry/imu_noise.hpp"
+#include "rali/odometry/paper/local_graph.hpp"
 
 namespace rali::odometry::paper {
 
@@ -40,6 +41,13 @@ class InertialGuess {
   /// the last two registered poses and the inertial deltas between them say.
   void correct(const geometry::SE3& T_odom_body);
 
+  /// Joins a registration of the time last predicted to with the inertial data by the local graph.
+  /// @param information,pull of the body's pose, as RegistrationResult gives them
+  void fuse(const geometry::Mat6& information, const geometry::Vec6& pull);
+
+  /// Of the body's pose by the local graph, boxplus order.
+  [[nodiscard]] geometry::Mat6 covariance() const;
+
   /// Puts the vehicle at a pose at time t without velocity.
   void reset(Time t, const geometry::SE3& T_odom_body);
 
@@ -70,6 +78,8 @@ class InertialGuess {
   void coast_to(Time t_end);
   void drop_used();
   void learn_gyro_bias();
+  void remember_registered();
+  [[nodiscard]] geometry::Mat6 d_body_d_imu() const;
   void track_biases(const geometry::Vec3& velocity_innovation_mps, const geometry::Mat3& R_odom_imu,
                     double dt_s);
 
@@ -85,6 +95,7 @@ class InertialGuess {
   geometry::Vec3 rate_imu_radps_ = geometry::Vec3::Zero();  ///< at t_, for constant velocity
   imu::InertialBias bias_;
   imu::Preintegration pre_;
+  LocalGraph graph_;
   imu::InertialState last_registered_;
   Time t_last_registered_;
   geometry::Mat3 delta_rotation_ = geometry::Mat3::Identity();

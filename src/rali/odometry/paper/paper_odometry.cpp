@@ -92,6 +92,7 @@ class PaperOdometry final : public Odometry {
   void find_features(const LidarScan& scan, FindingList& findings);
   void register_scan(const LidarScan& scan, Executor& executor, FindingList& findings,
                      ScanResult& out);
+  void take_over(const paper::RegistrationResult& done);
   void keep_prediction(const LidarScan& scan, FindingList& findings, ScanResult& out);
   void restart(const LidarScan& scan, FindingList& findings, ScanResult& out);
   void keyframe_if_wanted(const LidarScan& scan, FindingList& findings, ScanResult& out);
@@ -244,12 +245,22 @@ void PaperOdometry::register_scan(const LidarScan& scan, Executor& executor, Fin
   }
   out.state =
       done.matches >= kGoodFactor * settings_.matches_min ? TrackState::kGood : TrackState::kWeak;
-  out.T_odom_body = done.T_odom_body;
   out.lidar_information = done.information;
-  covariance_ = covariance_of(done.information);
-  guess_.correct(done.T_odom_body);
-  last_registered_ = done.T_odom_body;
+  take_over(done);
+  out.T_odom_body = guess_.T_odom_body();
+  last_registered_ = out.T_odom_body;
   t_last_registered_ = scan.t_end;
+}
+
+void PaperOdometry::take_over(const paper::RegistrationResult& done) {
+  if (has_imu_ && settings_.back_end == PaperBackEnd::kGraph) {
+    guess_.fuse(settings_.registration_share * done.information,
+                settings_.registration_share * done.pull);
+    covariance_ = guess_.covariance();
+  } else {
+    guess_.correct(done.T_odom_body);
+    covariance_ = covariance_of(done.information);
+  }
 }
 
 void PaperOdometry::keep_prediction(const LidarScan& scan, FindingList& findings, ScanResult& out) {

@@ -140,6 +140,9 @@ void Registration::finish(const NormalEquations& equations, RegistrationResult& 
   if (unit_variance <= 0.0) return;
   out.residual_rms_m = std::sqrt(equations.sum_wr2 / equations.sum_w);
   out.information = equations.H / unit_variance;
+  // The held minimum x solves H (x - x_matches) + D (x - guess) = 0.
+  const Vec6 moved = geometry::boxminus(out.T_odom_body, guess_);
+  out.pull = (equations.H * moved + hold_.cwiseProduct(moved)) / unit_variance;
   for (const Match& m : matches_) {
     if (!m.valid) continue;
     const double r_m = m.plane.n_odom.dot(out.T_odom_body * m.p_body - m.plane.centre_odom);

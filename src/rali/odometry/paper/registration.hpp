@@ -33,6 +33,8 @@ struct RegistrationResult {
   double residual_rms_m = 0.0;  ///< weighted
   /// Weighted Hessian divided by the variance of unit weight; boxplus order.
   geometry::Mat6 information = geometry::Mat6::Zero();
+  /// information * (minimum of the matches alone [-] guess): what the hold kept back is in it.
+  geometry::Vec6 pull = geometry::Vec6::Zero();
 };
 
 /// Scan-to-map registration with the multi-metric weights, by Levenberg-Marquardt.

@@ -21,6 +21,9 @@ inline constexpr ChoiceNames<3> kKinematicScaleNames{"metre", "quartile", "none"
 enum class RotationAngle { kFull, kHalf };
 inline constexpr ChoiceNames<2> kRotationAngleNames{"full", "half"};
 
+enum class PaperBackEnd { kGraph, kObserver };
+inline constexpr ChoiceNames<2> kPaperBackEndNames{"graph", "observer"};
+
 enum class WeightPlace { kInside, kOutside };
 inline constexpr ChoiceNames<2> kWeightPlaceNames{"inside", "outside"};
 
@@ -29,10 +32,10 @@ inline constexpr ChoiceNames<2> kWeightPlaceNames{"inside", "outside"};
 struct PaperSettings {
   bool literal = false;
 
-  double downsample_m = 0.2;
+  double downsample_m = 0.4;
   double theta_planar_deg = 10.0;
   PaperNormalSign normal_sign = PaperNormalSign::kSensor;
-  PaperDeskew deskew = PaperDeskew::kRotation;
+  PaperDeskew deskew = PaperDeskew::kFull;
 
   KinematicPoint kin_point = KinematicPoint::kUnit;
   bool kin_abs = true;
@@ -45,11 +48,13 @@ struct PaperSettings {
   double huber_m = 0.1;
   double map_normal_max_deg = 30.0;
 
-  double keyframe_overlap = 0.6;
+  double keyframe_overlap = 0.9;
   int n_kf = 20;
 
   int iterations_max = 10;
   double damping = 0.01;
+  PaperBackEnd back_end = PaperBackEnd::kGraph;
+  double registration_share = 0.05;
   double velocity_gain = 0.5;
   double bias_gain = 0.01;
   int matches_min = 20;
@@ -79,8 +84,14 @@ struct PaperSettings {
     v("iterations_max", iterations_max, 1, 100, "iterations of one registration");
     v("damping", damping, 1e-9, 1.0,
       "pull to the initial guess, as a share of the largest information");
-    v("velocity_gain", velocity_gain, 0.0, 1.0, "share of the registered velocity in the state");
-    v("bias_gain", bias_gain, 0.0, 1.0, "share of each scan's inertial error given to the biases");
+    v.choice("back_end", back_end, kPaperBackEndNames,
+             "registration and IMU joined by the local graph, or registration alone");
+    v("registration_share", registration_share, 1e-4, 1.0,
+      "of a registration's information that the graph believes: matches share their errors");
+    v("velocity_gain", velocity_gain, 0.0, 1.0,
+      "observer: share of the registered velocity in the state");
+    v("bias_gain", bias_gain, 0.0, 1.0,
+      "observer: share of each scan's inertial error given to the biases");
     v("matches_min", matches_min, 6, 10000, "with fewer matches the prediction is kept");
     v("keyframes_kept_max", keyframes_kept_max, 2, 1000000, "older keyframes leave the memory");
   }

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "rali/imu/preintegration.hpp"
+#include "rali/odometry/imu_noise.hpp"
+
+namespace rali::odometry::paper {
+
+/// The paper's local pose graph, kept to its newest pose: one preintegration factor from the pose
+/// before, one registration factor, older poses marginalised. For this chain the solution of the
+/// graph is a Kalman filter over (rotation, velocity, position, gyro bias, accelerometer bias).
+/// Source: paper, section "System Overview"; residual: docs/math/imu.md.
+class LocalGraph {
+ public:
+  explicit LocalGraph(const ImuNoiseSettings& noise) : noise_(noise) {}
+
+  /// Forgets everything. Odom is defined by the first pose: yaw and position are exact.
+  /// @param up_imu unit vector against gravity in the IMU's frame
+  /// @param at_rest level and gyro bias were found standing
+  void reset(const geometry::Vec3& up_imu, bool at_rest);
+
+  /// Carries the covariance over one preintegration factor.
+  void advance(const imu::Preintegration& pre, const imu::InertialState& before,
+               const imu::InertialState& after, const geometry::Vec3& g_odom_mps2,
+               const imu::InertialBias& bias);
+
+  /// The same without inertial samples: velocity persists, loosely.
+  void advance_blind(double dt_s);
+
+  /// Adds a registration factor: cost d^T information d/2 - d^T pull in the deviation d from
+  /// `state`, of the IMU's pose in boxplus order (rotation, position). Moves state and bias.
+  void add_registration(const geometry::Mat6& information, const geometry::Vec6& pull,
+                        imu::InertialState& state, imu::InertialBias& bias);
+
+  /// Of the IMU's pose, boxplus order.
+  [[nodiscard]] geometry::Mat6 pose_covariance() const;
+
+ private:
+  using Mat15 = Eigen::Matrix<double, 15, 15>;
+
+  ImuNoiseSettings noise_;
+  Mat15 P_ = Mat15::Zero();
+};
+
+}  // namespace rali::odometry::paper
