@@ -116,7 +116,7 @@ class RobustOdometry final : public Odometry {
 ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/,
                                    FindingList& findings) {
   if (!started_) return start(scan);
-  if (first_scan_) straighten_first(scan);
+  if (first_scan_ && !has_imu_) straighten_first(scan);
   sampler_.sample(scan);
   if (held_ && !imu_.empty()) {
     if (auto result = hold(scan)) return *result;
@@ -299,7 +299,8 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
 void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& done) {
   constexpr double kUsualShare = 0.85;
   constexpr double kForget = 0.9;
-  if (done.fit < kUsualShare * usual_fit_) {
+  const bool searched = !has_imu_ && scans_in_map_ > 1;
+  if (searched && done.fit < kUsualShare * usual_fit_) {
     const Vec3 up = -state_.g_odom_mps2.normalized();
     const Vec3 up_body = predicted.T_odom_body.R.transpose() * up;
     PoseGuess guess;
@@ -331,9 +332,12 @@ void RobustOdometry::remember_start(const LidarScan& scan) {
   const imu::ImuStatistics blocks = imu::statistics(block_means(imu_.between(begin, state_.t)));
   const imu::RestSettings& rest = settings_.initialisation.rest;
   const double travel_m = (state_.T_odom_body.p - track_.front().T_odom_body.p).norm();
+  const double sigma_m = std::sqrt(state_.P.block<3, 3>(kPos, kPos).diagonal().maxCoeff());
+  const bool travelled =
+      travel_m > std::max(settings_.initialisation.rest_travel_max_m, 3.0 * sigma_m);
   quiet_start_ = blocks.gyro_sd_radps.maxCoeff() < rest.gyro_sd_max_radps &&
                  blocks.accel_sd_mps2.maxCoeff() < rest.accel_sd_max_mps2 &&
-                 travel_m < settings_.initialisation.rest_travel_max_m;
+                 !travelled;
 }
 
 /// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.
@@ -362,7 +366,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
   set(kAccelBias, 3, guess->accel_bias_sigma_mps2);
   set(kGravity, 2, guess->gravity_sigma_rad);
-  if (guess->at_rest) {
+  if (guess->at_rest && quiet_start_) {
     // All scans so far were taken from one place: the first pose. The map of the first scan alone
     // was poor, and the poses found with it wander; begin again with all of them there.
     state_.T_odom_body = track_.front().T_odom_body;
@@ -413,7 +417,10 @@ Mat6 RobustOdometry::covariance(const UpdateResult& update) {
     const Mat6 single = I.inverse();
     local += single;
   }
-  return drift_.update(state_.T_odom_body, update.mean_epoch, local);
+  // A scan that matched nothing hangs on the newest generation, not on the first.
+  const bool matched = update.matches >= settings_.update.matches_min;
+  const double epoch = matched ? update.mean_epoch : static_cast<double>(drift_.epoch());
+  return drift_.update(state_.T_odom_body, epoch, local);
 }
 
 void RobustOdometry::bound_biases(FindingList& findings) {
