@@ -1,7 +1,9 @@
 #include "rali/cli/commands/commands.hpp"
 
+#include "rali/cli/commands/demo.hpp"
 #include "rali/cli/commands/doctor.hpp"
 #include "rali/cli/commands/info.hpp"
+#include "rali/cli/commands/picture.hpp"
 
 namespace rali::cli {
 
@@ -10,6 +12,8 @@ CommandList all_commands() {
   commands.push_back(make_map_command());
   commands.push_back(make_doctor_command());
   commands.push_back(make_info_command());
+  commands.push_back(make_picture_command());
+  commands.push_back(make_demo_command());
   commands.push_back(make_completion_command());
   commands.push_back(make_help_settings_command());
   commands.push_back(make_help_cli_command());

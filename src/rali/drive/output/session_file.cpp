@@ -43,24 +43,8 @@ wire::DiagnosticStatus degeneracy_status(const std::string& vehicle, const PoseR
 
 }  // namespace
 
-class SessionFile::Sink final : public io::ByteSink {
- public:
-  explicit Sink(io::AtomicFile file) : file_(std::move(file)) {}
-
-  Status write(std::span<const std::byte> bytes) override { return file_.write(bytes); }
-
-  Status overwrite(std::uint64_t offset, std::span<const std::byte> bytes) override {
-    return file_.overwrite(offset, bytes);
-  }
-
-  Status commit() { return file_.commit(); }
-
- private:
-  io::AtomicFile file_;
-};
-
 SessionFile::SessionFile(io::AtomicFile file)
-    : sink_(std::make_unique<Sink>(std::move(file))), mcap_(*sink_, io::McapWriter::Options{}) {}
+    : sink_(std::move(file)), mcap_(sink_, io::McapWriter::Options{}) {}
 
 SessionFile::~SessionFile() = default;
 
@@ -144,7 +128,7 @@ Status SessionFile::add_path(const std::string& vehicle, const std::vector<PoseR
 
 Status SessionFile::finish() {
   if (Status status = mcap_.close(); !status) return status;
-  return sink_->commit();
+  return sink_.commit();
 }
 
 }  // namespace rali::drive

@@ -9,7 +9,7 @@
 #include "rali/base/result.hpp"
 #include "rali/drive/output/pose_files.hpp"
 #include "rali/io/containers/mcap_writer.hpp"
-#include "rali/io/files/atomic_file.hpp"
+#include "rali/io/files/file_sink.hpp"
 #include "rali/sensor/lidar_scan.hpp"
 #include "rali/wire/messages.hpp"
 
@@ -38,14 +38,12 @@ class SessionFile {
   [[nodiscard]] Status finish();
 
  private:
-  class Sink;
-
   explicit SessionFile(io::AtomicFile file);
 
   [[nodiscard]] Status write(const std::string& topic, const std::string& type, Time t,
                              const wire::Bytes& bytes);
 
-  std::unique_ptr<Sink> sink_;
+  io::FileSink sink_;
   io::McapWriter mcap_;
   std::map<std::string, std::uint16_t> schemas_, channels_;
   std::map<std::string, std::uint64_t> scans_;

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "rali/cli/command.hpp"
+
+namespace rali::cli {
+
+/// `rali demo`: simulate, map, compare with the truth, draw.
+[[nodiscard]] std::unique_ptr<Command> make_demo_command();
+
+}  // namespace rali::cli

@@ -1,0 +1,56 @@
+#include "rali/cli/commands/picture.hpp"
+
+#include "rali/cli/picture/map_picture.hpp"
+
+namespace rali::cli {
+namespace {
+
+class PictureCommand final : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "picture"; }
+
+  [[nodiscard]] std::string summary() const override {
+    return "draw the map of a run from above, with its ways, as a PNG";
+  }
+
+  [[nodiscard]] std::vector<std::string> examples() const override {
+    return {"rali picture out", "rali picture out -o corridor.png --title Corridor"};
+  }
+
+  [[nodiscard]] std::string exit_codes() const override {
+    return "0 done, 2 not readable or no points, 4 disk";
+  }
+
+  [[nodiscard]] Positional positional() override {
+    return {"DIR", "folder that rali map has written", &folders_, 1, 1, {}};
+  }
+
+  [[nodiscard]] std::vector<Option> options() override {
+    return {{"-o,--out", "FILE", "the picture (default DIR/map.png)", &file_, false, {}},
+            {"--title", "TEXT", "printed above the map", &title_, false, {}}};
+  }
+
+  [[nodiscard]] Result<int> run(Session& session) override {
+    Result<MapPicture> picture = picture_of_folder(folders_.front());
+    if (!picture) return tl::make_unexpected(picture.error());
+    if (!title_.empty()) picture->title = title_;
+    const Result<io::RgbImage> image = draw_map(*picture);
+    if (!image) return tl::make_unexpected(image.error());
+    const std::string path = file_.empty() ? folders_.front() + "/map.png" : file_;
+    if (Status status = io::write_png(path, *image); !status) {
+      return tl::make_unexpected(status.error());
+    }
+    session.result(path + '\n');
+    return kExitDone;
+  }
+
+ private:
+  std::vector<std::string> folders_;
+  std::string file_, title_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_picture_command() { return std::make_unique<PictureCommand>(); }
+
+}  // namespace rali::cli

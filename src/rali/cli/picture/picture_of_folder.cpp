@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "rali/cli/picture/map_picture.hpp"
+#include "rali/io/files/cloud_file.hpp"
+#include "rali/io/files/text.hpp"
+#include "rali/io/files/tum.hpp"
+
+namespace rali::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<Colour, 4> kWayColours = {
+    {{224, 24, 108}, {250, 120, 0}, {120, 40, 200}, {0, 120, 215}}};
+
+std::vector<float> column(const io::CloudFile& cloud, const char* name) {
+  const int field = cloud.field(name);
+  if (field < 0) return {};
+  const std::vector<double> values = cloud.column(field);
+  std::vector<float> out(values.size());
+  std::transform(values.begin(), values.end(), out.begin(),
+                 [](double v) { return static_cast<float>(v); });
+  return out;
+}
+
+Status read_points(const std::string& out_dir, MapPicture& picture) {
+  std::string path = out_dir + "/map.ply";
+  if (std::error_code error; !fs::exists(path, error)) path = out_dir + "/map.pcd";
+  const Result<io::CloudFile> cloud = io::read_cloud_file(path);
+  if (!cloud) return tl::make_unexpected(cloud.error());
+  picture.x_m = column(*cloud, "x");
+  picture.y_m = column(*cloud, "y");
+  picture.z_m = column(*cloud, "z");
+  return {};
+}
+
+/// Trajectories in the order of their names as people count.
+std::vector<std::string> trajectory_files(const std::string& out_dir) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(out_dir + "/trajectory", error)) {
+    const std::string name = entry.path().filename().string();
+    const bool whole = name.ends_with(".tum") && !name.ends_with(".imu.tum");
+    if (whole && !name.starts_with('.')) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end(), io::natural_less);
+  return names;
+}
+
+double length_m(const std::vector<geometry::Vec3>& points) {
+  double sum_m = 0.0;
+  for (std::size_t i = 1; i < points.size(); ++i) sum_m += (points[i] - points[i - 1]).norm();
+  return sum_m;
+}
+
+}  // namespace
+
+Result<MapPicture> picture_of_folder(const std::string& out_dir) {
+  MapPicture picture;
+  picture.title = "RaLI map from above";
+  if (Status status = read_points(out_dir, picture); !status) {
+    return tl::make_unexpected(status.error());
+  }
+  std::string ways;
+  for (const std::string& name : trajectory_files(out_dir)) {
+    const Result<io::TumFile> tum = io::read_tum(out_dir + "/trajectory/" + name);
+    if (!tum) return tl::make_unexpected(tum.error());
+    PictureWay way;
+    way.label = name.substr(0, name.size() - 4);
+    way.colour = kWayColours[picture.ways.size() % kWayColours.size()];
+    for (const io::StampedPose& pose : tum->poses) way.points_map_m.push_back(pose.T.p);
+    ways += fmt::format(", {}: {:.1f} m in {} sweeps", way.label, length_m(way.points_map_m),
+                        way.points_map_m.size());
+    picture.ways.push_back(std::move(way));
+  }
+  picture.subtitle = fmt::format("{} points{}", picture.x_m.size(), ways);
+  return picture;
+}
+
+}  // namespace rali::cli
