@@ -64,6 +64,7 @@ class RobustOdometry final : public Odometry {
   ScanResult start(const LidarScan& scan);
   void straighten_first(const LidarScan& second);
   void predict(Time t_end);
+  void turn_with_gyro(Time t_end);
   [[nodiscard]] SweepMotion sweep_motion(const LidarScan& scan) const;
   UpdateResult update(const LidarScan& scan, int rounds);
   void look_around(const FilterState& predicted, UpdateResult& done);
@@ -250,11 +251,25 @@ void RobustOdometry::predict(Time t_end) {
     propagate_over(state_, imu_, t_end, noise_, poses_);
     return;
   }
+  if (has_imu_ && !imu_.empty()) turn_with_gyro(t_end);
   ProcessNoise noise;
   noise.accel_walk = settings_.constant_velocity.accel_mps2_rthz;
-  noise.gyro_walk = settings_.constant_velocity.rate_radps2_rthz;
+  const bool measured = has_imu_ && !imu_.empty();
+  noise.gyro_walk = measured ? 0.0 : settings_.constant_velocity.rate_radps2_rthz;
   propagate_constant_velocity(state_, (t_end - state_.t).s(), noise);
   state_.t = t_end;
+}
+
+/// Before gravity is known the gyro already tells the turn rate, to its turn-on bias: sparse rings
+/// see little of pitch and height in their first scans.
+void RobustOdometry::turn_with_gyro(Time t_end) {
+  const std::vector<sensor::ImuSample> samples = imu_.between(state_.t, t_end);
+  if (samples.empty()) return;
+  const double bias = 0.4 * settings_.initialisation.rest.gyro_mean_max_radps;
+  state_.gyro_bias_radps = imu::statistics(samples).gyro_mean_radps;
+  state_.P.middleRows<3>(kGyroBias).setZero();
+  state_.P.middleCols<3>(kGyroBias).setZero();
+  state_.P.diagonal().segment<3>(kGyroBias).setConstant(bias * bias);
 }
 
 SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
