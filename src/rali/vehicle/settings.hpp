@@ -3,6 +3,7 @@
 #include <string>
 
 #include "rali/base/settings.hpp"
+#include "rali/degeneracy/paper_settings.hpp"
 #include "rali/odometry/settings.hpp"
 #include "rali/sensor/calibration.hpp"
 
@@ -14,10 +15,15 @@ struct VehicleSettings {
   sensor::Calibration calibration;
   bool has_imu = true;  ///< false: LiDAR only, no scan waits for inertial data
   odometry::OdometrySettings odometry;
+  degeneracy::PaperDegreeSettings paper_degree;
+  double paper_degree_downsample_m = 0.2;  ///< of the features behind it, in preset robust
   double imu_wait_s = 0.2;  ///< how long (data time) a scan waits for inertial data before it goes on without
 
   template <class V>
   void visit(V& v) {
+    v.group("paper_degree", paper_degree, "the paper's detector of blind directions");
+    v("paper_degree_downsample_m", paper_degree_downsample_m, 0.02, 5.0,
+      "resolution of the features behind the paper's degree, in preset robust");
     v("imu_wait_s", imu_wait_s, 0.0, 5.0, "wait for late inertial data before a scan goes on without");
   }
 };

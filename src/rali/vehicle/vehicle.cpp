@@ -5,6 +5,7 @@
 
 #include "rali/degeneracy/information.hpp"
 #include "rali/odometry/make_odometry.hpp"
+#include "rali/vehicle/paper_detector.hpp"
 #include "rali/vehicle/pose_report.hpp"
 
 namespace rali::vehicle {
@@ -20,10 +21,16 @@ class Vehicle::Impl {
         self_(self),
         odometry_(odometry::make_odometry(settings.odometry, settings.calibration,
                                           settings.has_imu)),
+        paper_(settings),
         categories_(settings.odometry.robust.aware) {}
 
   void on(const ImuSample& sample, Executor& executor, OutputList& out) {
     if (sample.t <= t_imu_) return;  // the driver counts late samples
+    if (!sample.gyro_radps.allFinite() || !sample.accel_mps2.allFinite()) {
+      if (!broken_imu_told_) out.emplace_back(broken(sample));
+      broken_imu_told_ = true;
+      return;
+    }
     t_imu_ = sample.t;
     odometry_->add_imu(sample);
     run_waiting(executor, out, false);
@@ -62,6 +69,16 @@ class Vehicle::Impl {
     return f;
   }
 
+  /// Once per vehicle: a sensor that is broken is so 200 times a second.
+  [[nodiscard]] Finding broken(const ImuSample& sample) const {
+    Finding f;
+    f.id = "vehicle.broken_imu";
+    f.t = sample.t;
+    f.vehicle = settings_.name;
+    f.text = "an inertial sample that is not a number was refused, more such samples will be too";
+    return f;
+  }
+
   void run_waiting(Executor& executor, OutputList& out, bool all) {
     const Duration patience = Duration::from_s(settings_.imu_wait_s);
     while (!waiting_.empty()) {
@@ -84,6 +101,7 @@ class Vehicle::Impl {
     if (result.state == odometry::TrackState::kWaiting) return;
     PoseEstimate pose = pose_of(self_, result);
     pose.degeneracy = degeneracy_of(result, settings_.odometry, odometry_->gravity_odom(), axes_);
+    pose.degeneracy.paper = paper_.degree(scan, result, odometry_->gravity_odom());
     categories_.apply(pose.degeneracy);
     out.emplace_back(pose);
     if (result.keyframe) {
@@ -94,12 +112,14 @@ class Vehicle::Impl {
   VehicleSettings settings_;
   VehicleId self_;
   std::unique_ptr<odometry::Odometry> odometry_;
+  PaperDetector paper_;
   degeneracy::CategoryFilter categories_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::deque<std::shared_ptr<const LidarScan>> waiting_;
   Time t_imu_ = Time{std::numeric_limits<std::int64_t>::min()};
   Time t_scan_ = Time{std::numeric_limits<std::int64_t>::min()};
   std::uint32_t keyframes_ = 0;
+  bool broken_imu_told_ = false;
 };
 
 Vehicle::Vehicle(VehicleId self, const VehicleSettings& settings)

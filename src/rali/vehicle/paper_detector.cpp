@@ -1,0 +1,33 @@
+#include "rali/vehicle/paper_detector.hpp"
+
+namespace rali::vehicle {
+
+using geometry::Vec3;
+
+PaperDetector::PaperDetector(const VehicleSettings& settings)
+    : settings_(settings.paper_degree), R_body_lidar_(settings.calibration.T_body_lidar.R) {
+  feature_settings_.downsample_m = settings.paper_degree_downsample_m;
+  feature_settings_.theta_planar_deg = settings.odometry.paper.theta_planar_deg;
+}
+
+degeneracy::PaperDegree PaperDetector::degree(const sensor::LidarScan& scan,
+                                              const odometry::ScanResult& result,
+                                              const Vec3& g_odom_mps2) {
+  const Vec3 up_body = -(result.T_odom_body.R.transpose() * g_odom_mps2).normalized();
+  if (!result.feature_normals_body.empty()) {
+    return degeneracy::paper_degree(result.feature_normals_body, up_body, settings_);
+  }
+  normals_.clear();
+  if (scan.has_rings) {
+    // The sweep as measured: what motion bends within the few decimetres between neighbours is
+    // far below the angle at which features are told from noise.
+    extractor_.extract(odometry::paper::view_of(scan), feature_settings_, features_);
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      const Eigen::Vector3f n(features_.nx[i], features_.ny[i], features_.nz[i]);
+      normals_.push_back(R_body_lidar_ * n.cast<double>());
+    }
+  }
+  return degeneracy::paper_degree(normals_, up_body, settings_);
+}
+
+}  // namespace rali::vehicle
