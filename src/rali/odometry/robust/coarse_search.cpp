@@ -1,10 +1,11 @@
 #include "rali/odometry/robust/coarse_search.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
-#include <vector>
+
+#include <Eigen/Geometry>
 
 #include "rali/odometry/robust/scan_sampler.hpp"
 
@@ -12,97 +13,239 @@ namespace rali::odometry {
 
 using geometry::SE3;
 using geometry::Vec3;
+using geometry::Vec3f;
 
 namespace {
 
-struct Grid {
-  double step_m, step_rad;
-  int n_m, n_rad;       ///< steps to each side
-  double tolerance_m;   ///< a point farther from its plane scores nothing
-};
+constexpr std::size_t kPointsMin = 50;
 
-/// Points near a plane of the map, each counting by how near, as a share of all points.
-double score(const PlaneMap& map, const std::vector<Vec3>& points, const SE3& T,
-             double tolerance_m) {
-  double sum = 0.0;
-  const double inverse2 = 1.0 / (tolerance_m * tolerance_m);
-  for (const Vec3& p : points) {
-    const Vec3 x = T * p;
-    const int index = map.find(x);
-    if (index < 0) continue;
-    const Plane& plane = map.plane(index);
-    const double r = plane.n.dot(x - plane.q);
-    sum += std::max(0.0, 1.0 - r * r * inverse2);
+/// How near the next recent point is: a dense cube of cells around the guess, each holding a
+/// value that falls from 255 at a point to 0 about one and a half cells away.
+class Nearness {
+ public:
+  Nearness(const Vec3& center_odom_m, double cell_m)
+      : origin_(center_odom_m.cast<float>() - Vec3f::Constant(static_cast<float>(kHalf * cell_m))),
+        inverse_(static_cast<float>(1.0 / cell_m)),
+        cells_(static_cast<std::size_t>(kEdge) * kEdge * kEdge, 0) {}
+
+  void mark(const Vec3f& p) {
+    const Vec3f q = (p - origin_) * inverse_;
+    if (!((q.array() >= 1.0F).all() && (q.array() < kEdge - 1.0F).all())) return;
+    const int x = static_cast<int>(q.x());
+    const int y = static_cast<int>(q.y());
+    const int z = static_cast<int>(q.z());
+    for (int dz = -1; dz <= 1; ++dz) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const Vec3f center(static_cast<float>(x + dx) + 0.5F, static_cast<float>(y + dy) + 0.5F,
+                             static_cast<float>(z + dz) + 0.5F);
+          const float near = 1.0F - (q - center).squaredNorm() * (1.0F / (kReach * kReach));
+          if (near <= 0.0F) continue;
+          std::uint8_t& cell = cells_[index(x + dx, y + dy, z + dz)];
+          cell = std::max(cell, static_cast<std::uint8_t>(255.0F * near));
+        }
+      }
+    }
   }
-  return sum / static_cast<double>(points.size());
-}
+
+  [[nodiscard]] int at(const Vec3f& p) const {
+    const Vec3f q = (p - origin_) * inverse_;
+    if (!((q.array() >= 0.0F).all() && (q.array() < float{kEdge}).all())) return 0;
+    return cells_[index(static_cast<int>(q.x()), static_cast<int>(q.y()), static_cast<int>(q.z()))];
+  }
+
+ private:
+  static constexpr int kEdge = 128;
+  static constexpr double kHalf = 0.5 * kEdge;
+  static constexpr float kReach = 1.6F;  ///< cells
+
+  static std::size_t index(int x, int y, int z) {
+    return (static_cast<std::size_t>(z) * kEdge + static_cast<std::size_t>(y)) * kEdge +
+           static_cast<std::size_t>(x);
+  }
+
+  Vec3f origin_;
+  float inverse_;
+  std::vector<std::uint8_t> cells_;
+};
 
 struct Trial {
   SE3 T;
   double value = -1e9;
+  int heading = 0;
 };
 
-/// The best trial of each heading, best first.
-std::vector<Trial> try_grid(const PlaneMap& map, const std::vector<Vec3>& points,
-                            const SE3& center, const PoseGuess& prior, const Vec3& up,
-                            const Grid& grid) {
-  // 0.01 per sigma^2: a quarter of the points outweighs 5 sigma.
-  constexpr double kPriorWeight = 0.01;
-  const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
-  const Vec3 h1 = (helper - helper.dot(up) * up).normalized();
-  const Vec3 h2 = up.cross(h1);
-  std::vector<Trial> best;
-  for (int a = -grid.n_rad; a <= grid.n_rad; ++a) {
-    SE3 trial = center;
-    trial.R = geometry::so3_exp(a * grid.step_rad * up) * center.R;
+class Search {
+ public:
+  Search(const Nearness& nearness, const std::vector<Vec3f>& points, const PoseGuess& prior)
+      : nearness_(nearness), points_(points), prior_(prior) {}
+
+  /// Mean nearness of the points, less what the distance from the prior costs.
+  [[nodiscard]] double value(const SE3& T) const {
+    // 0.01 per sigma^2: a quarter of the points outweighs 5 sigma.
+    constexpr double kPriorWeight = 0.01;
     const double turn =
-        geometry::so3_log(prior.T_odom_body.R.transpose() * trial.R).norm() / prior.sigma_rad;
-    Trial& here = best.emplace_back();
-    for (int i = -grid.n_m; i <= grid.n_m; ++i) {
-      for (int j = -grid.n_m; j <= grid.n_m; ++j) {
-        trial.p = center.p + grid.step_m * (i * h1 + j * h2);
-        const double shift = (trial.p - prior.T_odom_body.p).norm() / prior.sigma_m;
-        const double value = score(map, points, trial, grid.tolerance_m) -
-                             kPriorWeight * (turn * turn + shift * shift);
-        if (value > here.value) here = {trial, value};
+        geometry::so3_log(prior_.T_odom_body.R.transpose() * T.R).norm() / prior_.sigma_rad;
+    const double shift = (T.p - prior_.T_odom_body.p).norm() / prior_.sigma_m;
+    const Eigen::Matrix3f R = T.R.cast<float>();
+    const Vec3f p = T.p.cast<float>();
+    int sum = 0;
+    for (const Vec3f& x : points_) sum += nearness_.at(R * x + p);
+    return sum / (255.0 * static_cast<double>(points_.size())) -
+           kPriorWeight * (turn * turn + shift * shift);
+  }
+
+  /// The best trial of each heading, best first.
+  [[nodiscard]] std::vector<Trial> try_grid(const Vec3& up, double step_m, int n_m, double step_rad,
+                                            int n_rad) const {
+    const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+    const Vec3 h1 = (helper - helper.dot(up) * up).normalized();
+    const Vec3 h2 = up.cross(h1);
+    const SE3& center = prior_.T_odom_body;
+    std::vector<Trial> best;
+    for (int a = -n_rad; a <= n_rad; ++a) {
+      SE3 trial = center;
+      trial.R = geometry::so3_exp(a * step_rad * up) * center.R;
+      Trial& here = best.emplace_back();
+      for (int i = -n_m; i <= n_m; ++i) {
+        for (int j = -n_m; j <= n_m; ++j) {
+          trial.p = center.p + step_m * (i * h1 + j * h2);
+          const double v = value(trial);
+          if (v > here.value) here = {trial, v, a};
+        }
+      }
+    }
+    std::stable_sort(best.begin(), best.end(),
+                     [](const Trial& x, const Trial& y) { return x.value > y.value; });
+    return best;
+  }
+
+  /// Climbs along each of the six directions in turn with ever shorter steps.
+  void climb(Trial& t, double step_m, double step_rad) const {
+    constexpr int kHalvings = 3;
+    constexpr int kRounds = 4;
+    for (int h = 0; h < kHalvings; ++h, step_m *= 0.5, step_rad *= 0.5) {
+      bool better = true;
+      for (int round = 0; better && round < kRounds; ++round) {
+        better = false;
+        for (int k = 0; k < 12; ++k) {
+          Vec3 d = Vec3::Zero();
+          d[k / 4] = (k & 1) != 0 ? 1.0 : -1.0;
+          SE3 trial = t.T;
+          if ((k & 2) != 0) {
+            trial.R = geometry::so3_exp(step_rad * d) * t.T.R;
+          } else {
+            trial.p += step_m * d;
+          }
+          const double v = value(trial);
+          if (v <= t.value) continue;
+          t.T = trial;
+          t.value = v;
+          better = true;
+        }
       }
     }
   }
-  std::stable_sort(best.begin(), best.end(),
-                   [](const Trial& x, const Trial& y) { return x.value > y.value; });
-  return best;
+
+ private:
+  const Nearness& nearness_;
+  const std::vector<Vec3f>& points_;
+  const PoseGuess& prior_;
+};
+
+std::vector<Vec3f> some_points(const BodyPoints& body, int n) {
+  std::vector<std::uint32_t> indices(body.size());
+  for (std::uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
+  thin_evenly(indices, static_cast<std::size_t>(n));
+  std::vector<Vec3f> points;
+  points.reserve(indices.size());
+  for (const std::uint32_t i : indices) {
+    const Vec3f p(body.x_m[i], body.y_m[i], body.z_m[i]);
+    if (p.allFinite()) points.push_back(p);
+  }
+  return points;
+}
+
+double median_range(const std::vector<Vec3f>& points) {
+  std::vector<float> ranges;
+  ranges.reserve(points.size());
+  for (const Vec3f& p : points) ranges.push_back(p.norm());
+  const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
+  std::nth_element(ranges.begin(), middle, ranges.end());
+  return static_cast<double>(*middle);
 }
 
 }  // namespace
 
-SE3 search_pose(const PlaneMap& map, const BodyPoints& body, const PoseGuess& guess,
-                const Vec3& up_odom, const CoarseSearchSettings& settings) {
+void RecentPoints::add(const BodyPoints& points, const SE3& T_odom_body) {
+  constexpr std::size_t kScansMax = 10;
+  if (scans_.size() == kScansMax) {
+    std::vector<Vec3f> oldest = std::move(scans_.front());  // its memory is used again
+    scans_.pop_front();
+    scans_.push_back(std::move(oldest));
+    scans_.back().clear();
+  } else {
+    scans_.emplace_back();
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 p(points.x_m[i], points.y_m[i], points.z_m[i]);
+    scans_.back().push_back((T_odom_body * p).cast<float>());
+  }
+}
+
+bool needs_search(const PoseGuess& guess, const CoarseSearchSettings& settings) {
+  constexpr double kRadian = std::numbers::pi / 180.0;
+  return guess.sigma_m >= settings.sigma_min_m ||
+         guess.sigma_rad >= settings.sigma_min_deg * kRadian;
+}
+
+std::vector<SE3> search_pose(const RecentPoints& recent, const BodyPoints& body,
+                             const PoseGuess& guess, const Vec3& up_odom,
+                             const CoarseSearchSettings& settings) {
   constexpr double kRadian = std::numbers::pi / 180.0;
   constexpr double kSigmas = 4.0;
-  const bool good = guess.sigma_m < settings.sigma_min_m &&
-                    guess.sigma_rad < settings.sigma_min_deg * kRadian;
-  if (good || body.size() < 50 || map.plane_count() < 10) return guess.T_odom_body;
-  std::vector<std::uint32_t> indices(body.size());
-  for (std::uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
-  thin_evenly(indices, static_cast<std::size_t>(settings.points));
-  std::vector<Vec3> points;
-  for (const std::uint32_t i : indices) points.emplace_back(body.x_m[i], body.y_m[i], body.z_m[i]);
-
-  Grid coarse{0.2, 3.0 * kRadian, 0, 0, 0.2};
-  const double range_m = std::min(settings.range_max_m, kSigmas * guess.sigma_m);
-  const double range_rad = std::min(settings.range_max_deg * kRadian, kSigmas * guess.sigma_rad);
-  coarse.n_m = static_cast<int>(std::ceil(range_m / coarse.step_m));
-  coarse.n_rad = static_cast<int>(std::ceil(range_rad / coarse.step_rad));
-  const std::vector<Trial> near =
-      try_grid(map, points, guess.T_odom_body, guess, up_odom, coarse);
-  const Grid fine{0.07, 1.0 * kRadian, 2, 2, 0.1};
-  constexpr std::size_t kCandidates = 4;
-  Trial best;
-  for (std::size_t k = 0; k < std::min(kCandidates, near.size()); ++k) {
-    const Trial t = try_grid(map, points, near[k].T, guess, up_odom, fine).front();
-    if (t.value > best.value) best = t;
+  constexpr double kCellPerRange = 0.04;  // 2.3 degrees seen from the sensor
+  constexpr double kCellMin_m = 0.15;
+  constexpr double kCellMax_m = 1.0;
+  const std::vector<Vec3f> points = some_points(body, settings.points);
+  if (points.size() < kPointsMin) return {};
+  const double range_m = std::max(0.1, median_range(points));
+  const double cell_m = std::clamp(kCellPerRange * range_m, kCellMin_m, kCellMax_m);
+  Nearness nearness(guess.T_odom_body.p, cell_m);
+  for (const auto& scan : recent.scans()) {
+    for (const Vec3f& p : scan) nearness.mark(p);
   }
-  return best.T;
+  const Search search(nearness, points, guess);
+
+  const double step_rad = 1.25 * cell_m / std::max(range_m, cell_m / 0.2);
+  const double reach_m = std::min(settings.range_max_m, kSigmas * guess.sigma_m);
+  const double reach_rad = std::min(settings.range_max_deg * kRadian, kSigmas * guess.sigma_rad);
+  const int n_m = static_cast<int>(std::ceil(reach_m / cell_m));
+  const int n_rad = static_cast<int>(std::ceil(reach_rad / step_rad));
+  const std::vector<Trial> grid = search.try_grid(up_odom, cell_m, n_m, step_rad, n_rad);
+
+  constexpr std::size_t kCandidates = 3;
+  constexpr int kApart = 2;  // headings nearer than this climb the same hill
+  std::vector<Trial> best;
+  for (const Trial& t : grid) {
+    const bool known = std::any_of(best.begin(), best.end(), [&t](const Trial& other) {
+      return std::abs(other.heading - t.heading) <= kApart;
+    });
+    if (!known) best.push_back(t);
+    if (best.size() == kCandidates) break;
+  }
+  for (Trial& t : best) search.climb(t, 0.5 * cell_m, 0.5 * step_rad);
+  std::stable_sort(best.begin(), best.end(),
+                   [](const Trial& x, const Trial& y) { return x.value > y.value; });
+  std::vector<SE3> out;
+  for (const Trial& t : best) {
+    const bool known = std::any_of(out.begin(), out.end(), [&](const SE3& other) {
+      return (other.p - t.T.p).norm() < 0.5 * cell_m &&
+             geometry::so3_log(other.R.transpose() * t.T.R).norm() < 0.5 * step_rad;
+    });
+    if (!known) out.push_back(t.T);
+  }
+  return out;
 }
 
 }  // namespace rali::odometry

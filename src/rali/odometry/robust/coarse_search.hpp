@@ -1,13 +1,15 @@
 #pragma once
 
+#include <deque>
+#include <vector>
+
 #include "rali/odometry/deskew.hpp"
-#include "rali/odometry/robust/plane_map.hpp"
 
 namespace rali::odometry {
 
 /// When and how far to look around before an update without inertial data.
 struct CoarseSearchSettings {
-  double sigma_min_m = 0.15;    ///< a better guess needs no search
+  double sigma_min_m = 0.15;  ///< a better guess needs no search
   double sigma_min_deg = 4.0;
   double range_max_m = 1.5;
   double range_max_deg = 60.0;
@@ -23,6 +25,20 @@ struct CoarseSearchSettings {
   }
 };
 
+/// The points of the last scans in odom: what the next one must overlap with. Unlike planes,
+/// which need many points per cell, they show a new place from its first scan on.
+class RecentPoints {
+ public:
+  void add(const BodyPoints& points, const geometry::SE3& T_odom_body);
+
+  void clear() { scans_.clear(); }
+
+  [[nodiscard]] const std::deque<std::vector<geometry::Vec3f>>& scans() const { return scans_; }
+
+ private:
+  std::deque<std::vector<geometry::Vec3f>> scans_;  ///< odom, oldest first
+};
+
 /// A guess and how uncertain it is horizontally and in heading (1 sigma).
 struct PoseGuess {
   geometry::SE3 T_odom_body;
@@ -30,12 +46,19 @@ struct PoseGuess {
   double sigma_rad = 0.0;
 };
 
-/// Tries poses on a grid around the guess (heading and horizontal position, first coarse, then
-/// fine) and returns the one at which most points lie on planes of the map; far trials pay for
-/// their distance in sigma. For scans so far apart (2 Hz) that the nearest solution of the
-/// registration is a wrong one.
-[[nodiscard]] geometry::SE3 search_pose(const PlaneMap& map, const BodyPoints& points,
-                                        const PoseGuess& guess, const geometry::Vec3& up_odom,
-                                        const CoarseSearchSettings& settings);
+/// Whether a guess is so poor that the nearest solution of the registration may be a wrong one.
+[[nodiscard]] bool needs_search(const PoseGuess& guess, const CoarseSearchSettings& settings);
+
+/// Tries poses on a grid around the guess (heading and horizontal position), climbs from the
+/// best ones in all six directions, and returns those at which most points lie near points of
+/// the last scans, best first; far trials pay for their distance in sigma. Empty when there is
+/// too little to compare. For scans so far apart (2 Hz) that the nearest solution of the
+/// registration is a wrong one. The grid scales with the scene: its cells are a fixed share of
+/// the median range.
+[[nodiscard]] std::vector<geometry::SE3> search_pose(const RecentPoints& recent,
+                                                     const BodyPoints& points,
+                                                     const PoseGuess& guess,
+                                                     const geometry::Vec3& up_odom,
+                                                     const CoarseSearchSettings& settings);
 
 }  // namespace rali::odometry

@@ -94,6 +94,7 @@ class RobustOdometry final : public Odometry {
   ScanSampler sampler_;
   Matcher matcher_;
   PlaneMap map_;
+  RecentPoints recent_;  ///< without inertial data only
   std::unique_ptr<LidarScan> first_scan_;  ///< until the second tells how fast it was taken
   Keyframer keyframer_;
   Drift drift_;
@@ -108,7 +109,6 @@ class RobustOdometry final : public Odometry {
   TrackState track_state_ = TrackState::kWaiting;
   static constexpr int kYoungScans = 5;
   int scans_in_map_ = 0;
-  double usual_fit_ = 0.5;  ///< share of points on planes, over the last scans
   Time t_last_good_;
   SE3 last_good_;
   bool bias_reported_ = false;
@@ -239,6 +239,7 @@ void RobustOdometry::straighten_first(const LidarScan& second) {
     state_.v = v;
     state_.gyro_bias_radps = w;
     map_ = PlaneMap(settings_.map);
+    recent_.clear();
     sampler_.sample(*first);
     insert(*first);
     if (!useful) break;
@@ -310,20 +311,17 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
 }
 
 /// Without inertial data the prediction can be too poor for the registration to find the right
-/// place: where the scan fits worse than usual, other places near the prediction are tried.
+/// place: other places near the prediction are tried, and the best fit is taken.
 void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& done) {
-  constexpr double kUsualShare = 0.85;
-  constexpr double kForget = 0.9;
-  const bool searched = !has_imu_ && scans_in_map_ > 1;
-  if (searched && done.fit < kUsualShare * usual_fit_) {
-    const Vec3 up = -state_.g_odom_mps2.normalized();
-    const Vec3 up_body = predicted.T_odom_body.R.transpose() * up;
-    PoseGuess guess;
-    guess.T_odom_body = predicted.T_odom_body;
-    guess.sigma_m = std::sqrt(predicted.P.block<2, 2>(kPos, kPos).diagonal().maxCoeff());
-    guess.sigma_rad =
-        std::sqrt(up_body.dot(predicted.P.block<3, 3>(kTheta, kTheta) * up_body));
-    const SE3 start = search_pose(map_, points_, guess, up, settings_.search);
+  if (has_imu_) return;
+  const Vec3 up = -state_.g_odom_mps2.normalized();
+  const Vec3 up_body = predicted.T_odom_body.R.transpose() * up;
+  PoseGuess guess;
+  guess.T_odom_body = predicted.T_odom_body;
+  guess.sigma_m = std::sqrt(predicted.P.block<2, 2>(kPos, kPos).diagonal().maxCoeff());
+  guess.sigma_rad = std::sqrt(up_body.dot(predicted.P.block<3, 3>(kTheta, kTheta) * up_body));
+  if (!needs_search(guess, settings_.search)) return;
+  for (const SE3& start : search_pose(recent_, points_, guess, up, settings_.search)) {
     FilterState other = predicted;
     const UpdateResult elsewhere =
         update_with_scan(other, matcher_, map_, start, settings_, axes_, true);
@@ -332,7 +330,6 @@ void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& don
       state_ = other;
     }
   }
-  usual_fit_ = kForget * usual_fit_ + (1.0 - kForget) * done.fit;
 }
 
 /// Keeps the sweep as it is without motion, in case the vehicle turns out to be standing: the
@@ -387,6 +384,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
     state_.T_odom_body = track_.front().T_odom_body;
     state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
     map_ = PlaneMap(settings_.map);
+    recent_.clear();
     for (const BodyPoints& points : start_points_) {
       points_ = points;
       insert_points(state_.T_odom_body);
@@ -413,6 +411,7 @@ void RobustOdometry::insert_points(const SE3& T_odom_body) {
   const Mat3& R = T_odom_body.R;
   const Vec3 origin = calibration_.T_body_lidar.p;
   const double epoch = drift_.epoch();
+  if (!has_imu_) recent_.add(points_, T_odom_body);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
     const Vec3 ray = R * (p - origin);
@@ -504,6 +503,7 @@ void RobustOdometry::restart(FindingList& findings) {
   inertial_ = false;
   track_.assign(1, {now, pose, 0.0});
   map_ = PlaneMap(settings_.map);
+  recent_.clear();
   scans_in_map_ = 0;
   t_last_good_ = now;
 }

@@ -1,0 +1,141 @@
+#include "rali/odometry/robust/coarse_search.hpp"
+
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "rali/odometry/room_for_test.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+const Vec3 kUp = Vec3::UnitZ();
+
+/// What the room looks like from a pose, in the body frame there (rays straight, no motion).
+BodyPoints seen_from(const TestRoom& room, const SE3& T_room_body, int step_deg) {
+  BodyPoints out;
+  for (int azimuth = 0; azimuth < 360; azimuth += step_deg) {
+    for (int elevation = -40; elevation <= 40; elevation += step_deg) {
+      const double a = azimuth * kDegree;
+      const double e = elevation * kDegree;
+      const Vec3 ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
+      const Vec3 p = room.range_to(T_room_body.p, T_room_body.R * ray) * ray;
+      out.x_m.push_back(static_cast<float>(p.x()));
+      out.y_m.push_back(static_cast<float>(p.y()));
+      out.z_m.push_back(static_cast<float>(p.z()));
+      out.age_s.push_back(0.0F);
+    }
+  }
+  return out;
+}
+
+/// The first scan is taken at the origin, the second after a turn and a step.
+struct CoarseSearchTest : testing::Test {
+  CoarseSearchTest() {
+    recent.add(seen_from(room, SE3{}, 2), SE3{});
+    truth.R = geometry::rotation_from_rpy(0.0, 0.0, 45.0 * kDegree);
+    truth.p = Vec3(0.5, -0.33, 0.0);  // 0.6 m
+    now = seen_from(room, truth, 3);
+  }
+
+  [[nodiscard]] double turn_deg(const SE3& T) const {
+    return geometry::so3_log(truth.R.transpose() * T.R).norm() / kDegree;
+  }
+
+  TestRoom room;
+  RecentPoints recent;
+  SE3 truth;
+  BodyPoints now;
+  CoarseSearchSettings settings;
+};
+
+TEST_F(CoarseSearchTest, a_turn_of_45_degrees_and_a_step_of_60_cm_are_found) {
+  const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};
+  const auto found = search_pose(recent, now, guess, kUp, settings);
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT((found.front().p - truth.p).norm(), 0.15);
+  EXPECT_LT(turn_deg(found.front()), 3.0);
+}
+
+TEST_F(CoarseSearchTest, a_guess_that_is_right_comes_back_first) {
+  const PoseGuess guess{truth, 0.3, 15.0 * kDegree};
+  const auto found = search_pose(recent, now, guess, kUp, settings);
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT((found.front().p - truth.p).norm(), 0.10);
+  EXPECT_LT(turn_deg(found.front()), 2.0);
+}
+
+TEST_F(CoarseSearchTest, a_tilt_and_a_rise_within_half_a_cell_are_climbed_to) {
+  truth.R = geometry::rotation_from_rpy(0.05, -0.04, 30.0 * kDegree);
+  truth.p = Vec3(0.3, 0.4, 0.12);
+  now = seen_from(room, truth, 3);
+  const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};
+  const auto found = search_pose(recent, now, guess, kUp, settings);
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT((found.front().p - truth.p).norm(), 0.15);
+  EXPECT_LT(turn_deg(found.front()), 3.0);
+}
+
+TEST_F(CoarseSearchTest, the_answer_stays_within_the_range_that_is_searched) {
+  settings.range_max_m = 0.2;
+  settings.range_max_deg = 10.0;
+  const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};
+  for (const SE3& T : search_pose(recent, now, guess, kUp, settings)) {
+    // One step of the grid and the climb may lie beyond.
+    EXPECT_LT(geometry::so3_log(T.R).norm(), 20.0 * kDegree);
+    EXPECT_LT(T.p.norm(), 1.2);
+  }
+}
+
+TEST_F(CoarseSearchTest, climbs_that_end_in_one_place_are_one_candidate) {
+  const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};
+  const auto found = search_pose(recent, now, guess, kUp, settings);
+  ASSERT_FALSE(found.empty());
+  ASSERT_LE(found.size(), 3U);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const bool turned =
+          geometry::so3_log(found[i].R.transpose() * found[k].R).norm() > 1.0 * kDegree;
+      EXPECT_TRUE(turned || (found[i].p - found[k].p).norm() > 0.05);
+    }
+  }
+}
+
+TEST_F(CoarseSearchTest, too_few_points_give_no_answer) {
+  now.resize(40);
+  EXPECT_TRUE(search_pose(recent, now, {SE3{}, 0.3, 0.2}, kUp, settings).empty());
+}
+
+TEST_F(CoarseSearchTest, points_that_are_no_numbers_do_no_harm) {
+  for (std::size_t i = 0; i < now.size(); i += 7) {
+    now.x_m[i] = std::numeric_limits<float>::quiet_NaN();
+    now.y_m[i] = std::numeric_limits<float>::infinity();
+  }
+  recent.add(now, truth);
+  const auto found = search_pose(recent, now, {SE3{}, 0.3, 15.0 * kDegree}, kUp, settings);
+  ASSERT_FALSE(found.empty());
+  EXPECT_TRUE(found.front().p.allFinite());
+  EXPECT_LT((found.front().p - truth.p).norm(), 0.2);
+}
+
+TEST_F(CoarseSearchTest, only_a_poor_guess_asks_for_a_search) {
+  EXPECT_FALSE(needs_search({SE3{}, 0.14, 3.9 * kDegree}, settings));
+  EXPECT_TRUE(needs_search({SE3{}, 0.16, 3.9 * kDegree}, settings));
+  EXPECT_TRUE(needs_search({SE3{}, 0.14, 4.1 * kDegree}, settings));
+}
+
+TEST_F(CoarseSearchTest, only_the_last_ten_scans_are_kept) {
+  for (int k = 0; k < 12; ++k) recent.add(now, truth);
+  ASSERT_EQ(recent.scans().size(), 10U);
+  for (const auto& scan : recent.scans()) EXPECT_EQ(scan.size(), now.size());
+  recent.clear();
+  EXPECT_TRUE(recent.scans().empty());
+}
+
+}  // namespace
+}  // namespace rali::odometry
