@@ -50,4 +50,11 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   return B * D_reference * B.transpose() + P_local;
 }
 
+void Drift::add(const SE3& T_odom_body, const Mat6& P) {
+  const Mat6 A = left_from_boxplus(T_odom_body);
+  p_epoch_ = T_odom_body.p;
+  ++epoch_;
+  D_.push_back(D_.back() + A * P * A.transpose());
+}
+
 }  // namespace rali::odometry

@@ -41,6 +41,9 @@ class Drift {
   geometry::Mat6 update(const geometry::SE3& T_odom_body, double mean_epoch,
                         const geometry::Mat6& P_local);
 
+  /// A new map begins at a pose that is itself uncertain by P (boxplus): a new generation.
+  void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
+
  private:
   DriftSettings settings_;
   std::uint32_t epoch_ = 0;

@@ -78,6 +78,7 @@ class RobustOdometry final : public Odometry {
   void bound_biases(FindingList& findings);
   void judge(const UpdateResult& update, FindingList& findings);
   void restart(FindingList& findings);
+  void begin_map();
   ScanResult result_of(const LidarScan& scan, const UpdateResult& update);
 
   RobustSettings settings_;
@@ -132,6 +133,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   // A young map has few planes: it must grow before it can be asked for many.
   const bool young = scans_in_map_ < kYoungScans;
   const bool trusted = track_state_ != TrackState::kPredicted || young;
+  if (trusted && map_.empty()) begin_map();
   if (trusted) insert(scan);
   if (has_imu_ && !inertial_) {
     remember_start(scan);
@@ -404,7 +406,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
 void RobustOdometry::insert(const LidarScan& scan) {
   sweep_motion(scan).apply(scan, sampler_.insert_indices(), points_);
   insert_points(state_.T_odom_body);
-  ++scans_in_map_;
+  if (points_.size() > 0) ++scans_in_map_;
 }
 
 void RobustOdometry::insert_points(const SE3& T_odom_body) {
@@ -476,6 +478,15 @@ void RobustOdometry::judge(const UpdateResult& update, FindingList& findings) {
   if (!impossible && (state_.t - t_last_good_).s() < kLost_s) return;
   track_state_ = TrackState::kDiverged;
   restart(findings);
+}
+
+/// The first scan in an empty map defines where the map is: the filter knows its pose there
+/// exactly, and what it did not know becomes an error of the whole map.
+void RobustOdometry::begin_map() {
+  drift_.add(state_.T_odom_body, state_.P.topLeftCorner<6, 6>());
+  state_.P.topRows<6>().setZero();
+  state_.P.leftCols<6>().setZero();
+  state_.P.diagonal().head<6>().setConstant(1e-10);
 }
 
 /// The map no longer fits what is seen: a new map begins at the last believable pose.
