@@ -1,0 +1,113 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "rali/cloud/voxel_sampler.hpp"
+#include "rali/odometry/odometry.hpp"
+#include "rali/odometry/robust/block_means.hpp"
+#include "rali/odometry/robust/drift.hpp"
+#include "rali/odometry/robust/inertial.hpp"
+#include "rali/odometry/robust/initialiser.hpp"
+#include "rali/odometry/robust/keyframer.hpp"
+#include "rali/odometry/robust/scan_sampler.hpp"
+#include "rali/odometry/robust/standstill.hpp"
+#include "rali/odometry/robust/update.hpp"
+#include "rali/odometry/robust/vehicle_constraints.hpp"
+#include "rali/odometry/settings.hpp"
+
+namespace rali::odometry::internal {
+
+/// The filter behind make_robust_odometry(). The way of a scan (predict, update, constrain, judge,
+/// insert) is in robust_odometry.cpp; how it begins, finds itself and begins again in
+/// robust_start.cpp.
+class RobustOdometry final : public Odometry {
+ public:
+  RobustOdometry(const OdometrySettings& settings, const sensor::Calibration& calibration,
+                 bool has_imu)
+      : settings_(settings.robust),
+        noise_(settings.imu_noise),
+        calibration_(calibration),
+        has_imu_(has_imu),
+        sampler_(settings.robust.sampling),
+        matcher_(settings.robust.match),
+        map_(settings.robust.map),
+        keyframer_(settings.robust.keyframe),
+        drift_(settings.robust.drift),
+        standstill_(settings.robust.constraints, settings.robust.initialisation.rest,
+                    settings.imu_noise),
+        constraints_(settings.robust.constraints) {}
+
+  void add_imu(const sensor::ImuSample& sample) override { imu_.add(sample); }
+
+  ScanResult process(const sensor::LidarScan& scan, Executor& executor,
+                     FindingList& findings) override;
+
+  [[nodiscard]] geometry::Vec3 gravity_odom() const override { return state_.g_odom_mps2; }
+
+  [[nodiscard]] geometry::Mat3 gravity_covariance() const override {
+    const Eigen::Matrix<double, 3, 2> J =
+        -geometry::skew(state_.g_odom_mps2) * gravity_basis(state_.g_odom_mps2);
+    return J * state_.P.block<2, 2>(kGravity, kGravity) * J.transpose();
+  }
+
+  [[nodiscard]] std::uint64_t state_hash() const override;
+
+ private:
+  ScanResult start(const sensor::LidarScan& scan);
+  void straighten_first(const sensor::LidarScan& second);
+  void predict(Time t_end);
+  void turn_with_gyro(Time t_end);
+  [[nodiscard]] SweepMotion sweep_motion(const sensor::LidarScan& scan) const;
+  UpdateResult update(const sensor::LidarScan& scan, int rounds);
+  void look_around(const FilterState& predicted, UpdateResult& done);
+  void remember_start(const sensor::LidarScan& scan);
+  void try_initialise(FindingList& findings);
+  void insert(const sensor::LidarScan& scan);
+  void insert_points(const geometry::SE3& T_odom_body);
+  std::optional<ScanResult> hold(const sensor::LidarScan& scan);
+  void constrain(const UpdateResult& done, FindingList& findings);
+  [[nodiscard]] geometry::Mat6 covariance(const UpdateResult& update);
+  void bound_biases(FindingList& findings);
+  void judge(const UpdateResult& update, FindingList& findings);
+  void restart(FindingList& findings);
+  void begin_map();
+  ScanResult result_of(const sensor::LidarScan& scan, const UpdateResult& update);
+
+  RobustSettings settings_;
+  ImuNoiseSettings noise_;
+  sensor::Calibration calibration_;
+  bool has_imu_;
+  bool inertial_ = false;  ///< gravity is known, the filter runs on inertial data
+  bool started_ = false;
+
+  FilterState state_;
+  InertialBuffer imu_;
+  std::vector<TimedPose> poses_;    ///< of the last prediction
+  std::vector<TrackedPose> track_;  ///< until gravity is known
+  ScanSampler sampler_;
+  Matcher matcher_;
+  PlaneMap map_;
+  RecentPoints recent_;                            ///< without inertial data only
+  std::unique_ptr<sensor::LidarScan> first_scan_;  ///< until the second tells how fast it was taken
+  Keyframer keyframer_;
+  Drift drift_;
+  StandstillDetector standstill_;
+  VehicleConstraints constraints_;
+  bool held_ = false;                     ///< the vehicle stands
+  bool quiet_start_ = false;              ///< nothing has shown motion since the first scan
+  std::deque<FilterState> held_states_;   ///< of the last moments of holding
+  std::vector<BodyPoints> start_points_;  ///< of the first scans, until gravity is known
+  BodyPoints points_;
+  degeneracy::Axes axes_ = degeneracy::Axes::Identity();
+  TrackState track_state_ = TrackState::kWaiting;
+  static constexpr int kYoungScans = 5;
+  int scans_in_map_ = 0;
+  Time t_last_good_;
+  geometry::SE3 last_good_;
+  bool bias_reported_ = false;
+};
+
+}  // namespace rali::odometry::internal

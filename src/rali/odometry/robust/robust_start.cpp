@@ -1,0 +1,218 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "rali/odometry/robust/internal/robust_filter.hpp"
+
+namespace rali::odometry::internal {
+
+using geometry::Mat3;
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+using sensor::LidarScan;
+
+/// The first scan defines odom: origin and heading are its own, up is against the mean force.
+ScanResult RobustOdometry::start(const LidarScan& scan) {
+  if (scan.size() == 0) return {};
+  started_ = true;
+  state_.t = scan.t_end;
+  state_.g_odom_mps2 = Vec3(0.0, 0.0, -settings_.initialisation.gravity_mps2);
+  if (has_imu_ && !imu_.empty()) {
+    const Vec3 force =
+        imu::statistics(imu_.between(Time{std::numeric_limits<std::int64_t>::min()}, scan.t_end))
+            .accel_mean_mps2;
+    if (force.norm() > 1.0) state_.T_odom_body.R = imu::level(force);
+  }
+  const ConstantVelocitySettings& cv = settings_.constant_velocity;
+  state_.P.setZero();
+  state_.P.diagonal().segment<3>(kTheta).setConstant(1e-10);
+  state_.P.diagonal().segment<3>(kPos).setConstant(1e-10);
+  state_.P.diagonal().segment<3>(kVel).setConstant(cv.start_speed_mps * cv.start_speed_mps);
+  state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
+  poses_.assign(1, {state_.t, state_.T_odom_body});
+  sampler_.sample(scan);
+  insert(scan);
+  if (scan.has_point_times && !scan.deskewed) first_scan_ = std::make_unique<LidarScan>(scan);
+  track_state_ = TrackState::kGood;
+  t_last_good_ = state_.t;
+  track_.push_back({state_.t, state_.T_odom_body, 0.0});
+  UpdateResult none;
+  none.converged = true;
+  return result_of(scan, none);
+}
+
+/// The first scan was undistorted without knowing the speed, and everything hangs on it. Once
+/// the second tells the speed, the map is begun again with it, until both agree.
+void RobustOdometry::straighten_first(const LidarScan& second) {
+  constexpr int kRounds = 3;
+  const std::unique_ptr<LidarScan> first = std::move(first_scan_);
+  const FilterState begin = state_;
+  Vec3 v = Vec3::Zero();
+  Vec3 w = Vec3::Zero();
+  for (int k = 0; k < kRounds; ++k) {
+    predict(second.t_end);
+    sampler_.sample(second);
+    // Both sweeps are undistorted alike: what a wrong speed does to them then cancels.
+    const UpdateResult done = update(second, 1);
+    const bool useful = done.matches >= settings_.update.matches_min;
+    if (useful) {
+      v = state_.v;
+      w = state_.gyro_bias_radps;
+    }
+    state_ = begin;
+    state_.v = v;
+    state_.gyro_bias_radps = w;
+    map_ = PlaneMap(settings_.map);
+    recent_.clear();
+    sampler_.sample(*first);
+    insert(*first);
+    if (!useful) break;
+  }
+}
+
+/// Before gravity is known the gyro already tells the turn rate, to its turn-on bias: sparse rings
+/// see little of pitch and height in their first scans.
+void RobustOdometry::turn_with_gyro(Time t_end) {
+  const std::vector<sensor::ImuSample> samples = imu_.between(state_.t, t_end);
+  if (samples.empty()) return;
+  const double bias = 0.4 * settings_.initialisation.rest.gyro_mean_max_radps;
+  state_.gyro_bias_radps = imu::statistics(samples).gyro_mean_radps;
+  state_.P.middleRows<3>(kGyroBias).setZero();
+  state_.P.middleCols<3>(kGyroBias).setZero();
+  state_.P.diagonal().segment<3>(kGyroBias).setConstant(bias * bias);
+}
+
+/// Without inertial data the prediction can be too poor for the registration to find the right
+/// place: other places near the prediction are tried, and the best fit is taken.
+void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& done) {
+  if (has_imu_) return;
+  const Vec3 up = -state_.g_odom_mps2.normalized();
+  const Vec3 up_body = predicted.T_odom_body.R.transpose() * up;
+  PoseGuess guess;
+  guess.T_odom_body = predicted.T_odom_body;
+  guess.sigma_m = std::sqrt(predicted.P.block<2, 2>(kPos, kPos).diagonal().maxCoeff());
+  guess.sigma_rad = std::sqrt(up_body.dot(predicted.P.block<3, 3>(kTheta, kTheta) * up_body));
+  if (!needs_search(guess, settings_.search)) return;
+  for (const SE3& start : search_pose(recent_, points_, guess, up, settings_.search)) {
+    FilterState other = predicted;
+    const UpdateResult elsewhere =
+        update_with_scan(other, matcher_, map_, start, settings_, axes_, true);
+    if (elsewhere.fit > 1.05 * done.fit) {
+      done = elsewhere;
+      state_ = other;
+    }
+  }
+}
+
+/// Keeps the sweep as it is without motion, in case the vehicle turns out to be standing: the
+/// speed that the LiDAR alone guesses in its first scans would bend it.
+void RobustOdometry::remember_start(const LidarScan& scan) {
+  constexpr std::size_t kScansMax = 30;
+  if (start_points_.size() < kScansMax) {
+    const SweepMotion still(calibration_.T_body_lidar);
+    still.apply(scan, sampler_.insert_indices(), start_points_.emplace_back());
+  }
+  const Time begin = track_.front().t;
+  const imu::ImuStatistics blocks = imu::statistics(block_means(imu_.between(begin, state_.t)));
+  const imu::RestSettings& rest = settings_.initialisation.rest;
+  const double travel_m = (state_.T_odom_body.p - track_.front().T_odom_body.p).norm();
+  const double sigma_m = std::sqrt(state_.P.block<3, 3>(kPos, kPos).diagonal().maxCoeff());
+  const bool travelled =
+      travel_m > std::max(settings_.initialisation.rest_travel_max_m, 3.0 * sigma_m);
+  quiet_start_ = blocks.gyro_sd_radps.maxCoeff() < rest.gyro_sd_max_radps &&
+                 blocks.accel_sd_mps2.maxCoeff() < rest.accel_sd_max_mps2 && !travelled;
+}
+
+/// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.
+void RobustOdometry::try_initialise(FindingList& findings) {
+  const double var_m2 = state_.P.block<3, 3>(kPos, kPos).diagonal().maxCoeff();
+  track_.push_back({state_.t, state_.T_odom_body, std::sqrt(var_m2)});
+  const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_);
+  if (!guess) {
+    const Time oldest = state_.t - Duration::from_s(settings_.initialisation.give_up_s + 1.0);
+    std::erase_if(track_, [oldest](const TrackedPose& p) { return p.t < oldest; });
+    imu_.drop_before(oldest);
+    return;
+  }
+  inertial_ = true;
+  state_.v = guess->v_odom_mps;
+  state_.gyro_bias_radps = guess->gyro_bias_radps;
+  state_.accel_bias_mps2 = guess->accel_bias_mps2;
+  state_.g_odom_mps2 = guess->g_odom_mps2;
+  const Mat6 pose = state_.P.topLeftCorner<6, 6>();
+  state_.P.setZero();
+  state_.P.topLeftCorner<6, 6>() = pose;
+  const auto set = [this](int index, int n, double sigma) {
+    state_.P.diagonal().segment(index, n).setConstant(sigma * sigma);
+  };
+  set(kVel, 3, guess->velocity_sigma_mps);
+  set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
+  set(kAccelBias, 3, guess->accel_bias_sigma_mps2);
+  set(kGravity, 2, guess->gravity_sigma_rad);
+  if (guess->at_rest && quiet_start_) {
+    // All scans so far were taken from one place: the first pose. The map of the first scan alone
+    // was poor, and the poses found with it wander; begin again with all of them there.
+    state_.T_odom_body = track_.front().T_odom_body;
+    state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
+    map_ = PlaneMap(settings_.map);
+    recent_.clear();
+    for (const BodyPoints& points : start_points_) {
+      points_ = points;
+      insert_points(state_.T_odom_body);
+    }
+  }
+  start_points_.clear();
+  track_.clear();
+  Finding f;
+  f.id = guess->at_rest ? "odometry.start_at_rest" : "odometry.start_in_motion";
+  f.severity = Severity::kInfo;
+  f.t = state_.t;
+  f.text = guess->at_rest ? "gravity and gyro bias found at rest"
+                          : "gravity, speed and gyro bias found while moving";
+  findings.push_back(f);
+}
+
+/// The first scan in an empty map defines where the map is: the filter knows its pose there
+/// exactly, and what it did not know becomes an error of the whole map.
+void RobustOdometry::begin_map() {
+  drift_.add(state_.T_odom_body, state_.P.topLeftCorner<6, 6>());
+  state_.P.topRows<6>().setZero();
+  state_.P.leftCols<6>().setZero();
+  state_.P.diagonal().head<6>().setConstant(1e-10);
+}
+
+/// The map no longer fits what is seen: a new map begins at the last believable pose.
+void RobustOdometry::restart(FindingList& findings) {
+  Finding f;
+  f.id = "odometry.diverged";
+  f.severity = Severity::kError;
+  f.t = state_.t;
+  f.text = fmt::format("lost for {:.1f} s: the LiDAR fits the map nowhere",
+                       (state_.t - t_last_good_).s());
+  f.effect = "this stretch is cut from the map; poses after it hang on a guess";
+  findings.push_back(f);
+  const Time now = state_.t;
+  SE3 pose = last_good_;
+  const Vec3 gravity = state_.g_odom_mps2;
+  state_ = FilterState{};
+  state_.t = now;
+  state_.T_odom_body = pose;
+  state_.g_odom_mps2 = gravity.allFinite() ? gravity : FilterState{}.g_odom_mps2;
+  const ConstantVelocitySettings& cv = settings_.constant_velocity;
+  state_.P.diagonal().segment<3>(kTheta).setConstant(0.01);
+  state_.P.diagonal().segment<3>(kPos).setConstant(1.0);
+  state_.P.diagonal().segment<3>(kVel).setConstant(cv.start_speed_mps * cv.start_speed_mps);
+  state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
+  inertial_ = false;
+  track_.assign(1, {now, pose, 0.0});
+  map_ = PlaneMap(settings_.map);
+  recent_.clear();
+  scans_in_map_ = 0;
+  t_last_good_ = now;
+}
+
+}  // namespace rali::odometry::internal
