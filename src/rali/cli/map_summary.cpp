@@ -55,6 +55,7 @@ std::string gaps_of(const VehicleSummary& vehicle) {
     parts.push_back(fmt::format("{:.1f} s without inertial data", gaps.imu_missing_s));
   }
   add(parts, gaps.late, "messages late");
+  add(parts, gaps.imu_invalid, "inertial samples not usable");
   add(parts, gaps.undecodable, "messages unreadable");
   add(parts, gaps.bytes_lost, "bytes lost at the end");
   add(parts, vehicle.sweeps_dropped, "sweeps left out");
@@ -62,6 +63,7 @@ std::string gaps_of(const VehicleSummary& vehicle) {
     parts.push_back(
         fmt::format("{:.1f} s cut out where the odometry diverged", vehicle.diverged_s));
   }
+  if (parts.empty() && gaps.damaged) parts.emplace_back("damaged input, see the warnings");
   if (parts.empty()) return {};
   return fmt::format("{}: {}", vehicle.name, fmt::join(parts, ", "));
 }

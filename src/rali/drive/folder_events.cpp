@@ -117,6 +117,7 @@ class FolderEvents final : public ReportedSource {
   void close_imu() {
     const io::ImuCsvStats& stats = imu_->stats();
     report_.gaps.imu_invalid += stats.nan_rows + stats.bad_rows;
+    if (stats.bad_rows > 0) report_.gaps.damaged = true;
     for (Finding f : imu_->findings()) {
       f.vehicle = report_.vehicle;
       report_.findings.push_back(std::move(f));
@@ -138,6 +139,7 @@ class FolderEvents final : public ReportedSource {
   void end() {
     ended_ = true;
     if (folder_.skipped() > 0) report_.gaps.damaged = true;
+    for (const Finding& f : folder_.findings()) report_.gaps.damaged |= f.id == "cloud.cut";
     report_.gaps.undecodable += folder_.skipped();
     for (std::size_t i = known_findings_; i < folder_.findings().size(); ++i) {
       report_.findings.push_back(folder_.findings()[i]);
@@ -160,6 +162,17 @@ class FolderEvents final : public ReportedSource {
   bool exhausted_ = false, ended_ = false;
 };
 
+/// Says why nothing of a folder can be read: the reason of its first file stands for all.
+tl::unexpected<Error> none_readable(const io::ScanFolder& folder) {
+  std::string why;
+  for (const Finding& f : folder.findings()) {
+    if (why.empty() && f.id == "scans.damaged") why = f.text;
+  }
+  return fail(ErrorCode::kInput, folder.path(),
+              fmt::format("none of its {} clouds can be read", folder.skipped()),
+              why.empty() ? "" : "The first: " + why + '.');
+}
+
 /// The first sweeps, decoded, with the format that was decided from them.
 Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
                                                    const InputOptions& options,
@@ -175,6 +188,7 @@ Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
     clouds.push_back(std::move(cloud));
     times.push_back(t);
   }
+  if (clouds.empty() && folder.skipped() > 0) return none_readable(folder);
   std::vector<wire::CloudView> views;
   for (std::size_t i = 0; i < clouds.size(); ++i)
     views.push_back(clouds[i].view(times[i], "lidar"));
@@ -201,20 +215,41 @@ Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
   return scans;
 }
 
+/// The samples of the first seconds. Read on until the sweeps begin, since a file that cannot give
+/// one sample to them would leave a map by LiDAR alone that its user takes for an inertial one.
 Result<std::vector<sensor::ImuSample>> first_imu(const std::string& path,
                                                  const io::ScanFolder& folder) {
   std::vector<sensor::ImuSample> samples;
   Result<io::ImuCsvReader> csv = io::ImuCsvReader::open(path);
   if (!csv) return tl::make_unexpected(csv.error());
-  while (samples.size() < kImuSamples) {
+  const Time t_first = folder.entries().front().t;
+  const Time t_last = folder.entries().back().t;
+  Time newest;
+  std::size_t advancing = 0;
+  while (samples.size() < kImuSamples || newest < t_first) {
     sensor::ImuSample sample;
     const Result<bool> got = csv->next(sample);
     if (!got || !*got) break;
-    if (!is_plausible(sample)) continue;
-    samples.push_back(sample);
-    if (sample.t.s() - samples.front().t.s() > kProbeS) break;
+    if (!is_plausible(sample) || (advancing > 0 && sample.t <= newest)) continue;
+    newest = sample.t;
+    ++advancing;
+    const bool probed = !samples.empty() && newest.s() - samples.front().t.s() > kProbeS;
+    if (!probed && samples.size() < kImuSamples) samples.push_back(sample);
+    if (probed && newest >= t_first) break;
   }
-  const Time t_last = folder.entries().back().t;
+  if (advancing < 2) {
+    return fail(ErrorCode::kInput, path,
+                fmt::format("{} of its {} rows are usable inertial samples in order of time",
+                            advancing, csv->stats().rows),
+                "Correct it, or map with LiDAR alone by imu.topic: none.");
+  }
+  if (newest < t_first) {
+    return fail(ErrorCode::kInput, path,
+                fmt::format("ends at {:.3f} s, before the first sweep at {:.3f} s", newest.s(),
+                            t_first.s()),
+                folder.times_assumed() ? "Give times.txt with the stamps of the sweeps."
+                                       : "Are both on one clock and in seconds?");
+  }
   if (!samples.empty() && samples.front().t > t_last) {
     return fail(ErrorCode::kInput, path,
                 fmt::format("begins at {:.3f} s, after the last sweep at {:.3f} s",

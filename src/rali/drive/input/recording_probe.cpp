@@ -201,6 +201,10 @@ Result<RecordingProbe> probe_recording(RecordingChain& chain, const InputOptions
   report.imu_topic = choice->imu;
 
   const std::vector<wire::CloudView> views = first_views(probe);
+  if (views.empty()) {
+    return fail(ErrorCode::kInput, file + ": " + probe.topics.lidar,
+                "no whole cloud can be read near its beginning", "Is the file cut? See rali info.");
+  }
   Result<wire::CloudFormat> format = wire::decide_cloud_format(views, options.cloud);
   if (!format) {
     Error error = format.error();
