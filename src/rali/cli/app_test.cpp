@@ -122,6 +122,10 @@ TEST(App, settings_of_the_command_line_are_checked_before_anything_is_read) {
   EXPECT_NE(run({"map", "a.bag", "--dry-run", "--json"}).err.find("Leave --json out"),
             std::string::npos);
   EXPECT_EQ(run({"completion", "bash", "--json"}).code, 2);
+  EXPECT_NE(run({"map", "a.bag", "--start", "1", "--duration", "2.5"}).err.find("no such file"),
+            std::string::npos)
+      << "numbers of the command line were refused as text";
+  EXPECT_NE(run({"map", "a.bag", "--start", "-1"}).err.find("start_s is -1"), std::string::npos);
 }
 
 TEST(App, a_recording_that_is_not_there_is_named) {

@@ -22,6 +22,7 @@ bool is_yaml(const std::string& input) {
 struct Shortcut {
   std::string option, key, value;
   bool single_only = true;
+  bool number = false;  ///< a quoted number would be text
 };
 
 class MapCommand final : public Command {
@@ -113,8 +114,8 @@ std::vector<Shortcut> MapCommand::shortcuts() const {
           {"--imu-topic", "imu.topic", imu_topic_, true},
           {"--lidar-model", "lidar.model", lidar_model_, true},
           {"--imu", "imu.file", imu_file_, true},
-          {"--start", "start_s", start_s_, false},
-          {"--duration", "duration_s", duration_s_, false}};
+          {"--start", "start_s", start_s_, false, true},
+          {"--duration", "duration_s", duration_s_, false, true}};
 }
 
 Result<config::FleetConfig> MapCommand::load(const config::Overrides& overrides) const {
@@ -146,8 +147,10 @@ Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
                   fmt::format("Write vehicles.NAME.{} into a fleet.yaml.", shortcut.key));
     }
     for (const config::VehicleConfig& vehicle : fleet->vehicles) {
-      overrides.assignments.push_back(fmt::format("vehicles.{}.{}={}", vehicle.name, shortcut.key,
-                                                  config::yaml_quoted(shortcut.value)));
+      const std::string value =
+          shortcut.number ? shortcut.value : config::yaml_quoted(shortcut.value);
+      overrides.assignments.push_back(
+          fmt::format("vehicles.{}.{}={}", vehicle.name, shortcut.key, value));
     }
   }
   return overrides.assignments.size() == before ? std::move(fleet) : load(overrides);
