@@ -48,8 +48,14 @@ std::string finding_json(const Finding& finding) {
 void add_sentence(std::string& line, const std::string& sentence) {
   if (sentence.empty()) return;
   if (!line.empty() && line.back() != '.' && line.back() != ':') line += '.';
+  const bool begins = line.empty() || line.back() == '.';
   if (!line.empty()) line += ' ';
+  const std::size_t at = line.size();
   line += sentence;
+  // A word with a sign in it (deskewed:, imu.topic) is a key and keeps its letters.
+  const std::string word = sentence.substr(0, sentence.find(' '));
+  const bool plain = word.find_first_not_of("abcdefghijklmnopqrstuvwxyz,") == std::string::npos;
+  if (begins && at > 0 && plain) line[at] = static_cast<char>(line[at] - 'a' + 'A');
 }
 
 }  // namespace
@@ -109,7 +115,9 @@ std::string progress_line(const drive::Progress& progress, bool bar, double eta_
 
 std::string finding_line(const Finding& finding) {
   std::string line = finding.vehicle;
-  if (!finding.topic.empty()) line += (line.empty() ? "" : " ") + finding.topic;
+  // A folder names its vehicle: the name needs not stand twice.
+  if (!finding.topic.empty() && finding.topic != finding.vehicle)
+    line += (line.empty() ? "" : " ") + finding.topic;
   if (!line.empty()) line += ':';
   add_sentence(line, finding.text);
   add_sentence(line, finding.effect);

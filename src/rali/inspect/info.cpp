@@ -159,6 +159,7 @@ Result<FileInfo> look_into_recording(const std::string& path) {
   info.messages = health.messages;
   info.compression = health.compression.empty() ? "none" : health.compression;
   info.truncated = health.truncated;
+  info.damaged = health.truncated || health.messages_skipped > 0 || health.bytes_lost > 0;
   info.unindexed = health.unindexed;
   info.findings = health.findings;
   if (!broken.empty()) info.notes.push_back("reading ended early: " + broken);

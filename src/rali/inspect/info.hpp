@@ -45,6 +45,7 @@ struct FileInfo {
   Time t_begin, t_end;
   bool has_span = false;
   bool truncated = false, unindexed = false;
+  bool damaged = false;  ///< cut, or messages of it cannot be read
   std::vector<TopicInfo> topics;
   std::vector<std::string> notes;  ///< times.txt, imu.csv, ...
   std::optional<CloudInfo> cloud;

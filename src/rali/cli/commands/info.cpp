@@ -31,7 +31,7 @@ class InfoCommand final : public Command {
     const auto info = inspect::look_into(files_.front());
     if (!info) return tl::make_unexpected(info.error());
     session.result(session.options.json ? inspect::info_json(*info) : inspect::info_text(*info));
-    return info->truncated ? kExitGaps : kExitDone;
+    return info->damaged ? kExitGaps : kExitDone;
   }
 
  private:
