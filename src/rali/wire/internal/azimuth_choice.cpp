@@ -93,6 +93,14 @@ std::string choose_azimuth(const FirstClouds& first, const CloudFormatOptions& o
   if (!asked && model != nullptr && !model->spinning && model->name != "generic") {
     return deskewing_off(fmt::format("a {} does not spin", model->name), format);
   }
+  // Sensors turn at 5 to 20 Hz: clouds farther apart are picked from a recording, mostly by a
+  // programme that has undistorted them.
+  constexpr double kSlowestTurn_s = 0.25;
+  if (!asked && format.sweep_period_s > kSlowestTurn_s) {
+    return deskewing_off(fmt::format("no time field, and no sensor turns once in {:.2f} s",
+                                     format.sweep_period_s),
+                         format);
+  }
   constexpr double kWholeHorizon = 0.6;
   if (!asked && !known && !ringed) {
     return deskewing_off("no time field, and the sensor's model is not known", format);
