@@ -63,6 +63,7 @@ std::string gaps_of(const VehicleSummary& vehicle) {
     parts.push_back(
         fmt::format("{:.1f} s cut out where the odometry diverged", vehicle.diverged_s));
   }
+  if (vehicle.keyframes == 0) parts.emplace_back("no map");
   if (parts.empty() && gaps.damaged) parts.emplace_back("damaged input, see the warnings");
   if (parts.empty()) return {};
   return fmt::format("{}: {}", vehicle.name, fmt::join(parts, ", "));

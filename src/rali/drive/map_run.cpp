@@ -164,7 +164,9 @@ Status MapRun::write_results() {
       f.severity = Severity::kError;
       f.vehicle = runs_[i].name();
       f.text = fmt::format("no pose from {} sweeps", summary_.vehicles[i].input.sweeps);
-      f.remedy = "See run.log for what was refused.";
+      f.remedy = summary_.vehicles[i].input.sweeps == 0
+                     ? "Do start_s and duration_s leave a part of the recording?"
+                     : "See run.log for what was refused.";
       report(std::move(f));
       summary_.gaps = true;
     }

@@ -77,6 +77,17 @@ bool is_made_by_rali(const fs::path& out) {
   return status.is_object() && status.contains("rali") && status.contains("status");
 }
 
+/// On a full disk there is no room for a second file, but the block of the first one is there: a
+/// run that ended must not leave the word "running".
+void write_in_place(const std::string& file, const std::string& text) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return;
+  std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
+  out.write(text.data(), static_cast<std::streamsize>(text.size()));
+  out.flush();
+  if (out) fs::resize_file(file, text.size(), error);
+}
+
 }  // namespace
 
 bool is_exempt_name(std::string_view relative) {
@@ -165,7 +176,12 @@ Status write_status(const std::string& path, std::string_view status, bool hashe
       json["files"][name] = *sha;
     }
   }
-  return io::write_file_atomic(path + "/status.json", json.dump(1) + '\n');
+  const std::string file = path + "/status.json";
+  const Status written = io::write_file_atomic(file, json.dump(1) + '\n');
+  if (written) return {};
+  json["files"] = nlohmann::ordered_json::object();
+  write_in_place(file, json.dump(1) + '\n');
+  return written;
 }
 
 }  // namespace rali::drive
