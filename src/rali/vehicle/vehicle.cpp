@@ -102,7 +102,9 @@ class Vehicle::Impl {
     PoseEstimate pose = pose_of(self_, result);
     pose.degeneracy = degeneracy_of(result, settings_.odometry, odometry_->gravity_odom(), axes_);
     pose.degeneracy.paper = paper_.degree(scan, result, odometry_->gravity_odom());
-    categories_.apply(pose.degeneracy);
+    // The first scan of a map has nothing to be compared with: that is not blindness.
+    const bool compared = result.matches > 0 || result.state == odometry::TrackState::kPredicted;
+    if (compared) categories_.apply(pose.degeneracy);
     out.emplace_back(pose);
     if (result.keyframe) {
       out.emplace_back(KeyframeAdded{KeyframeId{self_, keyframes_++}, result.keyframe});

@@ -131,6 +131,16 @@ TEST(CloudFormat, clouds_without_times_get_them_from_the_azimuth_of_a_known_mode
   expect_third(clouds[2].view, *format, {}, 1e-4);
 }
 
+TEST(CloudFormat, clouds_farther_apart_than_a_turn_get_no_times) {
+  auto clouds = three(CloudStyle::kXyzi);
+  for (std::size_t k = 0; k < clouds.size(); ++k) {
+    clouds[k].view.stamp = kStart + Duration::from_s(0.5 * static_cast<double>(k));
+  }
+  const auto format = decide_cloud_format(views(clouds), {});
+  ASSERT_TRUE(format.has_value());
+  EXPECT_EQ(format->point_time, PointTime::kNone) << format->summary;
+}
+
 TEST(CloudFormat, kitti_order_without_rings_is_timed_from_the_rear_clockwise) {
   // KITTI .bin: ring by ring, each from azimuth 0 upward, x y z intensity.
   const LidarScan scan = vlp16_sweep(kStart);
