@@ -119,6 +119,10 @@ TEST(App, settings_of_the_command_line_are_checked_before_anything_is_read) {
             std::string::npos);
   EXPECT_NE(run({"map", "a.bag", "--threads", "-3"}).err.find("is not 0 to 1024"),
             std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "--threads", "abc"}).err.find("abc is no whole number"),
+            std::string::npos);
+  EXPECT_NE(run({"map", "a.bag", "-o", "x", "-o", "y"}).err.find("--out is given more than once"),
+            std::string::npos);
   EXPECT_NE(run({"map", "a.bag", "--dry-run", "--json"}).err.find("Leave --json out"),
             std::string::npos);
   EXPECT_EQ(run({"completion", "bash", "--json"}).code, 2);

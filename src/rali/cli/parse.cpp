@@ -58,6 +58,18 @@ std::string one_sentence(std::string text) {
   return text;
 }
 
+/// The parser's own words are for programmers; these say what to change.
+std::string sentence_of(const CLI::ParseError& error) {
+  const std::string text = one_sentence(error.what());
+  const std::string_view no_number = "Could not convert: ";
+  if (text.starts_with(no_number)) return text.substr(no_number.size()) + " is no whole number";
+  const std::size_t too_many = text.find(": At Most 1 required but received ");
+  if (too_many != std::string::npos) return text.substr(0, too_many) + " is given more than once";
+  const std::size_t no_value = text.find(": 1 required ");
+  if (no_value != std::string::npos) return text.substr(0, no_value) + " needs a value";
+  return text;
+}
+
 }  // namespace
 
 std::vector<Option> all_options(Command& command, CommonOptions& common) {
@@ -99,7 +111,7 @@ Result<Parsed> parse_words(Command& command, CommonOptions& common,
     std::vector<std::string> reversed(words.rbegin(), words.rend());
     app.parse(std::move(reversed));
   } catch (const CLI::ParseError& e) {
-    return fail(ErrorCode::kUsage, where, one_sentence(e.what()), remedy);
+    return fail(ErrorCode::kUsage, where, sentence_of(e), remedy);
   }
   if (help_all) return Parsed::kHelpAll;
   if (help) return Parsed::kHelp;
