@@ -104,7 +104,11 @@ class Vehicle::Impl {
     pose.degeneracy.paper = paper_.degree(scan, result, odometry_->gravity_odom());
     // The first scan of a map has nothing to be compared with: that is not blindness.
     const bool compared = result.matches > 0 || result.state == odometry::TrackState::kPredicted;
-    if (compared) categories_.apply(pose.degeneracy);
+    if (compared) {
+      categories_.apply(pose.degeneracy);
+    } else {
+      pose.degeneracy.sigma_blind_m = std::numeric_limits<double>::infinity();
+    }
     out.emplace_back(pose);
     if (result.keyframe) {
       out.emplace_back(KeyframeAdded{KeyframeId{self_, keyframes_++}, result.keyframe});
