@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace rali::odometry {
 
@@ -30,7 +31,13 @@ Mat6 boxplus_from_left(const SE3& T) {
 
 }  // namespace
 
-Drift::Drift(const DriftSettings& settings) : settings_(settings), D_(1, Mat6::Zero()) {}
+Drift::Drift(const DriftSettings& settings) : settings_(settings), D_(1, Mat6::Zero()) {
+  // Sparse rings at rest see pitch and roll poorly: the map grows on a frame that is turned
+  // against the first pose by about this much.
+  const double sigma_rad = settings.start_sigma_deg * std::numbers::pi / 180.0;
+  D_[0].diagonal().head<3>().setConstant(sigma_rad * sigma_rad);
+  D_[0].diagonal().tail<3>().setConstant(settings.start_sigma_m * settings.start_sigma_m);
+}
 
 Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local) {
   const double last = static_cast<double>(D_.size() - 1);

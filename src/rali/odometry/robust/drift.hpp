@@ -8,14 +8,18 @@
 namespace rali::odometry {
 
 struct DriftSettings {
-  double epoch_m = 0.5;       ///< travel after which new planes count as a new generation
-  double growth = 1.0;        ///< variance added per generation / variance of one registration
-  double sigma_max_m = 1.0;   ///< local sigma where the LiDAR knows nothing
+  double epoch_m = 0.5;          ///< travel after which new planes count as a new generation
+  double growth = 2.0;           ///< variance added per generation / variance of one registration
+  double start_sigma_m = 0.005;  ///< of the first pose in the map that is built from it
+  double start_sigma_deg = 0.1;
+  double sigma_max_m = 1.0;  ///< local sigma where the LiDAR knows nothing
 
   template <class V>
   void visit(V& v) {
     v("epoch_m", epoch_m, 0.05, 100.0, "travel after which new planes are a new generation");
     v("growth", growth, 0.0, 100.0, "variance per generation / variance of one registration");
+    v("start_sigma_m", start_sigma_m, 0.0, 1.0, "first pose against the map built from it");
+    v("start_sigma_deg", start_sigma_deg, 0.0, 10.0, "the same for its attitude");
     v("sigma_max_m", sigma_max_m, 0.01, 100.0, "bound of the local sigma in blind directions");
   }
 };

@@ -22,8 +22,23 @@ SE3 at(double x_m) { return {geometry::Mat3::Identity(), Vec3(x_m, 0.0, 0.0)}; }
 
 double sigma_x(const Mat6& P) { return std::sqrt(P(3, 3)); }
 
-TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {
+/// Drift that begins at zero and grows by one registration per generation.
+DriftSettings from_nothing() {
+  DriftSettings settings;
+  settings.start_sigma_m = settings.start_sigma_deg = 0.0;
+  settings.growth = 1.0;
+  return settings;
+}
+
+TEST(Drift, begins_with_the_doubt_about_the_first_pose) {
   Drift drift{DriftSettings{}};
+  const geometry::Mat6 P = drift.update(geometry::SE3{}, 0.0, geometry::Mat6::Zero());
+  EXPECT_NEAR(std::sqrt(P(0, 0)), 0.1 * 3.14159265 / 180.0, 1e-9);
+  EXPECT_NEAR(std::sqrt(P(3, 3)), 0.005, 1e-12);
+}
+
+TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {
+  Drift drift{from_nothing()};
   const Mat6 P = local(1e-3, 0.005);
   for (int k = 0; k < 50; ++k) {
     EXPECT_LT((drift.update(at(0.005 * k), 0.0, P) - P).norm(), 1e-15);
@@ -32,7 +47,7 @@ TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {
 }
 
 TEST(Drift, adds_one_registration_per_generation_of_planes) {
-  Drift drift{DriftSettings{}};
+  Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.01);
   Mat6 seen = P;
   for (int k = 1; k <= 25; ++k) {
@@ -45,7 +60,7 @@ TEST(Drift, adds_one_registration_per_generation_of_planes) {
 }
 
 TEST(Drift, falls_back_on_return_to_the_first_planes) {
-  Drift drift{DriftSettings{}};
+  Drift drift{from_nothing()};
   const Mat6 P = local(1e-3, 0.01);
   Mat6 far = P;
   for (int k = 1; k <= 40; ++k) far = drift.update(at(0.51 * k), drift.epoch(), P);
@@ -58,7 +73,7 @@ TEST(Drift, falls_back_on_return_to_the_first_planes) {
 }
 
 TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
-  Drift drift{DriftSettings{}};
+  Drift drift{from_nothing()};
   Mat6 P = Mat6::Zero();
   P(2, 2) = 1e-6;  // 1 mrad of heading per registration
   P.diagonal().tail<3>().setConstant(1e-12);
@@ -70,7 +85,7 @@ TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
 }
 
 TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
-  Drift drift{DriftSettings{}};
+  Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.01);
   for (int k = 1; k <= 4; ++k) static_cast<void>(drift.update(at(0.51 * k), drift.epoch(), P));
   const double two = drift.update(at(2.04), 2.0, P)(3, 3);
