@@ -2,12 +2,17 @@
 
 #include <string>
 
+#include <fmt/core.h>
+
 #include "rali/base/assert.hpp"
+#include "rali/sim/rounds.hpp"
 #include "rali/sim/scenes/scenes.hpp"
 
 namespace rali::sim {
 
-World make_world(Scene scene, std::uint64_t seed) {
+namespace {
+
+World build_scene(Scene scene, std::uint64_t seed) {
   const Rng rng(seed, kSceneNames[static_cast<std::size_t>(scene)]);
   switch (scene) {
     case Scene::kLoop:
@@ -29,6 +34,34 @@ World make_world(Scene scene, std::uint64_t seed) {
   }
   RALI_ASSERT(!"every scene has a builder");
   return {};
+}
+
+/// How many vehicles a scene is made for.
+int vehicles_of(Scene scene) {
+  if (scene == Scene::kCorridor) return 2;
+  return scene == Scene::kFloor ? 3 : 1;
+}
+
+}  // namespace
+
+World make_world(Scene scene, std::uint64_t seed) {
+  auto world = world_for(build_scene(scene, seed), vehicles_of(scene));
+  RALI_ASSERT(world.has_value());  // shipped ways are long enough
+  return std::move(*world);
+}
+
+Result<World> world_for(const World& scene, int vehicles) {
+  if (vehicles < 1 || vehicles > kVehiclesMax) {
+    return fail(ErrorCode::kUsage, "vehicles",
+                fmt::format("is {}; a world takes 1 to {}", vehicles, kVehiclesMax));
+  }
+  World world = scene;
+  if (static_cast<int>(scene.starts.size()) == vehicles && !scene.rounds.empty()) return world;
+  auto plan = plan_rounds(scene, vehicles);
+  if (!plan) return tl::make_unexpected(std::move(plan.error()));
+  world.starts = std::move(plan->starts);
+  world.rounds = std::move(plan->rounds);
+  return world;
 }
 
 Result<Scene> scene_of(std::string_view name) {

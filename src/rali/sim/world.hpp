@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string_view>
+#include <vector>
 
 #include "rali/base/result.hpp"
 #include "rali/base/settings.hpp"
@@ -12,16 +13,41 @@ enum class Scene { kLoop, kCorridor, kFloor, kYard, kGarage, kTunnel, kMine, kRa
 inline constexpr ChoiceNames<8> kSceneNames{"loop",   "corridor", "floor", "yard",
                                             "garage", "tunnel",   "mine",  "ramp"};
 
-/// A place and a way through it. World frame: z up, the route starts near the origin.
+/// Largest number of vehicles in one world.
+inline constexpr int kVehiclesMax = 10;
+
+/// Where a vehicle stands before the first round.
+struct VehicleStart {
+  geometry::Vec3 p_world_m = geometry::Vec3::Zero();  ///< on the ground
+  double yaw_rad = 0.0;
+};
+
+/// One round of the paper: the anchor stands, the others drive their ways; the next round begins
+/// when all have arrived.
+struct RoundPlan {
+  int anchor = -1;  ///< index of a vehicle; -1: nobody has to stand
+  /// By vehicle: corners of its way on the ground, from where it stands; empty: it stands.
+  std::vector<std::vector<geometry::Vec3>> routes;
+};
+
+/// A place and the ways through it. World frame: z up, the route starts near the origin.
 struct World {
   TriangleMesh mesh;
-  std::vector<geometry::Vec3> route;  ///< corners of the way, on the ground
-  double rounding_m = 1.2;            ///< over which its corners are cut
+  std::vector<geometry::Vec3> route;  ///< corners of the way of a single vehicle, on the ground
+  double rounding_m = 1.2;            ///< over which corners are cut, of all routes
   double free_width_m = 1.0;          ///< clear ground on each side of the route, for pedestrians
+  std::vector<VehicleStart> starts;   ///< as many as vehicles the world is made for
+  std::vector<RoundPlan> rounds;      ///< for that number of vehicles, each round from the last
 };
 
 /// Builds a scene; another seed gives another place of the same kind.
+/// corridor is made for two vehicles, floor for three, the others for one.
 [[nodiscard]] World make_world(Scene scene, std::uint64_t seed);
+
+/// The same place with starts and rounds for `vehicles` (1..kVehiclesMax). What the world already
+/// has for that number stays; else see rounds.hpp. One vehicle: one round along `route`.
+/// Errors (kUsage): number out of range; the route is too short for so many.
+[[nodiscard]] Result<World> world_for(const World& scene, int vehicles);
 
 /// The scene of that name, or an error that lists the names.
 [[nodiscard]] Result<Scene> scene_of(std::string_view name);
