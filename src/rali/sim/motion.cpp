@@ -1,11 +1,11 @@
 #include "rali/sim/motion.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "rali/base/rng.hpp"
+#include "rali/sim/suspension.hpp"
 
 namespace rali::sim {
 
@@ -76,90 +76,15 @@ std::vector<double> way_over_time(const Route& route, const MotionOptions& o, Rn
   return way;
 }
 
-/// Spring and damper with one mass, driven by a target (unit gain when standing).
-class Spring {
- public:
-  Spring(double frequency_hz, double damping) : w_(kTwoPi * frequency_hz), damping_(damping) {}
-
-  double step(double target, double dt_s) {
-    rate_ += dt_s * (w_ * w_ * (target - value_) - 2.0 * damping_ * w_ * rate_);
-    value_ += dt_s * rate_;
-    return value_;
-  }
-
- private:
-  double w_;
-  double damping_;
-  double value_ = 0.0;
-  double rate_ = 0.0;
-};
-
-/// Uneven floor: low noise over the way and sometimes a sill or cable, per wheel side.
-class Bumps {
- public:
-  Bumps(double length_m, std::uint64_t seed) : rng_(seed, "bumps") {
-    for (double s = rng_.uniform(2.0, 8.0); s < length_m; s += rng_.uniform(3.0, 12.0)) {
-      bumps_.push_back(
-          {s, rng_.uniform(0.08, 0.25), rng_.uniform(0.004, 0.015), rng_.uniform(-1.0, 1.0)});
-    }
-  }
-
-  /// (height, tilt across) of the floor under the vehicle after s metres.
-  geometry::Vec2 at(double s) {
-    while (first_ < bumps_.size() && bumps_[first_].s_m + bumps_[first_].length_m < s) ++first_;
-    if (first_ == bumps_.size() || bumps_[first_].s_m > s) return {0.0, 0.0};
-    const Bump& b = bumps_[first_];
-    const double height = b.height_m * 0.5 * (1.0 - std::cos(kTwoPi * (s - b.s_m) / b.length_m));
-    return {height, b.side * height / 0.4};
-  }
-
- private:
-  struct Bump {
-    double s_m, length_m, height_m, side;
-  };
-
-  Rng rng_;
-  std::vector<Bump> bumps_;
-  std::size_t first_ = 0;
-};
-
-/// Height, roll and pitch of a cart's body: springs answer to acceleration, steering and bumps.
-class Suspension {
- public:
-  Suspension(double length_m, std::uint64_t seed)
-      : Suspension(length_m, seed, Rng(seed, "suspension")) {}
-
-  /// @returns offsets (z [m], roll, pitch [rad]) after dt_s
-  Vec3 step(double s_m, double a_long_mps2, double a_lat_mps2, double steer_radps2, double dt_s) {
-    const geometry::Vec2 floor = bumps_.at(s_m);
-    const double force = std::abs(a_long_mps2) + std::abs(a_lat_mps2);
-    const double z = heave_.step(2.5 * floor.x() - 0.03 * force, dt_s);
-    const double roll =
-        roll_.step(0.05 * a_lat_mps2 + 0.015 * steer_radps2 + 1.5 * floor.y(), dt_s);
-    const double pitch = pitch_.step(-0.05 * a_long_mps2 - 1.0 * floor.x(), dt_s);
-    return {z, roll, pitch};
-  }
-
- private:
-  Suspension(double length_m, std::uint64_t seed, Rng rng)
-      : heave_(rng.uniform(1.8, 4.0), rng.uniform(0.15, 0.3)),
-        roll_(rng.uniform(1.5, 3.0), rng.uniform(0.15, 0.3)),
-        pitch_(rng.uniform(1.8, 3.5), rng.uniform(0.15, 0.3)),
-        bumps_(length_m, seed) {}
-
-  Spring heave_, roll_, pitch_;
-  Bumps bumps_;
-};
-
-/// Speeds and accelerations along the way at control point i, by differences.
-struct WayState {
-  double v, a_long, a_lat, steer;
-};
-
-WayState way_state(const Route& route, const std::vector<double>& way, std::size_t i) {
+/// How the vehicle is driven at control point i, by differences.
+DriveState drive_state(const Route& route, const std::vector<double>& way, std::size_t i) {
+  const auto n = static_cast<std::ptrdiff_t>(way.size());
+  const double first_step = way[1] - way[0];
   const auto at = [&](std::ptrdiff_t k) {
-    return way[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(
-        static_cast<std::ptrdiff_t>(i) + k, 0, static_cast<std::ptrdiff_t>(way.size()) - 1))];
+    const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + k;
+    // Before the recording the vehicle moved as at its start.
+    if (j < 0) return way[0] + static_cast<double>(j) * first_step;
+    return way[static_cast<std::size_t>(std::min(j, n - 1))];
   };
   const double v = (at(1) - at(-1)) / (2.0 * kSpacing_s);
   const double a = (at(1) - 2.0 * at(0) + at(-1)) / (kSpacing_s * kSpacing_s);
@@ -168,48 +93,20 @@ WayState way_state(const Route& route, const std::vector<double>& way, std::size
   return {v, a, v * yaw_rate, (yaw_rate - yaw_rate_before) / (5.0 * kSpacing_s)};
 }
 
-/// Nobody drives along a line: slow swings to the sides that start and end at nothing.
-class Wander {
- public:
-  Wander(double length_m, double amplitude_m, std::uint64_t seed)
-      : length_m_(length_m), amplitude_m_(amplitude_m) {
-    Rng rng(seed, "wander");
-    wave_m_ = {rng.uniform(6.0, 9.0), rng.uniform(13.0, 20.0)};
-    phase_ = {rng.uniform(0.0, kTwoPi), rng.uniform(0.0, kTwoPi)};
-  }
-
-  /// Offset to the left [m] after s metres.
-  [[nodiscard]] double at(double s_m) const {
-    const double edge = std::clamp(std::min(s_m, length_m_ - s_m) / 4.0, 0.0, 1.0);
-    const double fade = edge * edge * (3.0 - 2.0 * edge);
-    return fade * amplitude_m_ *
-           (0.4 * std::sin(kTwoPi * s_m / wave_m_[0] + phase_[0]) +
-            0.6 * std::sin(kTwoPi * s_m / wave_m_[1] + phase_[1]));
-  }
-
-  [[nodiscard]] double slope(double s_m) const {
-    constexpr double kHalf_m = 0.01;
-    return (at(s_m + kHalf_m) - at(s_m - kHalf_m)) / (2.0 * kHalf_m);
-  }
-
- private:
-  double length_m_, amplitude_m_;
-  std::array<double, 2> wave_m_{}, phase_{};
-};
-
 std::vector<Vec6> cart_controls(const Route& route, const std::vector<double>& way,
                                 const MotionOptions& o, std::uint64_t seed) {
-  Suspension suspension(route.length_m(), seed);
+  Suspension suspension(seed);
   const Wander wander(route.length_m(), o.wander_m, seed);
   std::vector<Vec6> controls(way.size());
   const int substeps = static_cast<int>(std::lround(kSpacing_s / kSubstep_s));
+  suspension.settle(drive_state(route, way, 0));
   for (std::size_t i = 0; i < way.size(); ++i) {
-    const WayState w = way_state(route, way, i);
+    const DriveState drive = drive_state(route, way, i);
     Vec3 jolt = Vec3::Zero();
     for (int k = 0; k < substeps; ++k) {
-      jolt = o.suspension *
-             suspension.step(way[i] + w.v * kSubstep_s * k, w.a_long, w.a_lat, w.steer, kSubstep_s);
+      jolt = suspension.step(way[i] + drive.v_mps * kSubstep_s * k, drive, kSubstep_s);
     }
+    jolt = limited_jolt(o.suspension * jolt);
     const double yaw = route.yaw_at(way[i]);
     const double aside = wander.at(way[i]);
     const Vec3 ground = route.point_at(way[i]) + aside * Vec3(-std::sin(yaw), std::cos(yaw), 0.0);
@@ -220,49 +117,21 @@ std::vector<Vec6> cart_controls(const Route& route, const std::vector<double>& w
   return controls;
 }
 
-/// Sum of two sinusoids with random phases, for the sway of hands and drones.
-class Sway {
- public:
-  Sway(double amplitude, double frequency_hz, Rng& rng)
-      : amplitude_(amplitude),
-        w_(kTwoPi * frequency_hz * rng.uniform(0.85, 1.15)),
-        phase_(rng.uniform(0.0, kTwoPi)),
-        phase_slow_(rng.uniform(0.0, kTwoPi)) {}
-
-  [[nodiscard]] double at(double t_s) const {
-    return amplitude_ *
-           (0.65 * std::sin(w_ * t_s + phase_) + 0.35 * std::sin(0.37 * w_ * t_s + phase_slow_));
-  }
-
- private:
-  double amplitude_, w_, phase_, phase_slow_;
-};
-
-/// A person's gait (1.8 Hz steps) or a drone's slow six-degree-of-freedom drift.
 std::vector<Vec6> free_controls(const Route& route, const std::vector<double>& way,
                                 const MotionOptions& o, std::uint64_t seed) {
-  Rng rng(seed, "sway");
   const bool drone = o.carrier == Carrier::kDrone;
-  const double f = drone ? 0.35 : 0.9;
-  const std::array<Sway, 6> sway{Sway(drone ? 0.25 : 0.04, f, rng),
-                                 Sway(drone ? 0.25 : 0.04, f, rng),
-                                 Sway(drone ? 0.35 : 0.03, drone ? 0.2 : 1.8, rng),
-                                 Sway(drone ? 0.12 : 0.09, f, rng),
-                                 Sway(drone ? 0.12 : 0.09, f, rng),
-                                 Sway(drone ? 0.5 : 0.2, 0.5 * f, rng)};
+  const Sway sway(drone, seed);
   const double height = o.body_height_m + (drone ? 1.2 : 0.9);
   std::vector<Vec6> controls(way.size());
-  double strength = 0.0;
+  // Sway grows over two seconds after the rest and never stops at once; a recording that begins
+  // in motion begins in full sway.
+  double strength = o.rest_s > 0.0 ? 0.0 : 1.0;
   for (std::size_t i = 0; i < way.size(); ++i) {
-    const double t = static_cast<double>(i) * kSpacing_s;
-    // Sway grows over two seconds after the rest and never stops at once.
-    if (way[i] > 0.0 || o.rest_s <= 0.0) strength = std::min(1.0, strength + kSpacing_s / 2.0);
+    if (way[i] > 0.0) strength = std::min(1.0, strength + kSpacing_s / 2.0);
     const double scale = strength * strength * (3.0 - 2.0 * strength) * o.suspension;
     const Vec3 ground = route.point_at(way[i]);
     controls[i] << ground.x(), ground.y(), ground.z() + height, 0.0, 0.0, route.yaw_at(way[i]);
-    for (std::size_t k = 0; k < 6; ++k) {
-      controls[i][static_cast<Eigen::Index>(k)] += scale * sway[k].at(t);
-    }
+    controls[i] += scale * sway.at(static_cast<double>(i) * kSpacing_s);
   }
   return controls;
 }
