@@ -1,12 +1,13 @@
 #include "rali/odometry/robust/initialiser.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
 #include "rali/imu/kinematics.hpp"
-#include "rali/odometry/robust/block_means.hpp"
+#include "rali/odometry/robust/stillness.hpp"
 
 namespace rali::odometry {
 
@@ -16,6 +17,8 @@ using geometry::Vec3;
 using sensor::ImuSample;
 
 namespace {
+
+constexpr double kRestSpeedSigma_mps = 0.02;
 
 /// Scans of the track within the last window_s.
 std::vector<TrackedPose> tail(const std::vector<TrackedPose>& track, double window_s) {
@@ -27,6 +30,23 @@ std::vector<TrackedPose> tail(const std::vector<TrackedPose>& track, double wind
   return out;
 }
 
+/// Covariance of gravity's direction as FilterState has it, from that of the vector.
+Eigen::Matrix2d direction_covariance(const Vec3& g_mps2, const Mat3& covariance) {
+  // A turn by theta (at right angles to g) moves g by theta x g; solved for theta.
+  const Eigen::Matrix<double, 2, 3> J =
+      gravity_basis(g_mps2).transpose() * geometry::skew(g_mps2) / g_mps2.squaredNorm();
+  return J * covariance * J.transpose();
+}
+
+/// The LiDAR saw the vehicle move within the window.
+bool lidar_saw_motion(const std::vector<TrackedPose>& window, double limit_m) {
+  const TrackedPose& first = window.front();
+  return std::any_of(window.begin(), window.end(), [&](const TrackedPose& p) {
+    return has_travelled(p.T_odom_body.p - first.T_odom_body.p,
+                         p.covariance_m2 + first.covariance_m2, limit_m);
+  });
+}
+
 std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
                                           const InertialBuffer& imu,
                                           const InitialisationSettings& settings,
@@ -36,21 +56,12 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   if ((track.back().t - track.front().t).s() < window_s) return std::nullopt;
   const std::vector<TrackedPose> window = tail(track, 0.7 * window_s);
   const std::vector<ImuSample> raw = imu.between(window.front().t, window.back().t);
-  if (raw.size() < 20) return std::nullopt;
   const imu::ImuStatistics blocks = imu::statistics(block_means(raw));
-  if (blocks.samples < 4) return std::nullopt;
-  if (blocks.gyro_sd_radps.maxCoeff() > settings.rest.gyro_sd_max_radps ||
-      blocks.accel_sd_mps2.maxCoeff() > settings.rest.accel_sd_max_mps2 ||
-      blocks.gyro_mean_radps.norm() > settings.rest.gyro_mean_max_radps) {
+  if (raw.size() < 20 || blocks.samples < 4 || !is_quiet(blocks, settings.rest) ||
+      blocks.gyro_mean_radps.norm() > settings.rest.gyro_mean_max_radps ||
+      lidar_saw_motion(window, settings.rest_travel_max_m)) {
     return std::nullopt;
   }
-  double travel_m = 0.0;
-  double sigma_m = 0.0;
-  for (const TrackedPose& p : window) {
-    travel_m = std::max(travel_m, (p.T_odom_body.p - window.front().T_odom_body.p).norm());
-    sigma_m = std::max(sigma_m, p.sigma_m);
-  }
-  if (travel_m > settings.rest_travel_max_m) return std::nullopt;
   const imu::ImuStatistics all = imu::statistics(raw);
   InitialGuess guess;
   guess.at_rest = true;
@@ -61,13 +72,16 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   const Vec3 f_odom = track.back().T_odom_body.R * all.accel_mean_mps2;
   guess.g_odom_mps2 = -settings.gravity_mps2 * f_odom.normalized();
   // The part of the bias along gravity shows at rest; the horizontal part is indistinguishable
-  // from a tilt, which is what gravity_sigma says.
-  guess.accel_bias_mps2 = (all.accel_mean_mps2.norm() - settings.gravity_mps2) *
-                          all.accel_mean_mps2.normalized();
+  // from a tilt, which is what the covariance of gravity says.
+  guess.accel_bias_mps2 =
+      (all.accel_mean_mps2.norm() - settings.gravity_mps2) * all.accel_mean_mps2.normalized();
   guess.accel_bias_sigma_mps2 = settings.accel_bias_bound_mps2 / 5.0;
-  guess.gravity_sigma_rad = guess.accel_bias_sigma_mps2 / settings.gravity_mps2;
+  guess.gravity_covariance = direction_covariance(
+      guess.g_odom_mps2, std::pow(guess.accel_bias_sigma_mps2, 2) * Mat3::Identity());
   // Along a blind direction the LiDAR cannot prove that nothing moves.
-  guess.velocity_sigma_mps = sigma_m > 0.5 ? 2.0 : 0.02;
+  const Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
+  guess.velocity_covariance = kRestSpeedSigma_mps * kRestSpeedSigma_mps * Mat3::Identity() +
+                              displacement / (duration_s * duration_s);
   return guess;
 }
 
@@ -128,61 +142,85 @@ ForceIntegral integrate_force(const std::vector<TrackedPose>& track, const Inert
   return out;
 }
 
+/// p_k = p_0 + v_0 t + g t^2/2 + dp_k, solved for x = (p_0, v_0, g).
+struct MotionFit {
+  Eigen::Matrix<double, 9, 1> x;
+  Eigen::Matrix<double, 9, 9> covariance;
+};
+
+/// @param g_guess  gravity as the mean force has it: holds where the LiDAR is blind
+MotionFit fit_motion(const std::vector<TrackedPose>& track, const ForceIntegral& force,
+                     const Vec3& g_guess) {
+  constexpr double kPoseFloor_m = 0.005;        // a young map is wrong by that much
+  constexpr double kMeanForceSigma_mps2 = 0.7;  // the vehicle's own acceleration
+  Eigen::Matrix<double, 9, 9> N = Eigen::Matrix<double, 9, 9>::Zero();
+  Eigen::Matrix<double, 9, 1> rhs = Eigen::Matrix<double, 9, 1>::Zero();
+  const double prior = 1.0 / (kMeanForceSigma_mps2 * kMeanForceSigma_mps2);
+  N.bottomRightCorner<3, 3>() = prior * Mat3::Identity();
+  rhs.tail<3>() = prior * g_guess;
+  const auto row_at = [&](std::size_t k) {
+    const double t = (track[k].t - track.front().t).s();
+    return Vec3(1.0, t, 0.5 * t * t);
+  };
+  const auto weight_of = [&](std::size_t k) -> Mat3 {
+    return (track[k].covariance_m2 + kPoseFloor_m * kPoseFloor_m * Mat3::Identity()).inverse();
+  };
+  for (std::size_t k = 0; k < track.size(); ++k) {
+    const Vec3 row = row_at(k);
+    const Mat3 W = weight_of(k);
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) N.block<3, 3>(3 * i, 3 * j) += row[i] * row[j] * W;
+      rhs.segment<3>(3 * i) += row[i] * (W * (track[k].T_odom_body.p - force.dp[k]));
+    }
+  }
+  MotionFit fit;
+  fit.covariance = N.inverse();
+  fit.x = fit.covariance * rhs;
+  double chi2 = 0.0;
+  for (std::size_t k = 0; k < track.size(); ++k) {
+    const Vec3 row = row_at(k);
+    const Vec3 e = track[k].T_odom_body.p - force.dp[k] - row[0] * fit.x.head<3>() -
+                   row[1] * fit.x.segment<3>(3) - row[2] * fit.x.tail<3>();
+    chi2 += e.dot(weight_of(k) * e);
+  }
+  const double dof = std::max(1.0, 3.0 * static_cast<double>(track.size()) - 9.0);
+  fit.covariance *= std::max(1.0, chi2 / dof);
+  return fit;
+}
+
 std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& track,
                                             const InertialBuffer& imu,
                                             const InitialisationSettings& settings) {
+  constexpr double kGravitySigmaMax_mps2 = 0.3;
+  constexpr double kGravityError_mps2 = 1.0;      // more is another unit, not a bias
+  constexpr double kGravitySigmaLate_rad = 0.09;  // 5 deg
   if (static_cast<int>(track.size()) < settings.scans_min) return std::nullopt;
   const double duration_s = (track.back().t - track.front().t).s();
   if (duration_s < settings.window_s) return std::nullopt;
   const Vec3 bias = gyro_bias_from_rotations(track, imu);
   const ForceIntegral force = integrate_force(track, imu, bias);
-  // p_k = p_0 + v_0 t + g t^2/2 + dp_k, unknown p_0, v_0, g: three columns, the same matrix for
-  // each axis.
-  Mat3 N = Mat3::Zero();
-  Mat3 rhs = Mat3::Zero();  // rows: unknowns, columns: axes
-  for (std::size_t k = 0; k < track.size(); ++k) {
-    const double t = (track[k].t - track.front().t).s();
-    const Vec3 row(1.0, t, 0.5 * t * t);
-    N += row * row.transpose();
-    rhs += row * (track[k].T_odom_body.p - force.dp[k]).transpose();
-  }
-  const Mat3 N_inverse = N.inverse();
-  const Mat3 x = N_inverse * rhs;
-  double residual2 = 0.0;
-  for (std::size_t k = 0; k < track.size(); ++k) {
-    const double t = (track[k].t - track.front().t).s();
-    const Vec3 predicted = x.transpose() * Vec3(1.0, t, 0.5 * t * t);
-    residual2 += (track[k].T_odom_body.p - force.dp[k] - predicted).squaredNorm();
-  }
-  const double dof = std::max(1.0, 3.0 * static_cast<double>(track.size()) - 9.0);
-  const double sigma_p = std::max(0.005, std::sqrt(residual2 / dof));
-  const Vec3 g = x.row(2).transpose();
-  const double sigma_g = sigma_p * std::sqrt(N_inverse(2, 2));
+  const Vec3 g_guess = -force.dv.back() / duration_s;
+  const MotionFit fit = fit_motion(track, force, g_guess);
+  const Vec3 g = fit.x.tail<3>();
+  const Mat3 g_cov = fit.covariance.bottomRightCorner<3, 3>();
+  const double sigma_g = std::sqrt(g_cov.diagonal().maxCoeff());
   const bool late = duration_s > settings.give_up_s;
-  const bool plausible = std::abs(g.norm() - settings.gravity_mps2) < 1.0;
-  if (!late && (sigma_g > 0.3 || !plausible)) return std::nullopt;
+  const bool plausible = std::abs(g.norm() - settings.gravity_mps2) < kGravityError_mps2;
+  if (!late && (sigma_g > kGravitySigmaMax_mps2 || !plausible)) return std::nullopt;
   InitialGuess guess;
   guess.gyro_bias_radps = bias;
   guess.gyro_bias_sigma_radps = std::max(0.002, 0.01 / duration_s);
   guess.accel_bias_sigma_mps2 = settings.accel_bias_bound_mps2 / 5.0;
-  if (plausible) {
-    guess.g_odom_mps2 = settings.gravity_mps2 * g.normalized();
-    guess.gravity_sigma_rad =
-        std::hypot(2.0 * sigma_g, guess.accel_bias_sigma_mps2) / settings.gravity_mps2;
-  } else {
-    const imu::ImuStatistics all = imu::statistics(imu.between(track.front().t, track.back().t));
-    guess.g_odom_mps2 = -settings.gravity_mps2 *
-                        (track.back().T_odom_body.R * all.accel_mean_mps2).normalized();
-    guess.gravity_sigma_rad = 0.09;  // 5 deg
-  }
-  const double t_last = duration_s;
-  guess.v_odom_mps =
-      Vec3(x.row(1).transpose()) + guess.g_odom_mps2 * t_last + force.dv.back();
-  guess.velocity_sigma_mps =
-      std::clamp(sigma_p * std::sqrt(N_inverse(1, 1)) + 2.0 * sigma_g * t_last, 0.1, 2.0);
-  double sigma_m = 0.0;
-  for (const TrackedPose& p : track) sigma_m = std::max(sigma_m, p.sigma_m);
-  if (sigma_m > 0.5) guess.velocity_sigma_mps = 2.0;
+  guess.g_odom_mps2 = settings.gravity_mps2 * (plausible ? g : g_guess).normalized();
+  const Mat3 bias_cov = std::pow(guess.accel_bias_sigma_mps2, 2) * Mat3::Identity();
+  guess.gravity_covariance =
+      plausible ? direction_covariance(guess.g_odom_mps2, 4.0 * g_cov + bias_cov)
+                : Eigen::Matrix2d(std::pow(kGravitySigmaLate_rad, 2) * Eigen::Matrix2d::Identity());
+  guess.v_odom_mps = fit.x.segment<3>(3) + guess.g_odom_mps2 * duration_s + force.dv.back();
+  Eigen::Matrix<double, 3, 9> J = Eigen::Matrix<double, 3, 9>::Zero();
+  J.middleCols<3>(3).setIdentity();
+  J.rightCols<3>() = duration_s * Mat3::Identity();
+  guess.velocity_covariance = J * (4.0 * fit.covariance) * J.transpose() + 0.01 * Mat3::Identity();
   return guess;
 }
 

@@ -14,7 +14,7 @@ namespace rali::odometry {
 struct TrackedPose {
   Time t;
   geometry::SE3 T_odom_body;
-  double sigma_m = 0.0;  ///< of the position, worst direction
+  geometry::Mat3 covariance_m2 = geometry::Mat3::Zero();  ///< of the position
 };
 
 struct InitialGuess {
@@ -22,10 +22,10 @@ struct InitialGuess {
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
   geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
-  double velocity_sigma_mps = 0.0;
+  geometry::Mat3 velocity_covariance = geometry::Mat3::Zero();  ///< [(m/s)^2], in odom
   double gyro_bias_sigma_radps = 0.0;
   double accel_bias_sigma_mps2 = 0.0;
-  double gravity_sigma_rad = 0.0;
+  Eigen::Matrix2d gravity_covariance = Eigen::Matrix2d::Zero();  ///< [rad^2], FilterState's
   bool at_rest = false;
 };
 

@@ -1,8 +1,9 @@
 #include "rali/odometry/robust/keyframer.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+
+#include <Eigen/LU>
 
 namespace rali::odometry {
 
@@ -51,8 +52,8 @@ std::shared_ptr<const Keyframe> Keyframer::make(const sensor::LidarScan& scan,
   keyframe->T_body_lidar = T_body_lidar;
   if (has_last_) {
     keyframe->T_previous_this = last_.inverse() * result.T_odom_body;
-    keyframe->information_relative = relative_information(
-        result.lidar_information, last_, keyframe->T_previous_this.p.norm());
+    keyframe->information_relative =
+        relative_information(result.lidar_information, last_, keyframe->T_previous_this.p.norm());
   }
   std::vector<std::uint32_t> indices;
   if (settings_.voxel_m > 0.0) {

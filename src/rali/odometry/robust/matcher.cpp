@@ -1,9 +1,10 @@
 #include "rali/odometry/robust/matcher.hpp"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include "rali/geometry/robust.hpp"
 
@@ -73,8 +74,8 @@ void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_p
     const double cos_incidence = m.dot(Vec3(point.dx, point.dy, point.dz));
     const double variance = point_variance(point, cos_incidence, plane.var_normal) +
                             plane_variance_at(plane, d) + H.dot(P_pose * H);
-    const double gate = std::clamp(settings_.gate_sigma * std::sqrt(variance),
-                                   settings_.gate_min_m, settings_.gate_max_m);
+    const double gate = std::clamp(settings_.gate_sigma * std::sqrt(variance), settings_.gate_min_m,
+                                   settings_.gate_max_m);
     if (std::abs(r) > gate) point.plane = -1;
   }
 }

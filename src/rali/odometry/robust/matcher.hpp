@@ -62,9 +62,7 @@ class Matcher {
   [[nodiscard]] LidarSystem accumulate(const PlaneMap& map, const geometry::SE3& T_odom_body);
 
   /// What each plane told in the last accumulate().
-  [[nodiscard]] const std::vector<degeneracy::PlaneEvidence>& evidence() const {
-    return evidence_;
-  }
+  [[nodiscard]] const std::vector<degeneracy::PlaneEvidence>& evidence() const { return evidence_; }
 
  private:
   /// Weighted moments of the points of one plane: sum w [p;1][p;1]^T, upper triangle.
@@ -75,9 +73,9 @@ class Matcher {
   };
 
   struct Point {
-    float x, y, z;        // body
-    float dx, dy, dz;     // unit ray in body
-    float beam_var_m2;    // (range * beam sigma)^2
+    float x, y, z;      // body
+    float dx, dy, dz;   // unit ray in body
+    float beam_var_m2;  // (range * beam sigma)^2
     int plane = -1;
   };
 

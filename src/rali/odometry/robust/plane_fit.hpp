@@ -42,7 +42,7 @@ struct PointSums {
 /// Limits for what counts as a plane and what its errors are (algorithms 2.3).
 struct PlaneSettings {
   int points_min = 10;
-  double range_sigma_m = 0.02;     ///< range noise whose share in the spread is taken out
+  double range_sigma_m = 0.02;  ///< range noise whose share in the spread is taken out
   /// Thickness beyond what range noise explains, at most; cells of the finest level may be
   /// rougher, since they cannot be split.
   double excess_max_m = 0.012;
@@ -50,20 +50,23 @@ struct PlaneSettings {
   /// sqrt(l2) at least, as a share of the cell's edge (a filled cell has 0.29): one ring is a
   /// line, and what little it spreads shows the errors of poses, not the surface.
   double width_min_ratio = 0.12;
-  double sigma_floor_m = 0.003;    ///< measured noise along the normal not below
+  double sigma_floor_m = 0.003;      ///< measured noise along the normal not below
   double sigma_systematic_m = 0.01;  ///< common offset of all points of a plane
-  double sigma_between_m = 0.003;  ///< offset between the scans that filled a cell: tilts it
+  double sigma_between_m = 0.003;    ///< offset between the scans that filled a cell: tilts it
 
   template <class V>
   void visit(V& v) {
     v("points_min", points_min, 5, 1000, "fewer points are no plane");
     v("range_sigma_m", range_sigma_m, 0.0, 1.0, "range noise taken out of the spread of points");
     v("excess_max_m", excess_max_m, 1e-3, 1.0, "thickness beyond range noise: more is split");
-    v("excess_max_finest_m", excess_max_finest_m, 1e-3, 1.0, "the same in cells of the finest level");
-    v("width_min_ratio", width_min_ratio, 0.0, 0.3, "smallest spread in the plane / edge of the cell");
+    v("excess_max_finest_m", excess_max_finest_m, 1e-3, 1.0,
+      "the same in cells of the finest level");
+    v("width_min_ratio", width_min_ratio, 0.0, 0.3,
+      "smallest spread in the plane / edge of the cell");
     v("sigma_floor_m", sigma_floor_m, 1e-4, 0.1, "measured noise along the normal not below");
     v("sigma_systematic_m", sigma_systematic_m, 0.0, 0.1, "offset common to all points of a plane");
-    v("sigma_between_m", sigma_between_m, 0.0, 0.1, "offset between scans within a plane: its tilt");
+    v("sigma_between_m", sigma_between_m, 0.0, 0.1,
+      "offset between scans within a plane: its tilt");
   }
 };
 

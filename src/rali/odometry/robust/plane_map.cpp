@@ -80,8 +80,8 @@ void PlaneMap::grow() {
 void PlaneMap::insert(const Vec3& p_odom_m, const geometry::Vec3f& ray_odom, double epoch) {
   const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
   const int cell = find_or_make_root(i.x, i.y, i.z);
-  insert_at(cell, center_of(i.x, i.y, i.z, settings_.voxel_m), 0.5 * settings_.voxel_m, 0,
-            p_odom_m, ray_odom, epoch);
+  insert_at(cell, center_of(i.x, i.y, i.z, settings_.voxel_m), 0.5 * settings_.voxel_m, 0, p_odom_m,
+            ray_odom, epoch);
 }
 
 void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level, const Vec3& p,
@@ -106,8 +106,8 @@ void PlaneMap::refit(int index, const Vec3& origin, int level) {
   const bool finest = level + 1 == kLevels;
   const double edge_m = settings_.voxel_m / static_cast<double>(1 << level);
   const FitResult fit = fit_plane(cell.sums, origin, edge_m, finest, settings_.plane, plane);
-  cell.refit_at = std::max(cell.sums.n + 1,
-                           static_cast<int>(std::ceil(cell.sums.n * settings_.refit_growth)));
+  cell.refit_at =
+      std::max(cell.sums.n + 1, static_cast<int>(std::ceil(cell.sums.n * settings_.refit_growth)));
   if (fit == FitResult::kPlane) {
     if (cell.plane < 0) {
       cell.plane = static_cast<int>(planes_.size());
@@ -177,8 +177,8 @@ int PlaneMap::find_near(const Vec3& p_odom_m) const {
   const int sy = d.y() >= 0.0 ? 1 : -1;
   const int sz = d.z() >= 0.0 ? 1 : -1;
   for (int k = 0; k < 8; ++k) {
-    consider(i.x + ((k & 1) ? sx : 0), i.y + ((k & 2) ? sy : 0), i.z + ((k & 4) ? sz : 0),
-             p_odom_m, best, best_m);
+    consider(i.x + ((k & 1) ? sx : 0), i.y + ((k & 2) ? sy : 0), i.z + ((k & 4) ? sz : 0), p_odom_m,
+             best, best_m);
   }
   return best;
 }

@@ -8,10 +8,10 @@
 namespace rali::odometry {
 
 struct PlaneMapSettings {
-  double voxel_m = 0.8;      ///< edge of a root cell; split twice where it holds no plane
-  int freeze_points = 400;   ///< a plane of so many points takes no more
-  double refit_growth = 1.25;  ///< fit again when the number of points has grown so much
-  int roots_max = 400000;    ///< beyond: cells far from the vehicle are forgotten
+  double voxel_m = 0.8;          ///< edge of a root cell; split twice where it holds no plane
+  int freeze_points = 400;       ///< a plane of so many points takes no more
+  double refit_growth = 1.25;    ///< fit again when the number of points has grown so much
+  int roots_max = 400000;        ///< beyond: cells far from the vehicle are forgotten
   double keep_radius_m = 150.0;  ///< what is nearer is never forgotten
   PlaneSettings plane;
 
@@ -70,8 +70,8 @@ class PlaneMap {
 
   struct Cell {
     PointSums sums;
-    int plane = -1;      ///< index into planes_
-    int children = -1;   ///< index of the first of eight cells
+    int plane = -1;     ///< index into planes_
+    int children = -1;  ///< index of the first of eight cells
     int refit_at = 0;
     bool frozen = false;
   };

@@ -39,7 +39,7 @@ ScanResult RobustOdometry::start(const LidarScan& scan) {
   if (scan.has_point_times && !scan.deskewed) first_scan_ = std::make_unique<LidarScan>(scan);
   track_state_ = TrackState::kGood;
   t_last_good_ = state_.t;
-  track_.push_back({state_.t, state_.T_odom_body, 0.0});
+  track_.push_back({state_.t, state_.T_odom_body, Mat3::Zero()});
   UpdateResult none;
   none.converged = true;
   return result_of(scan, none);
@@ -118,19 +118,15 @@ void RobustOdometry::remember_start(const LidarScan& scan) {
   }
   const Time begin = track_.front().t;
   const imu::ImuStatistics blocks = imu::statistics(block_means(imu_.between(begin, state_.t)));
-  const imu::RestSettings& rest = settings_.initialisation.rest;
-  const double travel_m = (state_.T_odom_body.p - track_.front().T_odom_body.p).norm();
-  const double sigma_m = std::sqrt(state_.P.block<3, 3>(kPos, kPos).diagonal().maxCoeff());
-  const bool travelled =
-      travel_m > std::max(settings_.initialisation.rest_travel_max_m, 3.0 * sigma_m);
-  quiet_start_ = blocks.gyro_sd_radps.maxCoeff() < rest.gyro_sd_max_radps &&
-                 blocks.accel_sd_mps2.maxCoeff() < rest.accel_sd_max_mps2 && !travelled;
+  quiet_start_ =
+      is_quiet(blocks, settings_.initialisation.rest) &&
+      !has_travelled(state_.T_odom_body.p - track_.front().T_odom_body.p,
+                     state_.P.block<3, 3>(kPos, kPos), settings_.initialisation.rest_travel_max_m);
 }
 
 /// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.
 void RobustOdometry::try_initialise(FindingList& findings) {
-  const double var_m2 = state_.P.block<3, 3>(kPos, kPos).diagonal().maxCoeff();
-  track_.push_back({state_.t, state_.T_odom_body, std::sqrt(var_m2)});
+  track_.push_back({state_.t, state_.T_odom_body, state_.P.block<3, 3>(kPos, kPos)});
   const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_);
   if (!guess) {
     const Time oldest = state_.t - Duration::from_s(settings_.initialisation.give_up_s + 1.0);
@@ -149,10 +145,10 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   const auto set = [this](int index, int n, double sigma) {
     state_.P.diagonal().segment(index, n).setConstant(sigma * sigma);
   };
-  set(kVel, 3, guess->velocity_sigma_mps);
+  state_.P.block<3, 3>(kVel, kVel) = guess->velocity_covariance;
   set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
   set(kAccelBias, 3, guess->accel_bias_sigma_mps2);
-  set(kGravity, 2, guess->gravity_sigma_rad);
+  state_.P.block<2, 2>(kGravity, kGravity) = guess->gravity_covariance;
   if (guess->at_rest && quiet_start_) {
     // All scans so far were taken from one place: the first pose. The map of the first scan alone
     // was poor, and the poses found with it wander; begin again with all of them there.
@@ -208,7 +204,7 @@ void RobustOdometry::restart(FindingList& findings) {
   state_.P.diagonal().segment<3>(kVel).setConstant(cv.start_speed_mps * cv.start_speed_mps);
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
   inertial_ = false;
-  track_.assign(1, {now, pose, 0.0});
+  track_.assign(1, {now, pose, Mat3::Zero()});
   map_ = PlaneMap(settings_.map);
   recent_.clear();
   scans_in_map_ = 0;

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "rali/odometry/robust/block_means.hpp"
 #include "rali/odometry/room_for_test.hpp"
 
 namespace rali::odometry {
@@ -52,20 +51,6 @@ TEST(ThinEvenly, keeps_the_wanted_share_without_favouring_a_ring) {
   const std::vector<std::uint32_t> before = indices;
   thin_evenly(indices, 16000);
   EXPECT_EQ(indices, before);
-}
-
-TEST(BlockMeans, average_tenths_of_a_second) {
-  std::vector<sensor::ImuSample> samples;
-  for (int k = 0; k < 50; ++k) {
-    samples.push_back(
-        {Time::from_s(0.005 * k), geometry::Vec3(k, 0.0, 0.0), geometry::Vec3::Zero()});
-  }
-  const auto blocks = block_means(samples);
-  ASSERT_EQ(blocks.size(), 3U);
-  EXPECT_DOUBLE_EQ(blocks[0].gyro_radps.x(), 9.5);
-  EXPECT_DOUBLE_EQ(blocks[1].gyro_radps.x(), 29.5);
-  EXPECT_DOUBLE_EQ(blocks[2].gyro_radps.x(), 44.5);
-  EXPECT_TRUE(block_means({}).empty());
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "rali/odometry/robust/block_means.hpp"
+#include "rali/odometry/robust/stillness.hpp"
 #include "rali/odometry/robust/update.hpp"
 
 namespace rali::odometry {
@@ -35,13 +35,10 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
   }
   const std::vector<ImuSample> window = imu.between(begin, state.t);
   const imu::ImuStatistics blocks = imu::statistics(block_means(window));
-  if (blocks.samples < 4 || blocks.gyro_sd_radps.maxCoeff() > rest_.gyro_sd_max_radps ||
-      blocks.accel_sd_mps2.maxCoeff() > rest_.accel_sd_max_mps2) {
-    return false;
-  }
+  if (blocks.samples < 4 || !is_quiet(blocks, rest_)) return false;
   // A vehicle that starts squats slowly: below the spread of the blocks, but not of their mean.
-  const double sigma = noise_.gyro_radps_rthz * noise_.vibration_factor /
-                       std::sqrt(constraints_.rest_after_s);
+  const double sigma =
+      noise_.gyro_radps_rthz * noise_.vibration_factor / std::sqrt(constraints_.rest_after_s);
   const double bias_var = state.P.block<3, 3>(kGyroBias, kGyroBias).diagonal().maxCoeff();
   const double limit = kRateSigmas * std::sqrt(sigma * sigma + bias_var);
   return (blocks.gyro_mean_radps - state.gyro_bias_radps).norm() < limit;
@@ -78,7 +75,8 @@ void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end
   H3 H = H3::Zero();
   H.block<3, 3>(0, kVel).setIdentity();
   const Vec3 zero_speed = -state.v;
-  update_linear<3>(state, H, zero_speed, kZeroSpeedSigma_mps * kZeroSpeedSigma_mps * Mat3::Identity());
+  update_linear<3>(state, H, zero_speed,
+                   kZeroSpeedSigma_mps * kZeroSpeedSigma_mps * Mat3::Identity());
   H.setZero();
   H.block<3, 3>(0, kGyroBias).setIdentity();
   const Vec3 still = gyro - state.gyro_bias_radps;

@@ -9,7 +9,14 @@ namespace rali::odometry {
 
 /// Error state of the filter, in this order. Rotation is perturbed on the right
 /// (R Exp(theta)), gravity on its sphere, the rest additively; p and v in odom.
-enum StateIndex : int { kTheta = 0, kPos = 3, kVel = 6, kGyroBias = 9, kAccelBias = 12, kGravity = 15 };
+enum StateIndex : int {
+  kTheta = 0,
+  kPos = 3,
+  kVel = 6,
+  kGyroBias = 9,
+  kAccelBias = 12,
+  kGravity = 15
+};
 
 inline constexpr int kStateDim = 17;
 using StateVec = Eigen::Matrix<double, kStateDim, 1>;

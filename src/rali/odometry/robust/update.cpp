@@ -1,9 +1,10 @@
 #include "rali/odometry/robust/update.hpp"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 namespace rali::odometry {
 
@@ -64,7 +65,8 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
       state = predicted;
       return result;
     }
-    result.axes = degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, settings.aware);
+    result.axes =
+        degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, settings.aware);
     result.directions = degeneracy::direction_information(
         system.I, matcher.evidence(), state.T_odom_body.R, result.axes, settings.aware);
     degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);

@@ -15,7 +15,7 @@ struct UpdateResult {
   int matches = 0;
   bool converged = false;
   double residual_rms_m = 0.0;
-  double fit = 0.0;  ///< share of the points that lie on planes, robustly weighted, 0 to 1
+  double fit = 0.0;         ///< share of the points that lie on planes, robustly weighted, 0 to 1
   double mean_epoch = 0.0;  ///< generation of the planes it was registered with (drift.hpp)
   geometry::Mat6 information = geometry::Mat6::Zero();  ///< LiDAR alone, spurious part removed
   degeneracy::Axes axes = degeneracy::Axes::Identity();

@@ -1,7 +1,8 @@
 #include "rali/odometry/robust/vehicle_constraints.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
+
+#include <Eigen/Geometry>
 
 #include "rali/geometry/pca3.hpp"
 #include "rali/odometry/robust/update.hpp"
@@ -18,9 +19,9 @@ constexpr double kWeightNeeded = 40.0;    // scans before a constraint is believ
 constexpr double kSpeedNeeded_mps = 0.3;  // slower motion has no direction
 constexpr double kShareNeeded = 0.995;    // of motion along one body direction: within 4 degrees
 constexpr double kSlipSigma_mps = 0.05;
-constexpr double kSlipPerRate_m = 0.3;    // a turning vehicle slips at the sensor
+constexpr double kSlipPerRate_m = 0.3;  // a turning vehicle slips at the sensor
 constexpr double kHeightSigmaMax_m = 0.02;
-constexpr double kHeightSigma_m = 0.06;   // one plane serves many scans: its error is not averaged
+constexpr double kHeightSigma_m = 0.06;  // one plane serves many scans: its error is not averaged
 constexpr double kSearchDepth_m = 2.5;
 
 }  // namespace
@@ -82,8 +83,8 @@ void VehicleConstraints::ground(FilterState& state, const PlaneMap& map, bool kn
     height_m_ += difference / height_weight_;
     height_var_m2_ += (difference * difference - height_var_m2_) / height_weight_;
   }
-  ground_holds_ = height_weight_ > kWeightNeeded &&
-                  height_var_m2_ < kHeightSigmaMax_m * kHeightSigmaMax_m;
+  ground_holds_ =
+      height_weight_ > kWeightNeeded && height_var_m2_ < kHeightSigmaMax_m * kHeightSigmaMax_m;
   const double sigma_z = std::sqrt(n.dot(state.P.block<3, 3>(kPos, kPos) * n));
   if (!ground_holds_ || sigma_z < kHeightSigma_m) return;
   Eigen::Matrix<double, 1, kStateDim> H = Eigen::Matrix<double, 1, kStateDim>::Zero();

@@ -1,0 +1,44 @@
+#include "rali/odometry/robust/stillness.hpp"
+
+#include <Eigen/Cholesky>
+
+namespace rali::odometry {
+
+using geometry::Mat3;
+using geometry::Vec3;
+using sensor::ImuSample;
+
+std::vector<ImuSample> block_means(const std::vector<ImuSample>& samples) {
+  constexpr std::int64_t kBlock_ns = 100'000'000;
+  std::vector<ImuSample> out;
+  std::size_t k = 0;
+  while (k < samples.size()) {
+    ImuSample mean{samples[k].t, Vec3::Zero(), Vec3::Zero()};
+    std::size_t n = 0;
+    while (k < samples.size() && samples[k].t.ns - mean.t.ns < kBlock_ns) {
+      mean.gyro_radps += samples[k].gyro_radps;
+      mean.accel_mps2 += samples[k].accel_mps2;
+      ++k;
+      ++n;
+    }
+    mean.gyro_radps /= static_cast<double>(n);
+    mean.accel_mps2 /= static_cast<double>(n);
+    out.push_back(mean);
+  }
+  return out;
+}
+
+bool is_quiet(const imu::ImuStatistics& blocks, const imu::RestSettings& settings) {
+  // Axis by axis: maxCoeff() passes over what is not a number.
+  return (blocks.gyro_sd_radps.array() < settings.gyro_sd_max_radps).all() &&
+         (blocks.accel_sd_mps2.array() < settings.accel_sd_max_mps2).all();
+}
+
+bool has_travelled(const Vec3& displacement_m, const Mat3& covariance_m2, double limit_m) {
+  constexpr double kSigmas = 3.0;
+  const Mat3 allowed_m2 = kSigmas * kSigmas * covariance_m2 + limit_m * limit_m * Mat3::Identity();
+  // Written so that what is not a number counts as travelled.
+  return !(displacement_m.dot(allowed_m2.ldlt().solve(displacement_m)) <= 1.0);
+}
+
+}  // namespace rali::odometry
