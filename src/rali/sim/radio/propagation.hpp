@@ -1,0 +1,69 @@
+#pragma once
+
+#include "rali/base/rng.hpp"
+#include "rali/base/time.hpp"
+#include "rali/geometry/types.hpp"
+#include "rali/sim/ray_caster.hpp"
+
+namespace rali::sim {
+
+/// Loss of power over a distance against that at 1 m: 10 n log10(d). Below 0.1 m it stays.
+[[nodiscard]] double path_loss_db(double distance_m, double exponent);
+
+/// Free-space loss between isotropic antennas [dB]: 20 log10(4 pi d f / c) (Friis).
+[[nodiscard]] double free_space_loss_db(double distance_m, double frequency_hz);
+
+/// A power as a receiver reports it that saturates at `ceiling_dbm`: 1 / (1/p + 1/ceiling) in mW.
+[[nodiscard]] double reported_power_dbm(double true_dbm, double ceiling_dbm);
+
+/// Probability that a packet gets lost: 1/2 at the sensitivity, 12 % with 2 dB more.
+[[nodiscard]] double loss_probability(double power_dbm, double sensitivity_dbm);
+
+/// What reflections at the surfaces beside, above and below the line of sight do.
+struct Multipath {
+  double range_error_m = 0.0;  ///< by reflections inside the pulse of the direct path
+  double power_db = 0.0;       ///< of all paths against the direct one alone
+};
+
+struct MultipathOptions {
+  double error_m = 0.05;  ///< per reflection as strong and as long as the direct path
+  double pulse_m = 0.35;
+  double reflection = 0.5;
+  double wavelength_m = 0.075;  ///< 4 GHz
+};
+
+/// Four mirror images, found by rays to both sides, up and down from the middle of the line a-b.
+/// Depends on the place alone: two antennas at rest have a constant error, moving ones a quickly
+/// changing one, in corridors a larger one the farther they are apart.
+[[nodiscard]] Multipath multipath_between(const RayCaster& world, const geometry::Vec3& a,
+                                          const geometry::Vec3& b, const MultipathOptions& options);
+
+/// A value of mean 0 and sd 1 that wanders: correlation exp(-dt/tau) (Ornstein-Uhlenbeck). Exact
+/// for any steps of time; takes one random number per step.
+class Wandering {
+ public:
+  double next(Time t, double tau_s, Rng& rng);
+
+ private:
+  bool started_ = false;
+  Time last_;
+  double value_ = 0.0;
+};
+
+/// A state that comes and goes (two-state Markov process), on for `share` of the time and for
+/// `length_s` on average; takes one random number per step. Exact for any steps of time.
+class Burst {
+ public:
+  /// True while on. `began()` says whether it went on in this step.
+  bool next(Time t, double share, double length_s, Rng& rng);
+
+  [[nodiscard]] bool began() const { return began_; }
+
+ private:
+  bool started_ = false;
+  bool on_ = false;
+  bool began_ = false;
+  Time last_;
+};
+
+}  // namespace rali::sim
