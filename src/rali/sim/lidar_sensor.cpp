@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace rali::sim {
 
@@ -39,36 +40,63 @@ double LidarSensor::measured_range_m(const Hit& hit, float neighbour_m) {
   return range < options_.min_range_m || range > options_.max_range_m ? 0.0 : range;
 }
 
-const RawSweep& LidarSensor::measure_sweep(std::int64_t number, const PoseAt& pose_at,
-                                           const RayCaster& world, Pedestrians& people) {
+void LidarSensor::cast_block(std::int64_t number, double start_s, const PoseAt& pose_at,
+                             const RayCaster& world, Scratch& scratch, int begin, int end) {
   const int rings = model_.rings();
   const double period_s = model_.sweep_s() / model_.firings();
-  const double start_s = static_cast<double>(number) * model_.sweep_s();
-  raw_.number = number;
-  raw_.range_steps.clear();
-  raw_.intensity.clear();
-  SE3 now = pose_at(start_s);
-  for (int firing = 0; firing < model_.firings(); ++firing) {
-    // 32 firings are 2 ms: nobody moves by more than 3 mm in between.
-    if (!people.empty() && firing % 32 == 0) people.place_at(start_s + firing * period_s);
+  const std::size_t first = static_cast<std::size_t>(begin) * static_cast<std::size_t>(rings);
+  const std::size_t count = static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(rings);
+  scratch.rays.resize(count);
+  const std::span<Hit> hits(&hits_[first], count);
+  Ray* ray = scratch.rays.data();
+  SE3 now = pose_at(start_s + begin * period_s);
+  for (int firing = begin; firing < end; ++firing) {
     const SE3 next = pose_at(start_s + (firing + 1) * period_s);
-    for (int ring = 0; ring < rings; ++ring) {
+    for (int ring = 0; ring < rings; ++ring, ++ray) {
       const double phase = model_.phase(ring);
       const Vec3 beam = model_.beam(ring, firing, number).cast<double>();
       // Within 0.1 ms the pose is a straight line to far below a micrometre.
-      const Vec3 origin = now.p + phase * (next.p - now.p);
-      const Vec3 direction = now.R * beam + phase * (next.R * beam - now.R * beam);
-      Hit hit = world.cast(origin, direction, options_.max_range_m + 1.0);
-      if (!people.empty()) people.cast(origin, direction, hit);
-      float& neighbour = before_m_[static_cast<std::size_t>(ring)];
-      const double range = measured_range_m(hit, neighbour);
-      neighbour = hit.range_m;
-      raw_.range_steps.push_back(
-          static_cast<std::uint16_t>(std::lround(range / options_.resolution_m)));
-      raw_.intensity.push_back(
-          static_cast<std::uint8_t>(255.0F * hit.reflectivity * hit.cos_incidence));
+      ray->origin = now.p + phase * (next.p - now.p);
+      ray->direction = now.R * beam + phase * (next.R * beam - now.R * beam);
     }
     now = next;
+  }
+  world.cast_all(scratch.rays, options_.max_range_m + 1.0, hits);
+  if (scratch.others.empty()) return;
+  // A block lasts 2 ms: nobody walks more than 3 mm. Vehicles are placed for each firing.
+  scratch.others.place_people_at(start_s + begin * period_s);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i % static_cast<std::size_t>(rings) == 0) {
+      const auto firing = begin + static_cast<int>(i) / rings;
+      scratch.others.place_vehicles_at(start_s + (firing + 0.5) * period_s);
+    }
+    scratch.others.cast(scratch.rays[i].origin, scratch.rays[i].direction, hits[i]);
+  }
+}
+
+const RawSweep& LidarSensor::measure_sweep(std::int64_t number, double start_s,
+                                           const PoseAt& pose_at, const RayCaster& world,
+                                           const MovingScene& others, Executor& executor) {
+  constexpr std::size_t kBlock = 32;
+  const auto firings = static_cast<std::size_t>(model_.firings());
+  const auto rings = static_cast<std::size_t>(model_.rings());
+  hits_.resize(firings * rings);
+  scratch_.resize((firings + kBlock - 1) / kBlock);
+  for (Scratch& s : scratch_) s.others = others;
+  executor.for_blocks(firings, kBlock, [&](std::size_t block, std::size_t begin, std::size_t end) {
+    cast_block(number, start_s, pose_at, world, scratch_[block], static_cast<int>(begin),
+               static_cast<int>(end));
+  });
+  raw_.number = number;
+  raw_.range_steps.resize(hits_.size());
+  raw_.intensity.resize(hits_.size());
+  for (std::size_t i = 0; i < hits_.size(); ++i) {
+    const Hit& hit = hits_[i];
+    float& neighbour = before_m_[i % rings];
+    const double range = measured_range_m(hit, neighbour);
+    neighbour = hit.range_m;
+    raw_.range_steps[i] = static_cast<std::uint16_t>(std::lround(range / options_.resolution_m));
+    raw_.intensity[i] = static_cast<std::uint8_t>(255.0F * hit.reflectivity * hit.cos_incidence);
   }
   return raw_;
 }

@@ -5,11 +5,12 @@
 #include <memory>
 #include <vector>
 
+#include "rali/base/executor.hpp"
 #include "rali/base/settings.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/sensor/lidar_scan.hpp"
 #include "rali/sim/lidar_model.hpp"
-#include "rali/sim/pedestrians.hpp"
+#include "rali/sim/moving_scene.hpp"
 #include "rali/sim/ray_caster.hpp"
 
 namespace rali::sim {
@@ -54,14 +55,25 @@ class LidarSensor {
 
   LidarSensor(Lidar kind, const LidarOptions& options, std::uint64_t seed);
 
-  /// Measures sweep `number`, which starts at number * sweep_s(): each ray leaves from the
-  /// sensor's pose at its own instant. Valid until the next call.
-  [[nodiscard]] const RawSweep& measure_sweep(std::int64_t number, const PoseAt& pose_at,
-                                              const RayCaster& world, Pedestrians& people);
+  /// Measures sweep `number`, which starts at start_s: each ray leaves from the sensor's pose at
+  /// its own instant and meets the others where they are at that instant. Rays are cast in blocks
+  /// by `executor`; the result does not depend on it. pose_at must be safe to call from several
+  /// threads. Valid until the next call.
+  [[nodiscard]] const RawSweep& measure_sweep(std::int64_t number, double start_s,
+                                              const PoseAt& pose_at, const RayCaster& world,
+                                              const MovingScene& others, Executor& executor);
 
   [[nodiscard]] const LidarModel& model() const { return model_; }
 
  private:
+  /// What one block of firings needs: kept, so that nothing is allocated per sweep.
+  struct Scratch {
+    MovingScene others;
+    std::vector<Ray> rays;
+  };
+
+  void cast_block(std::int64_t number, double start_s, const PoseAt& pose_at,
+                  const RayCaster& world, Scratch& scratch, int begin, int end);
   /// Reported range [m] of a true hit, 0 if it got lost.
   [[nodiscard]] double measured_range_m(const Hit& hit, float neighbour_m);
 
@@ -69,6 +81,8 @@ class LidarSensor {
   LidarOptions options_;
   Rng noise_, drop_, edge_;
   std::vector<float> before_m_;  ///< true range of each ring in the firing before
+  std::vector<Hit> hits_;        ///< true ones of the sweep
+  std::vector<Scratch> scratch_;
   RawSweep raw_;
 };
 

@@ -19,41 +19,13 @@ constexpr double kSubstep_s = 0.001;  // of the suspension's integration
 constexpr double kEnd_rest_s = 1.0;
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-/// Speed at every Route::kStep_m that keeps to the limits of bends and acceleration.
-std::vector<double> speed_profile(const Route& route, const MotionOptions& o, Rng& rng) {
-  const auto n = static_cast<std::size_t>(route.length_m() / Route::kStep_m) + 2;
-  const double phase = rng.uniform(0.0, kTwoPi);
-  const double wave_m = rng.uniform(15.0, 25.0);
-  std::vector<double> v(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double s = static_cast<double>(i) * Route::kStep_m;
-    const double cruise =
-        o.speed_factor * o.speed_mps * (1.0 + 0.3 * std::sin(phase + kTwoPi * s / wave_m));
-    const double bend = std::abs(route.curvature_at(s));
-    v[i] = std::min(cruise, o.speed_factor * o.yaw_rate_max_radps / std::max(bend, 1e-3));
-  }
-  const double gain = 2.0 * o.acceleration_mps2 * o.speed_factor * Route::kStep_m;
-  if (o.rest_s > 0.0) v.front() = 0.0;
-  v.back() = 0.0;
-  for (std::size_t i = 1; i < n; ++i) v[i] = std::min(v[i], std::sqrt(v[i - 1] * v[i - 1] + gain));
-  for (std::size_t i = n - 1; i-- > 0;)
-    v[i] = std::min(v[i], std::sqrt(v[i + 1] * v[i + 1] + gain));
-  return v;
-}
-
 /// Way driven at every kSpacing_s: rest, drive, rest.
 std::vector<double> way_over_time(const Route& route, const MotionOptions& o, Rng& rng) {
-  const std::vector<double> profile = speed_profile(route, o, rng);
-  const auto speed_at = [&](double s) {
-    const double position =
-        std::clamp(s / Route::kStep_m, 0.0, static_cast<double>(profile.size()) - 1.001);
-    const auto i = static_cast<std::size_t>(position);
-    return profile[i] + (position - std::floor(position)) * (profile[i + 1] - profile[i]);
-  };
+  const SpeedProfile profile(route, o, o.rest_s > 0.0, rng);
   std::vector<double> speed(static_cast<std::size_t>(o.rest_s / kSpacing_s), 0.0);
   constexpr std::size_t kLimit = 2'000'000;  // 11 h: no options lead there
   for (double s = 0.0; s < route.length_m() - 0.02 && speed.size() < kLimit;) {
-    const double v = std::max(speed_at(s), 0.05 * o.speed_factor);
+    const double v = std::max(profile.at(s), 0.05 * o.speed_factor);
     speed.push_back(v);
     s += v * kSpacing_s;
   }
@@ -137,6 +109,34 @@ std::vector<Vec6> free_controls(const Route& route, const std::vector<double>& w
 }
 
 }  // namespace
+
+SpeedProfile::SpeedProfile(const Route& route, const MotionOptions& o, bool from_rest, Rng& rng)
+    : v_mps_(static_cast<std::size_t>(route.length_m() / Route::kStep_m) + 2) {
+  const std::size_t n = v_mps_.size();
+  const double phase = rng.uniform(0.0, kTwoPi);
+  const double wave_m = rng.uniform(15.0, 25.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double s = static_cast<double>(i) * Route::kStep_m;
+    const double cruise =
+        o.speed_factor * o.speed_mps * (1.0 + 0.3 * std::sin(phase + kTwoPi * s / wave_m));
+    const double bend = std::abs(route.curvature_at(s));
+    v_mps_[i] = std::min(cruise, o.speed_factor * o.yaw_rate_max_radps / std::max(bend, 1e-3));
+  }
+  const double gain = 2.0 * o.acceleration_mps2 * o.speed_factor * Route::kStep_m;
+  if (from_rest) v_mps_.front() = 0.0;
+  v_mps_.back() = 0.0;
+  for (std::size_t i = 1; i < n; ++i)
+    v_mps_[i] = std::min(v_mps_[i], std::sqrt(v_mps_[i - 1] * v_mps_[i - 1] + gain));
+  for (std::size_t i = n - 1; i-- > 0;)
+    v_mps_[i] = std::min(v_mps_[i], std::sqrt(v_mps_[i + 1] * v_mps_[i + 1] + gain));
+}
+
+double SpeedProfile::at(double s_m) const {
+  const double position =
+      std::clamp(s_m / Route::kStep_m, 0.0, static_cast<double>(v_mps_.size()) - 1.001);
+  const auto i = static_cast<std::size_t>(position);
+  return v_mps_[i] + (position - std::floor(position)) * (v_mps_[i + 1] - v_mps_[i]);
+}
 
 Trajectory make_trajectory(const Route& route, const MotionOptions& options, std::uint64_t seed) {
   Rng rng(seed, "motion");

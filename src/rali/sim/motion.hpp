@@ -1,5 +1,6 @@
 #pragma once
 
+#include "rali/base/rng.hpp"
 #include "rali/base/settings.hpp"
 #include "rali/sim/route.hpp"
 #include "rali/sim/trajectory.hpp"
@@ -33,6 +34,19 @@ struct MotionOptions {
     v("wander_m", wander_m, 0.0, 2.0, "swings to the sides of the route");
     v("suspension", suspension, 0.0, 3.0, "scale of the suspension's jolts");
   }
+};
+
+/// Speed along a route that keeps to the limits of bends and acceleration and ends at rest.
+class SpeedProfile {
+ public:
+  /// @param from_rest  starts at rest too
+  SpeedProfile(const Route& route, const MotionOptions& options, bool from_rest, Rng& rng);
+
+  /// Speed [m/s] after s metres.
+  [[nodiscard]] double at(double s_m) const;
+
+ private:
+  std::vector<double> v_mps_;  ///< at every Route::kStep_m
 };
 
 /// Drives `route` from its start to its end. Same seed: same motion.

@@ -12,6 +12,10 @@ namespace rali::sim {
 /// the head. Only rays see them; they never stop.
 class Pedestrians {
  public:
+  /// Nobody.
+  Pedestrians() = default;
+
+  /// @param route  must outlive this
   /// @param free_width_m  room on each side of the route
   Pedestrians(const Route& route, int count, double free_width_m, std::uint64_t seed);
 
@@ -34,7 +38,7 @@ class Pedestrians {
     geometry::Vec2 leg_right = geometry::Vec2::Zero();
   };
 
-  const Route* route_;
+  const Route* route_ = nullptr;
   std::vector<Person> people_;
 };
 

@@ -1,6 +1,7 @@
 #include "rali/sim/ray_caster.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -64,29 +65,65 @@ RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 Hit RayCaster::cast(const Vec3& origin, const Vec3& direction, double max_range_m) const {
-  RTCRayHit ray{};
-  ray.ray.org_x = static_cast<float>(origin.x());
-  ray.ray.org_y = static_cast<float>(origin.y());
-  ray.ray.org_z = static_cast<float>(origin.z());
-  ray.ray.dir_x = static_cast<float>(direction.x());
-  ray.ray.dir_y = static_cast<float>(direction.y());
-  ray.ray.dir_z = static_cast<float>(direction.z());
-  ray.ray.tnear = 0.0F;
-  ray.ray.tfar = static_cast<float>(max_range_m);
-  ray.ray.mask = 0xFFFFFFFFU;
-  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  const Ray ray{origin, direction};
+  Hit hit;
+  cast_all({&ray, 1}, max_range_m, {&hit, 1});
+  return hit;
+}
+
+namespace {
+
+constexpr std::size_t kPacket = 8;
+
+void fill(const Ray& ray, std::size_t k, float reach_m, RTCRayHit8& packet) {
+  packet.ray.org_x[k] = static_cast<float>(ray.origin.x());
+  packet.ray.org_y[k] = static_cast<float>(ray.origin.y());
+  packet.ray.org_z[k] = static_cast<float>(ray.origin.z());
+  packet.ray.dir_x[k] = static_cast<float>(ray.direction.x());
+  packet.ray.dir_y[k] = static_cast<float>(ray.direction.y());
+  packet.ray.dir_z[k] = static_cast<float>(ray.direction.z());
+  packet.ray.tnear[k] = 0.0F;
+  packet.ray.tfar[k] = reach_m;
+  packet.ray.time[k] = 0.0F;
+  packet.ray.mask[k] = 0xFFFFFFFFU;
+  packet.ray.id[k] = 0;
+  packet.ray.flags[k] = 0;
+  packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+  packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+}
+
+Hit hit_of(const RTCRayHit8& packet, std::size_t k, const std::vector<float>& reflectivity) {
+  if (packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) return {};
+  const float nx = packet.hit.Ng_x[k];
+  const float ny = packet.hit.Ng_y[k];
+  const float nz = packet.hit.Ng_z[k];
+  const float dot = nx * packet.ray.dir_x[k] + ny * packet.ray.dir_y[k] + nz * packet.ray.dir_z[k];
+  const float norm = std::sqrt(nx * nx + ny * ny + nz * nz);
+  return {packet.ray.tfar[k], norm > 0.0F ? std::abs(dot) / norm : 0.0F,
+          reflectivity[packet.hit.primID[k]]};
+}
+
+}  // namespace
+
+void RayCaster::cast_all(std::span<const Ray> rays, double max_range_m, std::span<Hit> hits) const {
+  RALI_ASSERT(rays.size() == hits.size());
+  const float reach_m = static_cast<float>(max_range_m);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcIntersect1(impl_->scene, &context, &ray);
-  if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  const float nx = ray.hit.Ng_x;
-  const float ny = ray.hit.Ng_y;
-  const float nz = ray.hit.Ng_z;
-  const float dot = nx * ray.ray.dir_x + ny * ray.ray.dir_y + nz * ray.ray.dir_z;
-  const float norm = std::sqrt(nx * nx + ny * ny + nz * nz);
-  return {ray.ray.tfar, norm > 0.0F ? std::abs(dot) / norm : 0.0F,
-          impl_->reflectivity[ray.hit.primID]};
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  alignas(32) RTCRayHit8 packet{};
+  for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+    const std::size_t n = std::min(kPacket, rays.size() - first);
+    alignas(32) std::array<int, kPacket> valid{};
+    for (std::size_t k = 0; k < n; ++k) {
+      valid[k] = -1;
+      fill(rays[first + k], k, reach_m, packet);
+    }
+    rtcIntersect8(valid.data(), impl_->scene, &context, &packet);
+    for (std::size_t k = 0; k < n; ++k) {
+      hits[first + k] = hit_of(packet, k, impl_->reflectivity);
+    }
+  }
 }
 
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "rali/sim/mesh.hpp"
@@ -14,7 +15,13 @@ struct Hit {
   float reflectivity = 0.0F;
 };
 
-/// Casts rays against a fixed mesh (Embree). Not for concurrent use.
+/// A ray in the world frame; the direction has length 1.
+struct Ray {
+  geometry::Vec3 origin;
+  geometry::Vec3 direction;
+};
+
+/// Casts rays against a fixed mesh (Embree). Casting is const: several threads may do it at once.
 class RayCaster {
  public:
   explicit RayCaster(const TriangleMesh& mesh);
@@ -25,6 +32,10 @@ class RayCaster {
   /// First surface from `origin` along the unit vector `direction` within max_range_m.
   [[nodiscard]] Hit cast(const geometry::Vec3& origin, const geometry::Vec3& direction,
                          double max_range_m) const;
+
+  /// The same for many rays, faster: neighbours in the list should point to similar directions.
+  /// hits has the size of rays.
+  void cast_all(std::span<const Ray> rays, double max_range_m, std::span<Hit> hits) const;
 
   /// Distance of a point to the nearest surface, at most `limit_m`, else limit_m. Slow: looks at
   /// every triangle; for checks of few points.

@@ -24,11 +24,10 @@ TriangleMesh hall() {
 std::shared_ptr<const sensor::LidarScan> scan_of(const TriangleMesh& mesh, Lidar kind,
                                                  const LidarOptions& options, const SE3& T) {
   const RayCaster caster(mesh);
-  const Route route({{0, 0, 0}, {1, 0, 0}}, 0.1);
-  Pedestrians nobody(route, 0, 1.0, 1);
   LidarSensor lidar(kind, options, 1);
+  SerialExecutor serial;
   const RawSweep& raw = lidar.measure_sweep(
-      0, [&](double) { return T; }, caster, nobody);
+      0, 0.0, [&](double) { return T; }, caster, MovingScene(), serial);
   return expand(raw, lidar.model(), options.resolution_m, Time::from_ns(1));
 }
 

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "rali/base/assert.hpp"
-#include "rali/sim/pedestrians.hpp"
 
 namespace rali::sim {
 
@@ -52,7 +51,7 @@ struct Simulation::Impl {
         caster(world.mesh),
         route(world.route, world.rounding_m),
         trajectory(make_trajectory(route, o.motion, o.seed)),
-        people(route, o.pedestrians, world.free_width_m, o.seed),
+        people(Pedestrians(route, o.pedestrians, world.free_width_m, o.seed)),
         lidar(o.lidar, o.ranging, o.seed),
         imu(o.imu, o.seed),
         calibration_true(mounting(o.imu_apart)),
@@ -76,7 +75,7 @@ struct Simulation::Impl {
       return trajectory.pose_at(t_s) * calibration_true.T_body_lidar;
     };
     const double t_s = static_cast<double>(scan_count) * lidar.model().sweep_s();
-    raw = &lidar.measure_sweep(scan_count++, pose_at, caster, people);
+    raw = &lidar.measure_sweep(scan_count++, t_s, pose_at, caster, people, serial);
     return expand(*raw, lidar.model(), options.ranging.resolution_m,
                   options.start + Duration::from_s(t_s));
   }
@@ -86,7 +85,8 @@ struct Simulation::Impl {
   RayCaster caster;
   Route route;
   Trajectory trajectory;
-  Pedestrians people;
+  MovingScene people;
+  SerialExecutor serial;
   LidarSensor lidar;
   ImuModel imu;
   sensor::Calibration calibration_true, calibration_nominal;

@@ -27,6 +27,10 @@ class Trajectory {
   /// control point the motion stands still. Needs at least four control points.
   Trajectory(std::vector<Control> controls, double spacing_s);
 
+  /// One more control point: the motion goes on for another spacing_s. What at() gave before
+  /// stays as it was.
+  void append(const Control& control) { controls_.push_back(control); }
+
   /// State t_s seconds after the start; t_s is clamped to [0, duration_s()].
   [[nodiscard]] MotionState at(double t_s) const;
   /// Pose only; cheaper.

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <vector>
+
+#include "rali/sim/pedestrians.hpp"
+#include "rali/sim/trajectory.hpp"
+
+namespace rali::sim {
+
+/// What a vehicle looks like to the LiDARs of the others: a box and an upright mast on it, both in
+/// the body frame.
+struct VehicleShape {
+  geometry::Vec3 box_min_m{-0.35, -0.25, -0.20};
+  geometry::Vec3 box_max_m{0.25, 0.25, 0.15};
+  geometry::Vec2 mast_m{0.10, 0.0};  ///< x, y of its axis
+  double mast_radius_m = 0.05;
+  double mast_top_m = 0.42;
+  float reflectivity = 0.35F;
+};
+
+/// Shortens `hit` if a vehicle of this shape at T_world_body stands in the way of the ray.
+void meet_vehicle(const VehicleShape& shape, const geometry::SE3& T_world_body,
+                  const geometry::Vec3& origin, const geometry::Vec3& direction, Hit& hit);
+
+/// All that moves and that one LiDAR sees: people and the other vehicles. Cheap to copy; a copy
+/// can be placed at another time, so that parts of a sweep can be cast side by side.
+class MovingScene {
+ public:
+  /// Nobody.
+  MovingScene() = default;
+
+  explicit MovingScene(Pedestrians people) : people_(std::move(people)) {}
+
+  /// @param trajectory  must outlive this scene and cover the times asked for
+  void add_vehicle(const VehicleShape& shape, const Trajectory& trajectory);
+
+  void place_people_at(double t_s);
+  void place_vehicles_at(double t_s);
+
+  void place_at(double t_s) {
+    place_people_at(t_s);
+    place_vehicles_at(t_s);
+  }
+
+  /// Shortens `hit` if somebody stands in the way of the ray.
+  void cast(const geometry::Vec3& origin, const geometry::Vec3& direction, Hit& hit) const;
+
+  [[nodiscard]] bool empty() const { return people_.empty() && vehicles_.empty(); }
+
+ private:
+  struct Vehicle {
+    VehicleShape shape;
+    const Trajectory* trajectory;
+    geometry::SE3 T_world_body;
+  };
+
+  Pedestrians people_;
+  std::vector<Vehicle> vehicles_;
+};
+
+}  // namespace rali::sim
