@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "rali/base/result.hpp"
@@ -27,24 +28,29 @@ struct PosePair {
 using PairList = std::vector<PosePair>;
 
 enum class AssociationMode {
-  kNearest,     ///< the reference pose nearest in time (evo)
-  kInterpolate  ///< between the reference poses before and after
+  kNearest,     ///< the pose nearest in time, as evo: from the list with fewer poses to the other
+  kInterpolate  ///< the reference between its poses before and after
 };
 
 struct AssociationOptions {
   AssociationMode mode = AssociationMode::kNearest;
-  double max_dt_s = 0.01;   ///< kNearest: farther reference poses do not count
-  double max_gap_s = 0.25;  ///< kInterpolate: no interpolation across a longer gap
+  double max_dt_s = 0.01;  ///< kNearest: poses farther apart do not count
+  double max_gap_s = 0.2;  ///< kInterpolate: no interpolation across a longer gap
 };
 
 struct Association {
-  PairList pairs;
-  std::size_t unmatched = 0;  ///< estimates without a reference
+  PairList pairs;             ///< in rising time
+  std::size_t unmatched = 0;  ///< poses of the list paired from that found no partner
 };
 
-/// Pairs each estimate with the reference. Errors: a list that is not in strictly rising time
+/// Pairs estimate and reference by time. Errors: a list that is not in strictly rising time
 /// (kInput), no pair at all (kNoAnswer).
 [[nodiscard]] Result<Association> associate(const PoseList& est, const PoseList& ref,
                                             const AssociationOptions& options);
+
+/// The pose at time t between its neighbours in a list in rising time: rotation at constant rate,
+/// position on the line. Nothing before the first, after the last, or across a gap longer than
+/// max_gap_s.
+[[nodiscard]] std::optional<geometry::SE3> pose_at(const PoseList& list, Time t, double max_gap_s);
 
 }  // namespace rali::eval

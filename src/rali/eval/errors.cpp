@@ -12,13 +12,48 @@ namespace {
 
 PoseError error_of(Time t, const SE3& E) { return {t, E.p.norm(), geometry::so3_log(E.R).norm()}; }
 
-/// Way along the reference up to each pair.
-std::vector<double> way(const PairList& pairs) {
-  std::vector<double> s(pairs.size(), 0.0);
+/// Length of the step that ends at each pair.
+std::vector<double> steps(const PairList& pairs, bool of_estimate) {
+  std::vector<double> out(pairs.size(), 0.0);
   for (std::size_t i = 1; i < pairs.size(); ++i) {
-    s[i] = s[i - 1] + (pairs[i].ref.p - pairs[i - 1].ref.p).norm();
+    out[i] = of_estimate ? (pairs[i].est.p - pairs[i - 1].est.p).norm()
+                         : (pairs[i].ref.p - pairs[i - 1].ref.p).norm();
   }
+  return out;
+}
+
+/// Way up to each pair.
+std::vector<double> way(const PairList& pairs, bool of_estimate = false) {
+  std::vector<double> s = steps(pairs, of_estimate);
+  for (std::size_t i = 1; i < s.size(); ++i) s[i] += s[i - 1];
   return s;
+}
+
+/// The first index after i whose way from i is nearest to distance_m.
+std::size_t end_of_piece(const std::vector<double>& s, std::size_t i, double distance_m) {
+  const auto off = [&](std::size_t k) { return std::abs((s[k] - s[i]) - distance_m); };
+  const auto first = s.begin() + static_cast<std::ptrdiff_t>(i) + 1;
+  const auto after = std::lower_bound(first, s.end(), s[i] + distance_m);
+  if (after == first) return i + 1;
+  // While the vehicle stands the way does not grow: the first of equal ones counts.
+  const auto before = std::lower_bound(first, s.end(), *(after - 1));
+  const auto b = static_cast<std::size_t>(before - s.begin());
+  if (after == s.end()) return b;
+  const auto a = static_cast<std::size_t>(after - s.begin());
+  return off(b) <= off(a) ? b : a;
+}
+
+/// Where pieces of at least distance_m end, counted anew after each.
+std::vector<std::size_t> ends_of_pieces(const std::vector<double>& steps, double distance_m) {
+  std::vector<std::size_t> ends;
+  double piece_m = 0.0;
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    piece_m += steps[i];
+    if (piece_m < distance_m) continue;
+    ends.push_back(i);
+    piece_m = 0.0;
+  }
+  return ends;
 }
 
 }  // namespace
@@ -33,22 +68,24 @@ std::vector<PoseError> absolute_errors(const PairList& pairs, const SE3& T_ref_e
 }
 
 std::vector<PoseError> relative_errors(const PairList& pairs, const RelativeOptions& options) {
-  const std::vector<double> s = way(pairs);
+  if (!(options.distance_m > 0.0)) return {};
   std::vector<PoseError> out;
-  for (std::size_t i = 0; i + 1 < pairs.size();) {
-    const double wanted = s[i] + options.distance_m;
-    const auto after =
-        std::lower_bound(s.begin() + static_cast<std::ptrdiff_t>(i) + 1, s.end(), wanted);
-    if (after == s.end() && s.back() < wanted - options.tolerance * options.distance_m) break;
-    auto j = static_cast<std::size_t>(after - s.begin());
-    if (after == s.end() || (j > i + 1 && wanted - s[j - 1] < s[j] - wanted)) --j;
-    const bool fits = std::abs(s[j] - wanted) <= options.tolerance * options.distance_m;
-    if (fits) {
-      const SE3 Q = pairs[i].ref.inverse() * pairs[j].ref;
-      const SE3 P = pairs[i].est.inverse() * pairs[j].est;
-      out.push_back(error_of(pairs[i].t, Q.inverse() * P));
-    }
-    i = options.all_pairs ? i + 1 : j;
+  const auto add = [&](std::size_t i, std::size_t j) {
+    const SE3 Q = pairs[i].ref.inverse() * pairs[j].ref;
+    const SE3 P = pairs[i].est.inverse() * pairs[j].est;
+    out.push_back(error_of(pairs[i].t, Q.inverse() * P));
+  };
+  if (!options.all_pairs) {
+    const std::vector<std::size_t> ends =
+        ends_of_pieces(steps(pairs, options.along_estimate), options.distance_m);
+    for (std::size_t k = 1; k < ends.size(); ++k) add(ends[k - 1], ends[k]);
+    return out;
+  }
+  const std::vector<double> s = way(pairs, options.along_estimate);
+  const double tolerance_m = options.tolerance * options.distance_m;
+  for (std::size_t i = 0; i + 1 < pairs.size(); ++i) {
+    const std::size_t j = end_of_piece(s, i, options.distance_m);
+    if (std::abs((s[j] - s[i]) - options.distance_m) <= tolerance_m) add(i, j);
   }
   return out;
 }

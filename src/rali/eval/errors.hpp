@@ -19,14 +19,18 @@ struct PoseError {
                                                      const geometry::SE3& T_ref_est);
 
 struct RelativeOptions {
-  double distance_m = 10.0;  ///< along the reference
-  bool all_pairs = true;     ///< false: each piece starts where the one before ended
-  double tolerance = 0.1;    ///< pieces whose length is off by a larger share are left out
+  double distance_m = 10.0;  ///< along the way
+  /// true: a piece begins at each pose (evo --all_pairs). false: each begins where the one before
+  /// ended, the first at distance_m (evo without --all_pairs).
+  bool all_pairs = true;
+  double tolerance = 0.1;  ///< all_pairs: pieces whose length is off by a larger share do not count
+  /// false: lengths are those of the reference (evo --pairs_from_reference), true: of the estimate.
+  bool along_estimate = false;
 };
 
 /// Relative pose error as evo has it: E = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j) with Q the reference, P the
-/// estimate, j the pose whose way from i along the reference is nearest to distance_m. Needs no
-/// alignment. Empty if the way is too short.
+/// estimate, j the pose whose way from i is nearest to distance_m. Needs no alignment. Empty if
+/// the way is too short.
 [[nodiscard]] std::vector<PoseError> relative_errors(const PairList& pairs,
                                                      const RelativeOptions& options);
 
