@@ -31,6 +31,10 @@ World build_scene(Scene scene, std::uint64_t seed) {
       return scenes::mine(rng);
     case Scene::kRamp:
       return scenes::ramp(rng);
+    case Scene::kHall:
+      return scenes::hall(rng);
+    case Scene::kWarehouse:
+      return scenes::warehouse(rng);
   }
   RALI_ASSERT(!"every scene has a builder");
   return {};

@@ -9,9 +9,20 @@
 
 namespace rali::sim {
 
-enum class Scene { kLoop, kCorridor, kFloor, kYard, kGarage, kTunnel, kMine, kRamp };
-inline constexpr ChoiceNames<8> kSceneNames{"loop",   "corridor", "floor", "yard",
-                                            "garage", "tunnel",   "mine",  "ramp"};
+enum class Scene {
+  kLoop,
+  kCorridor,
+  kFloor,
+  kYard,
+  kGarage,
+  kTunnel,
+  kMine,
+  kRamp,
+  kHall,
+  kWarehouse
+};
+inline constexpr ChoiceNames<10> kSceneNames{"loop",   "corridor", "floor", "yard", "garage",
+                                             "tunnel", "mine",     "ramp",  "hall", "warehouse"};
 
 /// Largest number of vehicles in one world.
 inline constexpr int kVehiclesMax = 10;

@@ -17,9 +17,14 @@ namespace rali::sim::scenes {
 /// Parking deck of 60 x 40 m with equal pillars: looks the same every 8 m.
 [[nodiscard]] World garage(Rng rng);
 
-/// Smooth arched tunnel, 200 m, slightly bent: nothing to hold on to along it but a few niches.
+/// Works hall with machines, gates and columns at the walls: far walls, little close by.
+[[nodiscard]] World hall(Rng rng);
+/// Racks with goods on both sides of narrow aisles: repeats itself every 2.7 m and every aisle.
+[[nodiscard]] World warehouse(Rng rng);
+
+/// Smooth arched tunnel, 200 m, slightly bent, open ends: nothing to hold on to along it.
 [[nodiscard]] World tunnel(Rng rng);
-/// Drift through rock with a junction, rough walls and uneven floor.
+/// Winding drift through rock, rough walls and uneven floor.
 [[nodiscard]] World mine(Rng rng);
 /// Two turns of a helical ramp with level ends.
 [[nodiscard]] World ramp(Rng rng);
