@@ -138,23 +138,37 @@ double UwbModel::systematic_bias_m(const Link& link, const RadioEnd& a, const Ra
          pattern(b.vehicle, b.antenna).at(azimuth_of(b, a.position()));
 }
 
-double UwbModel::excess_m(Link& link, Time t, const Obstruction& between,
-                          const Multipath& echoes) const {
+double UwbModel::loss_db(const Obstruction& between) const {
+  return between.walls * options_.wall_loss_db + between.thickness_m * options_.wall_loss_db_per_m +
+         between.bodies * options_.body_loss_db;
+}
+
+namespace {
+
+/// How much of the full effect an obstacle has on noise and bursts, 0..1: a receiver finds a first
+/// path that is a little weaker as well as before.
+double blocked_share(const UwbOptions& o, double loss_db) {
+  const double width = std::max(0.1, o.blocked_full_db - o.blocked_from_db);
+  return std::clamp((loss_db - o.blocked_from_db) / width, 0.0, 1.0);
+}
+
+}  // namespace
+
+double UwbModel::excess_m(Link& link, Time t, const Obstruction& between) const {
   const UwbOptions& o = options_;
-  const bool walls = between.walls > 0;
-  const double share = walls ? o.blocked_burst_share : o.clear_burst_share;
+  const double blocked = blocked_share(o, loss_db(between));
+  const double share = std::lerp(o.clear_burst_share, o.blocked_burst_share, blocked);
+  const double mean = std::lerp(o.clear_burst_m, o.blocked_burst_m, blocked);
   const bool missed = link.missed.next(t, share, o.burst_time_s, link.burst);
   const double draw = exponential(link.excess);  // always taken: streams stay in step
   if (link.missed.began()) link.burst_excess = draw;
-  const double mean = walls ? o.blocked_burst_m : o.clear_burst_m;
   return between.thickness_m * (o.wall_index - 1.0) + between.bodies * o.body_delay_m +
-         (missed ? link.burst_excess * mean : 0.0) + echoes.range_error_m;
+         (missed ? link.burst_excess * mean : 0.0);
 }
 
-double UwbModel::noise_m(Link& link, Time t, double distance_m, bool walls) {
+double UwbModel::noise_m(Link& link, Time t, double distance_m, double blocked) {
   const UwbOptions& o = options_;
-  const double sd =
-      std::hypot(o.sigma_m, o.sigma_per_m * distance_m, walls ? o.blocked_sigma_m : 0.0);
+  const double sd = std::hypot(o.sigma_m, o.sigma_per_m * distance_m, blocked * o.blocked_sigma_m);
   const double white = sd * link.white.normal();
   const double slow = o.slow_sigma_m * link.slow_error.next(t, o.slow_time_s, link.slow);
   truth_.outlier = link.rare.uniform() < o.outlier_share;
@@ -163,18 +177,15 @@ double UwbModel::noise_m(Link& link, Time t, double distance_m, bool walls) {
   return white + slow + (truth_.outlier ? gross : 0.0);
 }
 
-UwbModel::Power UwbModel::power_of(Link& link, Time t, double distance_m,
-                                   const Obstruction& between, const Multipath& echoes) const {
+UwbModel::Power UwbModel::power_of(Link& link, Time t, double distance_m, double loss_db,
+                                   double echoes_db) const {
   const UwbOptions& o = options_;
   constexpr double kFadingTime_s = 2.0;
   const double fading = o.fading_db * link.fading.next(t, kFadingTime_s, link.fade);
-  const double through = between.walls * o.wall_loss_db +
-                         between.thickness_m * o.wall_loss_db_per_m +
-                         between.bodies * o.body_loss_db;
   const double direct =
-      o.power_1m_dbm - path_loss_db(distance_m, o.path_loss_exponent) - through + fading;
-  // Behind a wall half of the loss is made up for by ways around it; the first path has it all.
-  return {direct + 0.5 * through + echoes.power_db, direct - o.first_path_gap_db};
+      o.power_1m_dbm - path_loss_db(distance_m, o.path_loss_exponent) - loss_db + fading;
+  // Half of the loss is made up for by ways around; the first path has it all.
+  return {direct + 0.5 * loss_db + echoes_db, direct - o.first_path_gap_db};
 }
 
 std::optional<sensor::RangeSample> UwbModel::measure(Time t, const RadioEnd& a, const RadioEnd& b,
@@ -191,9 +202,10 @@ std::optional<sensor::RangeSample> UwbModel::measure(Time t, const RadioEnd& a, 
   const Multipath echoes =
       multipath_between(world, at_a, at_b, {o.multipath_m, o.pulse_m, o.reflection});
   truth_ = {t, distance, !between.clear(), systematic_bias_m(link, a, b, distance)};
-  truth_.excess_m = excess_m(link, t, between, echoes);
-  const double noise = noise_m(link, t, distance, between.walls > 0);
-  const Power power = power_of(link, t, distance, between, echoes);
+  truth_.excess_m = excess_m(link, t, between) + echoes.range_error_m;
+  const double loss = loss_db(between);
+  const double noise = noise_m(link, t, distance, blocked_share(o, loss));
+  const Power power = power_of(link, t, distance, loss, echoes.power_db);
   const double reading = link.power.normal() * o.power_noise_db;
   const double first_reading = link.power.normal() * o.power_noise_db;
   const double jitter = link.stamp.normal() * o.stamp_jitter_s;

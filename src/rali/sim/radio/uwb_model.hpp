@@ -101,11 +101,11 @@ class UwbModel {
   [[nodiscard]] Link& link_of(const PairKey& key);
   [[nodiscard]] double systematic_bias_m(const Link& link, const RadioEnd& a, const RadioEnd& b,
                                          double distance_m) const;
-  [[nodiscard]] double excess_m(Link& link, Time t, const Obstruction& between,
-                                const Multipath& echoes) const;
-  [[nodiscard]] double noise_m(Link& link, Time t, double distance_m, bool walls);
-  [[nodiscard]] Power power_of(Link& link, Time t, double distance_m, const Obstruction& between,
-                               const Multipath& echoes) const;
+  [[nodiscard]] double loss_db(const Obstruction& between) const;
+  [[nodiscard]] double excess_m(Link& link, Time t, const Obstruction& between) const;
+  [[nodiscard]] double noise_m(Link& link, Time t, double distance_m, double blocked);
+  [[nodiscard]] Power power_of(Link& link, Time t, double distance_m, double loss_db,
+                               double echoes_db) const;
 
   UwbOptions options_;
   std::uint64_t seed_;

@@ -15,7 +15,7 @@ struct UwbOptions {
   double slow_sigma_m = 0.035;  ///< sd of an error that wanders
   double slow_time_s = 3.0;     ///< its correlation time
 
-  double pair_bias_m = 0.02;       ///< mean over pairs of antennas of the constant bias
+  double pair_bias_m = 0.05;       ///< mean over pairs of antennas of the constant bias
   double pair_bias_sd_m = 0.08;    ///< its sd over pairs
   double angle_bias_m = 0.03;      ///< rms over azimuth of each antenna's own pattern
   double far_bias_m = 0.0;         ///< bias that grows with distance towards this value
@@ -28,10 +28,12 @@ struct UwbOptions {
   double body_loss_db = 6.0;         ///< of a vehicle or person in the line of sight
   double body_delay_m = 0.05;        ///< longer way around or through one
 
-  double blocked_sigma_m = 0.06;     ///< additional white noise when walls are crossed
-  double blocked_burst_share = 0.4;  ///< of the time the first path is missed behind a wall
-  double blocked_burst_m = 0.5;      ///< mean of what is then added
-  double clear_burst_share = 0.12;   ///< the same in line of sight: own structure in the way
+  double blocked_from_db = 3.0;   ///< obstacles of less loss only make the way longer
+  double blocked_full_db = 13.0;  ///< obstacles of this loss have the full effect of what follows
+  double blocked_sigma_m = 0.10;  ///< additional white noise behind obstacles
+  double blocked_burst_share = 0.6;  ///< of the time the first path is missed behind obstacles
+  double blocked_burst_m = 0.6;      ///< mean of what is then added
+  double clear_burst_share = 0.04;   ///< the same in line of sight: own structure in the way
   double clear_burst_m = 0.30;       ///< the same in line of sight
   double burst_time_s = 1.5;         ///< mean length of a burst
 
@@ -80,6 +82,8 @@ struct UwbOptions {
     v("wall_loss_db_per_m", wall_loss_db_per_m, 0.0, 500.0, "loss per metre of wall");
     v("body_loss_db", body_loss_db, 0.0, 60.0, "loss by a vehicle or person in the way");
     v("body_delay_m", body_delay_m, 0.0, 1.0, "longer way by a vehicle or person in the way");
+    v("blocked_from_db", blocked_from_db, 0.0, 100.0, "less loss only makes the way longer");
+    v("blocked_full_db", blocked_full_db, 0.1, 200.0, "loss of obstacles with full effect");
     v("blocked_sigma_m", blocked_sigma_m, 0.0, 5.0, "additional noise behind walls");
     v("blocked_burst_share", blocked_burst_share, 0.0, 0.99, "of time, first path missed");
     v("blocked_burst_m", blocked_burst_m, 0.0, 20.0, "mean excess then, behind walls");

@@ -1,0 +1,476 @@
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rali/geometry/so3.hpp"
+#include "rali/sim/radio/radio_model.hpp"
+#include "rali/sim/radio/uwb_model.hpp"
+
+namespace rali::sim {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+constexpr Time kStart = Time::from_ns(1'700'000'000'000'000'000);
+
+Time at_s(double t_s) { return kStart + Duration::from_s(t_s); }
+
+RadioEnd end_at(int vehicle, const Vec3& p, double yaw_rad = 0.0) {
+  RadioEnd end;
+  end.vehicle = vehicle;
+  end.T_world_body = {geometry::rotation_from_rpy(0.0, 0.0, yaw_rad), p};
+  return end;
+}
+
+/// Nothing but one small triangle far away: an empty mesh is none.
+RayCaster open_air() {
+  TriangleMesh mesh;
+  mesh.add_box({0.0, 0.0, -900.0}, {1.0, 1.0, 1.0}, 0.0, 0.5);
+  return RayCaster(mesh);
+}
+
+/// A wall of 0.2 m across the x axis at x = 5 m.
+RayCaster one_wall() {
+  TriangleMesh mesh;
+  mesh.add_box({5.0, 0.0, -5.0}, {0.2, 40.0, 10.0}, 0.0, 0.5);
+  return RayCaster(mesh);
+}
+
+struct Moments {
+  double mean = 0.0, sd = 0.0;
+};
+
+Moments moments(const std::vector<double>& values) {
+  Moments m;
+  for (const double v : values) m.mean += v / static_cast<double>(values.size());
+  for (const double v : values) m.sd += (v - m.mean) * (v - m.mean);
+  m.sd = std::sqrt(m.sd / static_cast<double>(values.size()));
+  return m;
+}
+
+/// Errors of `count` exchanges at 10 Hz.
+std::vector<double> errors(UwbModel& model, const RadioEnd& a, const RadioEnd& b,
+                           const RayCaster& world, int count) {
+  std::vector<double> found;
+  for (int i = 0; i < count; ++i) {
+    const auto sample = model.measure(at_s(0.1 * i), a, b, world);
+    if (sample) found.push_back(sample->range_m - model.last_truth().distance_m);
+  }
+  return found;
+}
+
+TEST(Propagation, free_space_loss_at_4_GHz_is_44_5_dB_at_1_m_and_20_dB_more_at_10_m) {
+  EXPECT_NEAR(free_space_loss_db(1.0, 4e9), 44.489, 1e-3);
+  EXPECT_NEAR(free_space_loss_db(10.0, 4e9), 64.489, 1e-3);
+  EXPECT_NEAR(path_loss_db(1.0, 2.0), 0.0, 1e-12);
+  EXPECT_NEAR(path_loss_db(10.0, 2.0), 20.0, 1e-12);
+  EXPECT_NEAR(path_loss_db(10.0, 3.0), 30.0, 1e-12);
+}
+
+TEST(Propagation, reported_power_saturates) {
+  EXPECT_NEAR(reported_power_dbm(-90.0, -90.0), -93.0103, 1e-4);  // half of each
+  EXPECT_NEAR(reported_power_dbm(-40.0, -78.0), -78.0, 1e-3);
+  EXPECT_NEAR(reported_power_dbm(-120.0, -78.0), -120.0, 1e-3);
+}
+
+TEST(Propagation, half_the_packets_get_lost_at_the_sensitivity) {
+  EXPECT_NEAR(loss_probability(-98.0, -98.0), 0.5, 1e-12);
+  EXPECT_NEAR(loss_probability(-96.0, -98.0), 1.0 / (1.0 + std::exp(2.0)), 1e-12);
+  EXPECT_LT(loss_probability(-60.0, -98.0), 1e-15);
+}
+
+TEST(Propagation, one_echo_off_the_ground_by_hand) {
+  TriangleMesh mesh;
+  mesh.add_box({0.0, 0.0, -1.0}, {100.0, 100.0, 1.0}, 0.0, 0.5);  // ground at z = 0
+  const RayCaster ground(mesh);
+  MultipathOptions o;
+  o.error_m = 0.1;
+  o.pulse_m = 0.3;
+  o.reflection = 0.5;
+  o.wavelength_m = 0.1;
+  // 8 m apart, 3 m high: the echo is hypot(8, 6) = 10 m long, 2 m or 20 waves more: turned by the
+  // reflection it opposes the direct path with 0.5 * 8 / 10.
+  const Multipath m = multipath_between(ground, {-4.0, 0.0, 3.0}, {4.0, 0.0, 3.0}, o);
+  EXPECT_NEAR(m.range_error_m, -0.1 * 0.4 * std::exp(-2.0 / 0.3), 1e-7);
+  EXPECT_NEAR(m.power_db, 20.0 * std::log10(0.6), 1e-3);
+}
+
+TEST(Propagation, wandering_has_unit_spread_and_the_correlation_of_its_time) {
+  Wandering value;
+  Rng rng(3, "wandering");
+  std::vector<double> all;
+  for (int i = 0; i < 40000; ++i) all.push_back(value.next(at_s(0.5 * i), 1.0, rng));
+  EXPECT_NEAR(moments(all).sd, 1.0, 0.05);
+  double product = 0.0;
+  for (std::size_t i = 1; i < all.size(); ++i) product += all[i] * all[i - 1];
+  EXPECT_NEAR(product / static_cast<double>(all.size()), std::exp(-0.5), 0.05);
+}
+
+TEST(Propagation, bursts_take_their_share_and_last_their_time_at_any_rate) {
+  for (const double step_s : {0.02, 0.3}) {
+    Burst burst;
+    Rng rng(5, "burst");
+    int on = 0, began = 0;
+    const int steps = 200000;
+    for (int i = 0; i < steps; ++i) {
+      on += burst.next(at_s(step_s * i), 0.2, 1.5, rng) ? 1 : 0;
+      began += burst.began() ? 1 : 0;
+    }
+    EXPECT_NEAR(on / static_cast<double>(steps), 0.2, 0.025) << step_s;
+    // Seen at steps, a burst is a little longer than its mean: unseen gaps close.
+    EXPECT_NEAR(step_s * on / began, 1.5, 0.35) << step_s;
+  }
+}
+
+TEST(Obstruction, nothing_in_the_open_and_one_wall_of_its_thickness) {
+  const Obstruction open = trace_line(open_air(), {0, 0, 1}, {10, 0, 1}, 0.1);
+  EXPECT_TRUE(open.clear());
+  const Obstruction wall = trace_line(one_wall(), {0, 0, 1}, {10, 0, 1}, 0.1);
+  EXPECT_EQ(wall.walls, 1);
+  EXPECT_NEAR(wall.thickness_m, 0.2, 1e-5);
+  // At 60 deg to the normal twice as much of it is crossed.
+  const double along = 10.0 * std::tan(M_PI / 3.0);
+  const Obstruction askew = trace_line(one_wall(), {0, 0, 1}, {10, along, 1}, 0.1);
+  EXPECT_EQ(askew.walls, 1);
+  EXPECT_NEAR(askew.thickness_m, 0.4, 1e-4);
+}
+
+TEST(Obstruction, a_wall_beyond_the_other_antenna_is_not_crossed) {
+  EXPECT_TRUE(trace_line(one_wall(), {0, 0, 1}, {4.8, 0, 1}, 0.1).clear());
+}
+
+TEST(Obstruction, a_sheet_counts_with_the_thickness_given) {
+  TriangleMesh mesh;
+  mesh.add_quad({5, -9, -9}, {0, 18, 0}, {0, 0, 18}, 0.5);
+  const Obstruction sheet = trace_line(RayCaster(mesh), {0, 0, 1}, {10, 0, 1}, 0.15);
+  EXPECT_EQ(sheet.walls, 1);
+  EXPECT_DOUBLE_EQ(sheet.thickness_m, 0.15);
+}
+
+TEST(Obstruction, a_sheet_beside_a_thick_wall_does_not_swallow_the_room_between) {
+  TriangleMesh mesh;
+  mesh.add_box({5.0, 0.0, -5.0}, {0.2, 40.0, 10.0}, 0.0, 0.5);
+  mesh.add_quad({8, -9, -9}, {0, 18, 0}, {0, 0, 18}, 0.5);
+  const Obstruction both = trace_line(RayCaster(mesh), {0, 0, 1}, {10, 0, 1}, 0.15);
+  EXPECT_EQ(both.walls, 2);
+  EXPECT_NEAR(both.thickness_m, 0.35, 1e-5);
+}
+
+TEST(Obstruction, bodies_stand_in_the_way_only_between_and_below_their_height) {
+  const std::vector<RadioBody> body{{{5.0, 0.2, 0.0}, 0.3, 1.7}};
+  const RayCaster air = open_air();
+  EXPECT_EQ(trace_line(air, {0, 0, 1}, {10, 0, 1}, 0.1, body).bodies, 1);
+  EXPECT_EQ(trace_line(air, {0, 0, 2}, {10, 0, 2}, 0.1, body).bodies, 0);
+  EXPECT_EQ(trace_line(air, {0, 0, 1}, {4, 0, 1}, 0.1, body).bodies, 0);
+  EXPECT_EQ(trace_line(air, {0, 0.6, 1}, {10, 0.6, 1}, 0.1, body).bodies, 0);
+}
+
+TEST(Obstruction, endpoints_that_coincide_or_are_not_numbers_do_no_harm) {
+  EXPECT_TRUE(trace_line(one_wall(), {1, 1, 1}, {1, 1, 1}, 0.1).clear());
+  const double nan = std::nan("");
+  EXPECT_TRUE(trace_line(one_wall(), {nan, 0, 0}, {1, 1, 1}, 0.1).clear());
+}
+
+TEST(UwbModel, without_errors_it_measures_between_the_antennas_not_the_bodies) {
+  UwbModel model(UwbOptions::ideal(), 2, 1);
+  RadioEnd a = end_at(0, {0, 0, 0}, M_PI / 2.0);
+  RadioEnd b = end_at(1, {10, 0, 0});
+  a.p_body_antenna = {0.5, 0.0, 0.3};   // turned by 90 deg: (0, 0.5, 0.3)
+  b.p_body_antenna = {-0.2, 0.0, 0.7};  // (9.8, 0, 0.7)
+  const auto sample = model.measure(kStart, a, b, open_air());
+  ASSERT_TRUE(sample.has_value());
+  EXPECT_NEAR(sample->range_m, std::sqrt(9.8 * 9.8 + 0.25 + 0.16), 1e-12);
+  EXPECT_EQ(sample->t, kStart);
+  EXPECT_EQ(sample->from.value, 0);
+  EXPECT_EQ(sample->to.value, 1);
+  // 20 dB below the power at 1 m, and the first path is all there is.
+  EXPECT_NEAR(sample->rssi_dbm, -52.0 - 20.0 * std::log10(sample->range_m), 1e-9);
+  EXPECT_NEAR(sample->first_path_dbm, sample->rssi_dbm, 1e-9);
+  EXPECT_FALSE(model.last_truth().obstructed);
+}
+
+TEST(UwbModel, one_wall_makes_the_range_longer_by_its_thickness_times_index_less_one) {
+  UwbOptions o = UwbOptions::ideal();
+  o.wall_index = 2.2;
+  o.wall_loss_db = 2.0;
+  o.wall_loss_db_per_m = 25.0;
+  UwbModel model(o, 2, 1);
+  const auto sample =
+      model.measure(kStart, end_at(0, {0, 0, 1}), end_at(1, {10, 0, 1}), one_wall());
+  ASSERT_TRUE(sample.has_value());
+  EXPECT_NEAR(sample->range_m, 10.0 + 0.2 * 1.2, 1e-5);
+  EXPECT_TRUE(model.last_truth().obstructed);
+  EXPECT_NEAR(model.last_truth().excess_m, 0.24, 1e-5);
+  // 2 dB + 0.2 m * 25 dB/m = 7 dB: the first path has all of it, the total half.
+  EXPECT_NEAR(sample->first_path_dbm, -72.0 - 7.0, 1e-3);
+  EXPECT_NEAR(sample->rssi_dbm, -72.0 - 3.5, 1e-3);
+}
+
+TEST(UwbModel, bias_by_antenna_angle_is_that_of_both_patterns) {
+  EXPECT_NEAR((AntennaPattern{0.03, 0.02, 0.01, 0.005}.at(0.0)), 0.04, 1e-12);
+  EXPECT_NEAR((AntennaPattern{0.03, 0.02, 0.01, 0.005}.at(M_PI / 2.0)), 0.01, 1e-12);
+  UwbOptions o = UwbOptions::ideal();
+  o.angle_bias_m = 0.05;
+  UwbModel model(o, 2, 7);
+  // b stands at 90 deg to the left of the world's x; a looks 30 deg left, b 200 deg.
+  const double yaw_a = M_PI / 6.0;
+  const double yaw_b = 200.0 * M_PI / 180.0;
+  const auto sample =
+      model.measure(kStart, end_at(0, {0, 0, 1}, yaw_a), end_at(1, {0, 8, 1}, yaw_b), open_air());
+  ASSERT_TRUE(sample.has_value());
+  const double expected =
+      model.pattern(0, 0).at(M_PI / 2.0 - yaw_a) + model.pattern(1, 0).at(-M_PI / 2.0 - yaw_b);
+  EXPECT_GT(std::abs(expected), 1e-3);
+  EXPECT_NEAR(sample->range_m - 8.0, expected, 1e-9);
+  EXPECT_NEAR(model.last_truth().bias_m, expected, 1e-9);
+}
+
+TEST(UwbModel, spread_of_patterns_and_pair_biases_is_that_of_the_options) {
+  UwbOptions o = UwbOptions::ideal();
+  o.angle_bias_m = 0.04;
+  o.pair_bias_m = 0.10;
+  o.pair_bias_sd_m = 0.06;
+  std::vector<double> bias, angle;
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    const UwbModel model(o, 2, seed);
+    bias.push_back(model.pair_bias_m(0, 0, 1, 0));
+    angle.push_back(model.pattern(1, 0).at(0.3));
+  }
+  EXPECT_NEAR(moments(bias).mean, 0.10, 0.006);
+  EXPECT_NEAR(moments(bias).sd, 0.06, 0.004);
+  EXPECT_NEAR(moments(angle).mean, 0.0, 0.004);
+  EXPECT_NEAR(moments(angle).sd, 0.04, 0.003);
+}
+
+TEST(UwbModel, white_noise_grows_with_distance_in_squares) {
+  UwbOptions o = UwbOptions::ideal();
+  o.sigma_m = 0.03;
+  o.sigma_per_m = 0.001;
+  UwbModel model(o, 2, 1);
+  const RayCaster air = open_air();
+  const auto near = errors(model, end_at(0, {0, 0, 1}), end_at(1, {1, 0, 1}), air, 5000);
+  EXPECT_NEAR(moments(near).sd, 0.03, 0.0015);
+  const auto far = errors(model, end_at(0, {0, 0, 1}), end_at(1, {40, 0, 1}), air, 5000);
+  EXPECT_NEAR(moments(far).sd, 0.05, 0.0025);
+  EXPECT_NEAR(moments(far).mean, 0.0, 0.003);
+}
+
+TEST(UwbModel, far_bias_reaches_63_percent_at_its_scale) {
+  UwbOptions o = UwbOptions::ideal();
+  o.far_bias_m = 0.3;
+  o.far_bias_scale_m = 16.0;
+  UwbModel model(o, 2, 1);
+  const auto sample =
+      model.measure(kStart, end_at(0, {0, 0, 1}), end_at(1, {16, 0, 1}), open_air());
+  ASSERT_TRUE(sample.has_value());
+  EXPECT_NEAR(sample->range_m - 16.0, 0.3 * (1.0 - std::exp(-1.0)), 1e-9);
+}
+
+TEST(UwbModel, loss_and_outliers_have_their_shares) {
+  UwbOptions o = UwbOptions::ideal();
+  o.loss_share = 0.1;
+  o.outlier_share = 0.05;
+  o.outlier_m = 4.0;
+  UwbModel model(o, 2, 2);
+  const auto found = errors(model, end_at(0, {0, 0, 1}), end_at(1, {60, 0, 1}), open_air(), 20000);
+  EXPECT_NEAR(static_cast<double>(found.size()) / 20000.0, 0.9, 0.01);
+  std::vector<double> gross;
+  for (const double e : found) {
+    if (e != 0.0) gross.push_back(std::abs(e));
+  }
+  EXPECT_NEAR(static_cast<double>(gross.size()) / static_cast<double>(found.size()), 0.05, 0.006);
+  EXPECT_NEAR(moments(gross).mean, 4.0, 0.5);
+}
+
+TEST(UwbModel, behind_a_wall_ranges_are_longer_noisier_and_come_in_bursts) {
+  const RayCaster world = one_wall();
+  const RayCaster air = open_air();
+  UwbOptions o;
+  o.multipath_m = 0.0;  // the wall's own echo is not the question
+  o.outlier_share = 0.0;
+  UwbModel model(o, 2, 4), free(o, 2, 4);
+  const RadioEnd a = end_at(0, {0, 0, 1});
+  const RadioEnd b = end_at(1, {10, 0, 1});
+  const auto blocked = errors(model, a, b, world, 20000);
+  const auto clear = errors(free, a, b, air, 20000);
+  EXPECT_GT(moments(blocked).mean, moments(clear).mean + 0.15);
+  EXPECT_GT(moments(blocked).sd, 2.0 * moments(clear).sd);
+  double product = 0.0;
+  const Moments m = moments(blocked);
+  for (std::size_t i = 1; i < blocked.size(); ++i) {
+    product += (blocked[i] - m.mean) * (blocked[i - 1] - m.mean);
+  }
+  EXPECT_GT(product / static_cast<double>(blocked.size()) / (m.sd * m.sd), 0.4);
+}
+
+TEST(UwbModel, too_far_or_too_weak_is_lost_but_the_truth_is_known) {
+  UwbOptions o = UwbOptions::ideal();
+  UwbModel model(o, 2, 1);
+  EXPECT_FALSE(model.measure(kStart, end_at(0, {0, 0, 1}), end_at(1, {151, 0, 1}), open_air()));
+  EXPECT_NEAR(model.last_truth().distance_m, 151.0, 1e-9);
+  TriangleMesh rock;  // 10 m of it: 252 dB
+  rock.add_box({10.0, 0.0, -5.0}, {10.0, 40.0, 10.0}, 0.0, 0.5);
+  EXPECT_FALSE(model.measure(kStart, end_at(0, {0, 0, 1}), end_at(1, {20, 0, 1}), RayCaster(rock)));
+  EXPECT_TRUE(model.last_truth().obstructed);
+}
+
+TEST(UwbModel, stamps_are_off_by_offset_and_drift_of_the_measuring_vehicle) {
+  UwbOptions o = UwbOptions::ideal();
+  o.stamp_offset_s = 0.01;
+  o.stamp_drift_ppm = 50.0;
+  UwbModel model(o, 2, 9, kStart);
+  const RadioEnd a = end_at(0, {0, 0, 1});
+  const RadioEnd b = end_at(1, {5, 0, 1});
+  const Time late = at_s(100.0);
+  const double at_start = model.stamp_error_s(0, kStart);
+  EXPECT_NE(at_start, model.stamp_error_s(1, kStart));
+  EXPECT_LT(std::abs(model.stamp_error_s(0, late) - at_start), 100.0 * 50e-6 * 4.0);
+  EXPECT_NE(model.stamp_error_s(0, late), at_start);
+  const auto from_a = model.measure(late, a, b, open_air());
+  const auto from_b = model.measure(late, b, a, open_air());
+  ASSERT_TRUE(from_a && from_b);
+  EXPECT_NEAR(seconds_between(late, from_a->t), model.stamp_error_s(0, late), 2e-9);
+  EXPECT_NEAR(seconds_between(late, from_b->t), model.stamp_error_s(1, late), 2e-9);
+}
+
+TEST(UwbModel, a_third_vehicle_changes_nothing_between_the_first_two) {
+  const UwbOptions o;
+  const RayCaster air = open_air();
+  UwbModel two(o, 2, 11), three(o, 3, 11);
+  const RadioEnd a = end_at(0, {0, 0, 1});
+  const RadioEnd b = end_at(1, {7, 2, 1});
+  const RadioEnd c = end_at(2, {3, 9, 1});
+  for (int i = 0; i < 200; ++i) {
+    const Time t = at_s(0.05 * i);
+    const auto x = two.measure(t, a, b, air);
+    (void)three.measure(t, a, c, air);
+    const auto y = three.measure(t, a, b, air);
+    (void)three.measure(t, b, c, air);
+    ASSERT_EQ(x.has_value(), y.has_value());
+    if (x) {
+      ASSERT_EQ(x->range_m, y->range_m);
+    }
+    if (x) {
+      ASSERT_EQ(x->t, y->t);
+    }
+  }
+}
+
+TEST(UwbModel, the_ends_may_be_swapped) {
+  UwbOptions o;
+  o.stamp_offset_s = o.stamp_jitter_s = 0.0;
+  const RayCaster air = open_air();
+  UwbModel forth(o, 2, 12), back(o, 2, 12);
+  const RadioEnd a = end_at(0, {0, 0, 1}, 0.4);
+  const RadioEnd b = end_at(1, {7, 2, 1}, -1.0);
+  EXPECT_EQ(forth.pair_bias_m(0, 0, 1, 0), forth.pair_bias_m(1, 0, 0, 0));
+  for (int i = 0; i < 50; ++i) {
+    const auto x = forth.measure(at_s(0.05 * i), a, b, air);
+    const auto y = back.measure(at_s(0.05 * i), b, a, air);
+    ASSERT_EQ(x.has_value(), y.has_value());
+    if (x) {
+      ASSERT_NEAR(x->range_m, y->range_m, 1.1e-3);
+    }  // one step of the resolution
+  }
+}
+
+TEST(UwbModel, an_echo_is_the_same_at_rest_and_another_half_a_metre_on) {
+  TriangleMesh mesh;
+  mesh.add_box({0.0, 0.0, 0.0}, {60.0, 3.0, 2.8}, 0.0, 0.5);  // corridor, seen from inside
+  const RayCaster corridor(mesh);
+  UwbOptions o = UwbOptions::ideal();
+  o.multipath_m = 0.05;
+  o.reflection = 0.5;
+  UwbModel model(o, 2, 1);
+  const RadioEnd a = end_at(0, {-20, 0.3, 0.5});
+  std::set<double> errors_m;
+  for (int k = 0; k < 20; ++k) {
+    const RadioEnd b = end_at(1, {0.5 * k, -0.4, 0.7});
+    const auto first = errors(model, a, b, corridor, 3);
+    ASSERT_EQ(first.size(), 3U);
+    EXPECT_EQ(first[0], first[1]);
+    EXPECT_EQ(first[0], first[2]);
+    EXPECT_LT(std::abs(first[0]), 4 * 0.5 * 0.05 + 1e-9);
+    errors_m.insert(first[0]);
+  }
+  EXPECT_GT(errors_m.size(), 15U);
+  EXPECT_GT(*errors_m.rbegin() - *errors_m.begin(), 0.02);
+}
+
+TEST(RadioModel, mean_power_by_hand) {
+  RadioOptions o = RadioOptions::ideal();
+  const RadioModel model(o, 1);
+  const RadioEnd a = end_at(0, {0, 0, 1});
+  EXPECT_NEAR(model.mean_power_dbm(a, end_at(1, {1, 0, 1}), open_air()), -30.0, 1e-9);
+  EXPECT_NEAR(model.mean_power_dbm(a, end_at(1, {10, 0, 1}), open_air()), -52.0, 1e-9);
+  // One wall of 0.2 m: 3 + 0.2 * 15 = 6 dB.
+  EXPECT_NEAR(model.mean_power_dbm(a, end_at(1, {10, 0, 1}), one_wall()), -58.0, 1e-3);
+}
+
+TEST(RadioModel, readings_scatter_by_fading_and_noise) {
+  RadioOptions o = RadioOptions::ideal();
+  o.fading_db = 3.0;
+  o.power_noise_db = 4.0;
+  RadioModel model(o, 1);
+  const RayCaster air = open_air();
+  std::vector<double> readings;
+  for (int i = 0; i < 5000; ++i) {
+    const auto s = model.measure(at_s(20.0 * i), end_at(0, {0, 0, 1}), end_at(1, {10, 0, 1}), air);
+    ASSERT_TRUE(s.has_value());
+    readings.push_back(s->rssi_dbm);
+  }
+  EXPECT_NEAR(moments(readings).mean, -52.0, 0.3);
+  EXPECT_NEAR(moments(readings).sd, 5.0, 0.25);
+}
+
+TEST(RadioModel, packets_follow_each_other_at_the_data_rate) {
+  RadioOptions o = RadioOptions::ideal();
+  o.data_rate_bps = 1e6;
+  o.delay_s = 0.01;
+  RadioModel model(o, 1);
+  const RadioEnd a = end_at(0, {0, 0, 1});
+  const RadioEnd b = end_at(1, {10, 0, 1});
+  const RayCaster air = open_air();
+  // 12500 bytes are 100 ms of this link.
+  const auto first = model.send(kStart, 12500, a, b, air);
+  const auto second = model.send(kStart, 12500, a, b, air);
+  const auto other_way = model.send(kStart, 12500, b, a, air);
+  ASSERT_TRUE(first && second && other_way);
+  EXPECT_NEAR(seconds_between(kStart, *first), 0.11, 1e-9);
+  EXPECT_NEAR(seconds_between(kStart, *second), 0.21, 1e-9);
+  EXPECT_NEAR(seconds_between(kStart, *other_way), 0.11, 1e-9);
+  EXPECT_TRUE(model.send(kStart, 300000, a, b, air));  // 2.4 s on the air
+  EXPECT_FALSE(model.send(kStart, 1, a, b, air));      // would wait longer than 2 s
+  EXPECT_TRUE(model.send(at_s(1.0), 1, a, b, air));
+}
+
+TEST(RadioModel, loss_has_its_share_and_delay_its_mean) {
+  RadioOptions o = RadioOptions::ideal();
+  o.loss_share = 0.2;
+  o.delay_jitter_s = 0.02;
+  o.data_rate_bps = 1e12;
+  RadioModel model(o, 5);
+  const RayCaster air = open_air();
+  std::vector<double> delays;
+  for (int i = 0; i < 10000; ++i) {
+    const Time t = at_s(0.1 * i);
+    const auto arrival = model.send(t, 10, end_at(0, {0, 0, 1}), end_at(1, {5, 0, 1}), air);
+    if (arrival) delays.push_back(seconds_between(t, *arrival));
+  }
+  EXPECT_NEAR(static_cast<double>(delays.size()) / 10000.0, 0.8, 0.015);
+  EXPECT_NEAR(moments(delays).mean, 0.02, 0.001);
+}
+
+TEST(RadioModel, out_of_reach_nothing_is_heard) {
+  RadioModel model(RadioOptions{}, 1);
+  const RadioEnd a = end_at(0, {0, 0, 1});
+  const RadioEnd b = end_at(1, {9000, 0, 1});
+  EXPECT_FALSE(model.measure(kStart, a, b, open_air()));
+  EXPECT_FALSE(model.send(kStart, 10, a, b, open_air()));
+}
+
+}  // namespace
+}  // namespace rali::sim
