@@ -63,6 +63,9 @@ class LidarSensor {
                                               const PoseAt& pose_at, const RayCaster& world,
                                               const MovingScene& others, Executor& executor);
 
+  /// The last sweep.
+  [[nodiscard]] const RawSweep& raw() const { return raw_; }
+
   [[nodiscard]] const LidarModel& model() const { return model_; }
 
  private:

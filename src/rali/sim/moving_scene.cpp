@@ -41,24 +41,24 @@ void meet_box(const Vec3& low, const Vec3& high, const Vec3& o, const Vec3& d, f
 }
 
 /// Ray against an upright cylinder's side.
-void meet_mast(const VehicleShape& shape, const Vec3& o, const Vec3& d, Hit& hit) {
-  const Vec2 to = o.head<2>() - shape.mast_m;
+void meet_mast(const VehicleLook& look, const Vec3& o, const Vec3& d, Hit& hit) {
+  const Vec2 to = o.head<2>() - look.mast_m;
   const double a = d.head<2>().squaredNorm();
   const double b = to.dot(d.head<2>());
-  const double c = to.squaredNorm() - shape.mast_radius_m * shape.mast_radius_m;
+  const double c = to.squaredNorm() - look.mast_radius_m * look.mast_radius_m;
   const double disc = b * b - a * c;
   if (a < 1e-12 || disc <= 0.0 || c < 0.0) return;
   const double range = (-b - std::sqrt(disc)) / a;
   const double z = o.z() + range * d.z();
-  if (!nearer(range, hit) || z < shape.box_max_m.z() || z > shape.mast_top_m) return;
-  const Vec2 normal = (to + range * d.head<2>()) / shape.mast_radius_m;
+  if (!nearer(range, hit) || z < look.box_max_m.z() || z > look.mast_top_m) return;
+  const Vec2 normal = (to + range * d.head<2>()) / look.mast_radius_m;
   hit = {static_cast<float>(range), static_cast<float>(std::abs(normal.dot(d.head<2>()))),
-         shape.reflectivity};
+         look.reflectivity};
 }
 
 }  // namespace
 
-void meet_vehicle(const VehicleShape& shape, const SE3& T_world_body, const Vec3& origin,
+void meet_vehicle(const VehicleLook& look, const SE3& T_world_body, const Vec3& origin,
                   const Vec3& direction, Hit& hit) {
   constexpr double kReach_m = 0.7;  // of every part from the body's origin
   const Vec3 to = T_world_body.p - origin;
@@ -67,12 +67,12 @@ void meet_vehicle(const VehicleShape& shape, const SE3& T_world_body, const Vec3
   if (along < -kReach_m || to.squaredNorm() - along * along > kReach_m * kReach_m) return;
   const Vec3 o = T_world_body.R.transpose() * -to;
   const Vec3 d = T_world_body.R.transpose() * direction;
-  meet_box(shape.box_min_m, shape.box_max_m, o, d, shape.reflectivity, hit);
-  meet_mast(shape, o, d, hit);
+  meet_box(look.box_min_m, look.box_max_m, o, d, look.reflectivity, hit);
+  meet_mast(look, o, d, hit);
 }
 
-void MovingScene::add_vehicle(const VehicleShape& shape, const Trajectory& trajectory) {
-  vehicles_.push_back({shape, &trajectory, trajectory.pose_at(0.0)});
+void MovingScene::add_vehicle(const VehicleLook& look, const Trajectory& trajectory) {
+  vehicles_.push_back({look, &trajectory, trajectory.pose_at(0.0)});
 }
 
 void MovingScene::place_people_at(double t_s) { people_.place_at(t_s); }
@@ -83,7 +83,7 @@ void MovingScene::place_vehicles_at(double t_s) {
 
 void MovingScene::cast(const Vec3& origin, const Vec3& direction, Hit& hit) const {
   people_.cast(origin, direction, hit);
-  for (const Vehicle& v : vehicles_) meet_vehicle(v.shape, v.T_world_body, origin, direction, hit);
+  for (const Vehicle& v : vehicles_) meet_vehicle(v.look, v.T_world_body, origin, direction, hit);
 }
 
 }  // namespace rali::sim

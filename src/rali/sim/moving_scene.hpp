@@ -9,9 +9,9 @@ namespace rali::sim {
 
 /// What a vehicle looks like to the LiDARs of the others: a box and an upright mast on it, both in
 /// the body frame.
-struct VehicleShape {
-  geometry::Vec3 box_min_m{-0.35, -0.25, -0.20};
-  geometry::Vec3 box_max_m{0.25, 0.25, 0.15};
+struct VehicleLook {
+  geometry::Vec3 box_min_m{-0.30, -0.22, -0.20};
+  geometry::Vec3 box_max_m{0.30, 0.22, 0.15};
   geometry::Vec2 mast_m{0.10, 0.0};  ///< x, y of its axis
   double mast_radius_m = 0.05;
   double mast_top_m = 0.42;
@@ -19,7 +19,7 @@ struct VehicleShape {
 };
 
 /// Shortens `hit` if a vehicle of this shape at T_world_body stands in the way of the ray.
-void meet_vehicle(const VehicleShape& shape, const geometry::SE3& T_world_body,
+void meet_vehicle(const VehicleLook& look, const geometry::SE3& T_world_body,
                   const geometry::Vec3& origin, const geometry::Vec3& direction, Hit& hit);
 
 /// All that moves and that one LiDAR sees: people and the other vehicles. Cheap to copy; a copy
@@ -32,7 +32,7 @@ class MovingScene {
   explicit MovingScene(Pedestrians people) : people_(std::move(people)) {}
 
   /// @param trajectory  must outlive this scene and cover the times asked for
-  void add_vehicle(const VehicleShape& shape, const Trajectory& trajectory);
+  void add_vehicle(const VehicleLook& look, const Trajectory& trajectory);
 
   void place_people_at(double t_s);
   void place_vehicles_at(double t_s);
@@ -49,7 +49,7 @@ class MovingScene {
 
  private:
   struct Vehicle {
-    VehicleShape shape;
+    VehicleLook look;
     const Trajectory* trajectory;
     geometry::SE3 T_world_body;
   };

@@ -1,48 +1,8 @@
 #include "rali/sim/simulation.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <string>
-
 #include "rali/base/assert.hpp"
 
 namespace rali::sim {
-
-using geometry::SE3;
-using geometry::Vec3;
-
-namespace {
-
-/// Where the sensors sit on the simulated vehicle: LiDAR ahead and up with a small turn. An IMU
-/// apart is turned by 90 deg, so that a forgotten extrinsic shows.
-sensor::Calibration mounting(bool imu_apart) {
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  sensor::Calibration c;
-  c.T_body_lidar = {geometry::rotation_from_rpy(0.4 * kDegree, -0.6 * kDegree, 1.5 * kDegree),
-                    Vec3(0.10, 0.0, 0.35)};
-  if (!imu_apart) return c;
-  c.T_body_imu = {geometry::rotation_from_rpy(0.0, 0.0, 90.0 * kDegree), Vec3(-0.05, 0.03, 0.08)};
-  return c;
-}
-
-Vec3 unit3(Rng& rng) {
-  const double x = rng.normal();
-  const double y = rng.normal();
-  const double z = rng.normal();
-  return Vec3(x, y, z).normalized();
-}
-
-sensor::Calibration measured_by_hand(const sensor::Calibration& truth, const SimOptions& o) {
-  Rng rng(o.seed, "calibration");
-  sensor::Calibration c = truth;
-  c.T_body_lidar.p += o.calibration_error_m * unit3(rng);
-  const double angle = o.calibration_error_deg * std::numbers::pi / 180.0;
-  c.T_body_lidar.R = c.T_body_lidar.R * geometry::so3_exp(angle * unit3(rng));
-  return c;
-}
-
-}  // namespace
 
 struct Simulation::Impl {
   explicit Impl(const SimOptions& o)
@@ -54,8 +14,8 @@ struct Simulation::Impl {
         people(Pedestrians(route, o.pedestrians, world.free_width_m, o.seed)),
         lidar(o.lidar, o.ranging, o.seed),
         imu(o.imu, o.seed),
-        calibration_true(mounting(o.imu_apart)),
-        calibration_nominal(measured_by_hand(calibration_true, o)),
+        calibration_true(sensor_mounting(o.imu_apart)),
+        calibration_nominal(measured_by_hand(calibration_true, o, o.seed)),
         duration_s(o.duration_s > 0.0 ? o.duration_s : trajectory.duration_s()) {}
 
   [[nodiscard]] double imu_time_s() const {
@@ -104,7 +64,7 @@ std::optional<Message> Simulation::next() {
   Impl& s = *impl_;
   const double sweep_s = s.lidar.model().sweep_s();
   const double scan_end_s = static_cast<double>(s.scan_count + 1) * sweep_s;
-  const bool scan_left = scan_end_s <= s.duration_s + 1e-9;
+  const bool scan_left = s.options.with_lidar && scan_end_s <= s.duration_s + 1e-9;
   // The sample at the very end of a sweep comes after it.
   const bool imu_left = s.options.with_imu && s.imu_time_s() <= s.duration_s + 1e-9;
   if (imu_left && (!scan_left || s.imu_time_s() < scan_end_s - 1e-9)) return s.next_imu();
@@ -139,47 +99,11 @@ const World& Simulation::world() const { return impl_->world; }
 
 const RayCaster& Simulation::ray_caster() const { return impl_->caster; }
 
-namespace {
-
-/// Checks numbers against the ranges declared in visit().
-struct RangeCheck {
-  std::string bad;
-
-  void operator()(const char* key, double value, double low, double high, const char*) {
-    if (!(value >= low && value <= high) && bad.empty()) bad = key;
-  }
-
-  void operator()(const char*, bool, const char*) {}
-
-  template <class E, std::size_t N>
-  void choice(const char* key, E value, const ChoiceNames<N>&, const char*) {
-    if (static_cast<std::size_t>(value) >= N && bad.empty()) bad = key;
-  }
-};
-
-}  // namespace
-
 Result<std::unique_ptr<Simulation>> make_simulation(const SimOptions& options) {
-  SimOptions o = options;
-  RangeCheck check;
-  o.motion.visit(check);
-  o.ranging.visit(check);
-  o.imu.visit(check);
-  check("duration_s", o.duration_s, 0.0, 36000.0, "");
-  check("pedestrians", o.pedestrians, 0.0, 1000.0, "");
-  check("calibration_error_m", o.calibration_error_m, 0.0, 1.0, "");
-  check("calibration_error_deg", o.calibration_error_deg, 0.0, 45.0, "");
-  check.choice("scene", o.scene, kSceneNames, "");
-  check.choice("lidar", o.lidar, kLidarNames, "");
-  if (o.ranging.resolution_m * 65535.0 < o.ranging.max_range_m && check.bad.empty()) {
-    check.bad = "resolution_m";
+  if (const Status checked = check_options(options); !checked) {
+    return tl::make_unexpected(checked.error());
   }
-  if (o.start.ns < 0 || o.start.ns > 8'000'000'000'000'000'000) check.bad = "start";
-  if (!check.bad.empty()) {
-    return fail(ErrorCode::kUsage, check.bad, "this option of the simulation is outside its range",
-                "`rali simulate --help` lists the ranges.");
-  }
-  return std::make_unique<Simulation>(o);
+  return std::make_unique<Simulation>(options);
 }
 
 }  // namespace rali::sim

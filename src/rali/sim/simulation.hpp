@@ -5,32 +5,12 @@
 #include <variant>
 
 #include "rali/base/result.hpp"
-#include "rali/sensor/calibration.hpp"
 #include "rali/sensor/imu_sample.hpp"
 #include "rali/sensor/lidar_scan.hpp"
-#include "rali/sim/imu_model.hpp"
-#include "rali/sim/lidar_sensor.hpp"
-#include "rali/sim/motion.hpp"
-#include "rali/sim/world.hpp"
+#include "rali/sim/ray_caster.hpp"
+#include "rali/sim/sim_options.hpp"
 
 namespace rali::sim {
-
-/// One recording of one vehicle. Same options: same bytes.
-struct SimOptions {
-  Scene scene = Scene::kLoop;
-  std::uint64_t seed = 1;  ///< changes place, motion and noise
-  Lidar lidar = Lidar::kRs16;
-  double duration_s = 0.0;  ///< 0: the whole route; longer: standing at its end
-  int pedestrians = 0;
-  Time start = Time::from_ns(1'700'000'000'000'000'000);
-  bool with_imu = true;
-  bool imu_apart = false;  ///< false: body = IMU; true: turned by 90 deg, 10 cm beside the body
-  double calibration_error_m = 0.002;  ///< of the nominal T_body_lidar, random direction
-  double calibration_error_deg = 0.05;
-  MotionOptions motion;
-  LidarOptions ranging;
-  ImuOptions imu;
-};
 
 /// What the sensors send.
 using Message = std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>>;

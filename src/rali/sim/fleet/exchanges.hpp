@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace rali::sim {
+
+/// Takes turns: every pair of antennas, or of vehicles in both directions, once per period, evenly
+/// spread over it as radios do that share a channel.
+class ExchangePlan {
+ public:
+  struct Exchange {
+    int from = 0, to = 0;
+    int from_antenna = 0, to_antenna = 0;
+  };
+
+  /// Each antenna of each vehicle with each of every other vehicle, lower vehicle first.
+  [[nodiscard]] static ExchangePlan of_antennas(int vehicles, int antennas, double rate_hz);
+  /// Each vehicle to each other one.
+  [[nodiscard]] static ExchangePlan of_links(int vehicles, double rate_hz);
+
+  /// Time of the next exchange, infinite if there is none.
+  [[nodiscard]] double next_s() const;
+
+  [[nodiscard]] Exchange take();
+
+ private:
+  ExchangePlan(std::vector<Exchange> exchanges, double rate_hz);
+
+  std::vector<Exchange> exchanges_;
+  double rate_hz_;
+  std::int64_t count_ = 0;
+};
+
+}  // namespace rali::sim

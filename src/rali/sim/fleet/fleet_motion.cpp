@@ -1,0 +1,140 @@
+#include "rali/sim/fleet/fleet_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <fmt/core.h>
+
+#include "rali/base/assert.hpp"
+
+namespace rali::sim {
+
+using geometry::Vec3;
+
+namespace {
+
+constexpr double kClear_m = 0.85;  // between the middles of two vehicles that pass each other
+constexpr double kLook_m = 0.6;    // ahead of the stopping distance
+constexpr double kStep_m = 0.15;
+constexpr double kStorey_m = 1.5;
+
+/// Horizontal distance; vehicles on different storeys are far apart.
+double apart_m(const Vec3& a, const Vec3& b) {
+  if (std::abs(a.z() - b.z()) > kStorey_m) return 1e9;
+  return (a - b).head<2>().norm();
+}
+
+double reach_m(const Rover& rover) { return rover.stopping_m() + kLook_m; }
+
+/// True if the way ahead comes too near to where `other` is now. Getting away from it is allowed.
+bool runs_into(const Rover& rover, const Rover& other) {
+  double last = apart_m(rover.ground(), other.ground());
+  for (double s = kStep_m; s < reach_m(rover) + kStep_m; s += kStep_m) {
+    const double d = apart_m(rover.ground_ahead(s), other.ground());
+    if (d < kClear_m && d < last) return true;
+    last = d;
+  }
+  return false;
+}
+
+/// True if the ways of the next metres come too near to each other.
+bool ways_cross(const Rover& rover, const Rover& other) {
+  for (double s = 0.0; s < reach_m(rover) + kStep_m; s += 2.0 * kStep_m) {
+    const Vec3 here = rover.ground_ahead(s);
+    for (double r = 0.0; r < reach_m(other) + 1.0; r += 2.0 * kStep_m) {
+      if (apart_m(here, other.ground_ahead(r)) < kClear_m) return s > 0.0;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+std::uint64_t vehicle_seed(std::uint64_t seed, int vehicle) {
+  if (vehicle == 0) return seed;
+  return Rng(seed, "vehicle " + std::to_string(vehicle)).next();
+}
+
+FleetMotion::FleetMotion(const World& world, const MotionOptions& options, int vehicles,
+                         std::uint64_t seed)
+    : waited_s_(static_cast<std::size_t>(vehicles), 0.0) {
+  RALI_ASSERT(static_cast<int>(world.starts.size()) >= vehicles);
+  for (int v = 0; v < vehicles; ++v) {
+    rovers_.push_back(std::make_unique<Rover>(options, world.starts[static_cast<std::size_t>(v)],
+                                              vehicle_seed(seed, v)));
+  }
+}
+
+bool FleetMotion::must_wait(const Rover& rover, std::size_t index) const {
+  for (std::size_t k = 0; k < rovers_.size(); ++k) {
+    if (k == index) continue;
+    if (runs_into(rover, *rovers_[k])) return true;
+    if (k < index && !rovers_[k]->standing() && ways_cross(rover, *rovers_[k])) return true;
+  }
+  return false;
+}
+
+void FleetMotion::step() {
+  // First all decisions, then all motion: the order of the vehicles must not matter.
+  for (std::size_t i = 0; i < rovers_.size(); ++i) {
+    const bool waiting = !rovers_[i]->idle() && must_wait(*rovers_[i], i);
+    rovers_[i]->hold(waiting);
+    waited_s_[i] = waiting ? waited_s_[i] + Rover::kTick_s : 0.0;
+  }
+  for (const std::unique_ptr<Rover>& rover : rovers_) rover->step();
+}
+
+bool FleetMotion::all_idle() const {
+  return std::all_of(rovers_.begin(), rovers_.end(), [](const auto& r) { return r->idle(); });
+}
+
+namespace {
+
+void stand(FleetMotion& fleet, double span_s) {
+  const double end_s = fleet.time_s() + span_s - 0.5 * Rover::kTick_s;
+  while (fleet.time_s() < end_s) fleet.step();
+}
+
+/// Steps until all have arrived; the vehicle that got stuck, or -1.
+int drive_until_idle(FleetMotion& fleet) {
+  constexpr double kPatience_s = 60.0;
+  while (!fleet.all_idle()) {
+    fleet.step();
+    for (int v = 0; v < fleet.vehicles(); ++v) {
+      if (fleet.waited_s(v) > kPatience_s) return v;
+    }
+  }
+  return -1;
+}
+
+}  // namespace
+
+Result<std::vector<RoundTimes>> drive_rounds(FleetMotion& fleet, const World& world, double rest_s,
+                                             double pause_s) {
+  std::vector<RoundTimes> times;
+  stand(fleet, rest_s);
+  for (std::size_t k = 0; k < world.rounds.size(); ++k) {
+    if (k > 0) stand(fleet, pause_s);
+    const RoundPlan& round = world.rounds[k];
+    RoundTimes t{round.anchor, fleet.time_s(), 0.0};
+    for (int v = 0; v < fleet.vehicles(); ++v) {
+      const auto i = static_cast<std::size_t>(v);
+      if (v == round.anchor || i >= round.routes.size() || round.routes[i].empty()) continue;
+      fleet.rover(v).follow(round.routes[i], world.rounding_m);
+    }
+    const int stuck = drive_until_idle(fleet);
+    if (stuck >= 0) {
+      return fail(
+          ErrorCode::kUsage, fmt::format("rounds[{}]", k),
+          fmt::format("vehicle {} cannot get past another one that stands in its way", stuck + 1),
+          "Keep 1 m between the ways of this round and the places where others stand.");
+    }
+    t.end_s = fleet.time_s();
+    times.push_back(t);
+  }
+  stand(fleet, 1.0);
+  return times;
+}
+
+}  // namespace rali::sim

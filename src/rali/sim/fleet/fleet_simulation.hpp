@@ -1,0 +1,126 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/sensor/range_sample.hpp"
+#include "rali/sim/fleet/fleet_motion.hpp"
+#include "rali/sim/radio/radio_model.hpp"
+#include "rali/sim/simulation.hpp"
+
+namespace rali::sim {
+
+/// Several vehicles in one world. Same options and world: same bytes. A fleet of n vehicles has
+/// for its first vehicles the sensor noise of a smaller fleet.
+struct FleetOptions {
+  SimOptions vehicle;  ///< common to all; `scene` and rest_s = 0 (all start standing) do not count
+  int vehicles = 1;
+  bool scripted = true;  ///< drives world.rounds; false: all stand until motion() says otherwise
+  double pause_s = 4.0;  ///< standing between rounds
+  int antennas = 1;      ///< of each vehicle, 1 or 2
+  double antenna_error_m = 0.01;  ///< of the nominal lever arms, random direction
+  bool ranges = true;
+  bool radio_link = true;
+  UwbOptions uwb;
+  RadioOptions radio;
+
+  template <class V>
+  void visit(V& v) {
+    v("pause_s", pause_s, 0.0, 600.0, "standing time between rounds");
+    v("antenna_error_m", antenna_error_m, 0.0, 1.0, "error of the nominal lever arms");
+    v("ranges", ranges, "the vehicles measure ranges to each other");
+    v("radio_link", radio_link, "the vehicles measure the strength of their data link");
+    v.group("uwb", uwb, "errors of the ranges");
+    v.group("radio", radio, "data link");
+  }
+};
+
+/// What one vehicle's recording receives.
+struct FleetMessage {
+  int vehicle = 0;  ///< who measured; of ranges and radio readings `from` and `to`, respectively
+  std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>, sensor::RangeSample,
+               sensor::RadioSample>
+      data;
+};
+
+/// Where an antenna sits in the body.
+struct AntennaMount {
+  geometry::Vec3 p_true_m = geometry::Vec3::Zero();
+  geometry::Vec3 p_nominal_m = geometry::Vec3::Zero();  ///< as a user would measure it
+};
+
+/// What the inertial sensor of a vehicle adds at the moment.
+struct ImuBias {
+  geometry::Vec3 gyro_radps = geometry::Vec3::Zero();
+  geometry::Vec3 accel_mps2 = geometry::Vec3::Zero();
+};
+
+/// Pulls the recordings of a fleet out of a world, message by message. The vehicles' LiDARs and
+/// inertial sensors do not tick together: each vehicle but the first has a phase of its own.
+class FleetSimulation {
+ public:
+  ~FleetSimulation();
+  FleetSimulation(const FleetSimulation&) = delete;
+  FleetSimulation& operator=(const FleetSimulation&) = delete;
+
+  /// The next message of all vehicles in the order of arrival; nothing at the end, or, when not
+  /// scripted, when the vehicles have not driven any further yet.
+  [[nodiscard]] std::optional<FleetMessage> next();
+
+  /// Sweeps are cast with this from now on; nothing depends on it. Must outlive the simulation.
+  void use(Executor& executor);
+
+  /// The sweep behind the last LidarScan of next().
+  [[nodiscard]] const RawSweep& last_raw_sweep() const;
+  /// Behind the last RangeSample of next().
+  [[nodiscard]] const RangeTruth& last_range_truth() const;
+
+  /// Exact motion; t is clamped to what has been driven.
+  [[nodiscard]] Truth truth(int vehicle, Time t) const;
+  [[nodiscard]] Time t_begin() const;
+  /// Of a scripted simulation: the end. Else: how far the vehicles have driven.
+  [[nodiscard]] Time t_end() const;
+  [[nodiscard]] int vehicles() const;
+  [[nodiscard]] double way_m(int vehicle) const;
+
+  [[nodiscard]] const sensor::Calibration& calibration_true(int vehicle) const;
+  [[nodiscard]] const sensor::Calibration& calibration_nominal(int vehicle) const;
+  [[nodiscard]] const std::vector<AntennaMount>& antennas(int vehicle) const;
+  /// As of the vehicle's last inertial sample.
+  [[nodiscard]] ImuBias imu_bias(int vehicle) const;
+  [[nodiscard]] const LidarModel& lidar_model() const;
+  [[nodiscard]] const UwbModel& uwb() const;
+  /// Of a scripted simulation.
+  [[nodiscard]] const std::vector<RoundTimes>& rounds() const;
+
+  [[nodiscard]] const World& world() const;
+
+  [[nodiscard]] const TriangleMesh& mesh() const { return world().mesh; }
+
+  [[nodiscard]] const RayCaster& ray_caster() const;
+
+  /// The radios as they stand at time t, for messages between vehicles.
+  [[nodiscard]] RadioModel& radio();
+  [[nodiscard]] RadioEnd radio_end(int vehicle, Time t) const;
+
+  /// To drive vehicles that are not scripted: step() it, then take messages until next() has none.
+  [[nodiscard]] FleetMotion& motion();
+
+ private:
+  struct Impl;
+  explicit FleetSimulation(std::unique_ptr<Impl> impl);
+  friend Result<std::unique_ptr<FleetSimulation>> make_fleet_simulation(World world,
+                                                                        const FleetOptions&);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+/// @param world  with starts for all vehicles (world_for())
+/// Errors (kUsage) name the option, or the round in which vehicles block each other.
+[[nodiscard]] Result<std::unique_ptr<FleetSimulation>> make_fleet_simulation(
+    World world, const FleetOptions& options);
+
+}  // namespace rali::sim
