@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "rali/base/rng.hpp"
+#include "rali/scenario/faults/fault.hpp"
+#include "rali/sim/fleet/fleet_simulation.hpp"
+
+namespace rali::scenario {
+
+/// Spoils what the sensors of a fleet send. What a fault does not concern passes as it is, so
+/// that a spoilt recording differs from the sound one only in the fault.
+class FaultFilter {
+ public:
+  /// @param start  of the recording: faults count from here
+  FaultFilter(std::vector<Fault> faults, Time start, std::uint64_t seed);
+
+  /// The message as it is recorded, nothing if it got lost. In order of arrival.
+  [[nodiscard]] std::optional<sim::FleetMessage> apply(sim::FleetMessage message);
+
+  /// Whether the data link of two vehicles works at time t.
+  [[nodiscard]] bool link_open(int vehicle_a, int vehicle_b, Time t) const;
+
+  /// Where the file of a vehicle breaks off, if it does.
+  [[nodiscard]] std::optional<Time> cut_at(int vehicle) const;
+
+  [[nodiscard]] const std::vector<Fault>& faults() const { return faults_; }
+
+ private:
+  using ScanPtr = std::shared_ptr<const sensor::LidarScan>;
+
+  [[nodiscard]] bool active(const Fault& fault, int vehicle, Time t) const;
+  /// False if the message is lost.
+  bool spoil(std::size_t i, int vehicle, sensor::ImuSample& imu, Time t);
+  bool spoil(std::size_t i, int vehicle, ScanPtr& scan, Time t);
+  bool spoil(std::size_t i, int vehicle, sensor::RangeSample& range, Time t);
+  bool spoil(std::size_t i, int vehicle, sensor::RadioSample& radio, Time t);
+
+  std::vector<Fault> faults_;
+  Time start_;
+  std::vector<Rng> chance_;  ///< one stream per fault
+};
+
+}  // namespace rali::scenario
