@@ -40,7 +40,7 @@ Result<SE3> umeyama(const PairList& pairs) {
   if (!(d[1] > 1e-9 * d[0]) || !(d[0] > 0.0)) {
     return fail(ErrorCode::kNoAnswer, {},
                 "the positions lie on one line or point, so their rotation is open",
-                "Use alignment origin, or 4dof if both frames are level.");
+                "Use alignment origin, or yaw if both frames are level.");
   }
   Vec3 sign(1.0, 1.0, 1.0);
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) sign.z() = -1.0;

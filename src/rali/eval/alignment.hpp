@@ -11,7 +11,7 @@ enum class Alignment {
   kSe3,     ///< best rotation and translation, no scale (Umeyama)
   kYaw      ///< best rotation about z and translation: both frames level
 };
-inline constexpr ChoiceNames<4> kAlignmentNames{"none", "origin", "se3", "4dof"};
+inline constexpr ChoiceNames<4> kAlignmentNames{"none", "origin", "se3", "yaw"};
 
 /// T_ref_est that brings the estimate onto the reference. For a fleet, pass the pairs of all
 /// vehicles: one transform for all. Errors (kNoAnswer): no pairs; positions on one line or point,

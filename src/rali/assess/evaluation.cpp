@@ -1,0 +1,256 @@
+#include "rali/assess/evaluation.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "rali/assess/frame_fit.hpp"
+#include "rali/assess/stamps.hpp"
+#include "rali/io/files/cloud_file.hpp"
+
+namespace rali::assess {
+
+using geometry::SE3;
+
+namespace {
+
+/// Two vehicles are compared while both have poses at most this far apart.
+constexpr double kBetweenGap_s = 0.25;
+
+/// A vehicle with its pairs, on the way to its score.
+struct Judged {
+  const VehicleInput* input = nullptr;
+  eval::PairList pairs, odometry_pairs;
+};
+
+Result<eval::PairList> pairs_of(const eval::PoseList& poses, const VehicleInput& vehicle,
+                                const EvaluationOptions& options) {
+  Result<eval::Association> found = eval::associate(poses, vehicle.truth, options.associate);
+  if (found) return std::move(found->pairs);
+  if (found.error().code != ErrorCode::kNoAnswer) {
+    Error error = found.error();
+    error.where = vehicle.file + ": " + error.where;
+    return tl::make_unexpected(std::move(error));
+  }
+  return tl::make_unexpected(
+      no_common_time(poses, vehicle.file, vehicle.truth, vehicle.truth_file, options.associate));
+}
+
+Result<Judged> judged(const VehicleInput& vehicle, const EvaluationOptions& options) {
+  Judged out;
+  out.input = &vehicle;
+  Result<eval::PairList> pairs = pairs_of(vehicle.trajectory.poses, vehicle, options);
+  if (!pairs) return tl::make_unexpected(pairs.error());
+  out.pairs = std::move(*pairs);
+  if (vehicle.odometry.poses.empty()) return out;
+  pairs = pairs_of(vehicle.odometry.poses, vehicle, options);
+  if (!pairs) return tl::make_unexpected(pairs.error());
+  out.odometry_pairs = std::move(*pairs);
+  return out;
+}
+
+/// Judges vehicles in one frame.
+class FrameJudge {
+ public:
+  FrameJudge(const EvaluationOptions& options, Evaluation& result)
+      : options_(options), result_(result) {}
+
+  Status add(const std::vector<Judged>& group) {
+    eval::PairList all;
+    for (const Judged& v : group) all.insert(all.end(), v.pairs.begin(), v.pairs.end());
+    const Result<FrameFit> fit = fit_frame(all, options_.align);
+    if (!fit) return tl::make_unexpected(fit.error());
+    FrameScore frame{{}, fit->T_truth_est, fit->used};
+    for (const Judged& v : group) frame.vehicles.push_back(v.input->name);
+    if (!fit->why.empty()) {
+      result_.warnings.push_back(fmt::format("{}: {}", fmt::join(frame.vehicles, ", "), fit->why));
+    }
+    const SE3 T_covariance = covariance_frame(group, fit->T_truth_est);
+    for (const Judged& v : group) {
+      if (Status s = add_vehicle(v, fit->T_truth_est, T_covariance); !s) return s;
+    }
+    result_.frames.push_back(std::move(frame));
+    return {};
+  }
+
+  void finish() {
+    result_.fleet = score_of(fleet_, options_.distances_m);
+    if (!fleet_odometry_.rows.empty()) {
+      result_.fleet_odometry = score_of(fleet_odometry_, options_.distances_m);
+    }
+  }
+
+ private:
+  /// The covariances of a frame grow from where it was laid down: the pose that is surest of
+  /// itself.
+  SE3 covariance_frame(const std::vector<Judged>& group, const SE3& T_truth_est) const {
+    if (options_.align == eval::Alignment::kNone) return T_truth_est.inverse();
+    const Judged* surest = &group.front();
+    double least = std::numeric_limits<double>::infinity();
+    for (const Judged& v : group) {
+      const auto& P = v.input->trajectory.covariances;
+      const std::size_t i = anchor_pair(v.pairs);
+      if (v.pairs[i].est_index >= P.size()) continue;
+      const double trace = P[v.pairs[i].est_index].trace();
+      if (!(trace < least)) continue;
+      least = trace;
+      surest = &v;
+    }
+    const eval::PosePair& anchor = surest->pairs[anchor_pair(surest->pairs)];
+    return anchor.est * anchor.ref.inverse();
+  }
+
+  Status add_vehicle(const Judged& v, const SE3& T_truth_est, const SE3& T_covariance) {
+    const SampleOptions how{options_.distances_m, options_.all_pairs, T_truth_est, T_covariance};
+    const Samples samples = samples_of(v.pairs, v.input->trajectory.covariances, v.input->blind_map,
+                                       v.input->truth, how);
+    VehicleScore score;
+    score.name = v.input->name;
+    score.trajectory = score_of(samples, options_.distances_m);
+    score.trajectory.drift = eval::drift(v.pairs, T_truth_est);
+    if (const Result<FrameFit> alone = fit_frame(v.pairs, options_.align); alone) {
+      score.trajectory.alone_rmse_m =
+          eval::translation_statistics(eval::absolute_errors(v.pairs, alone->T_truth_est)).rmse;
+    }
+    score.rows = samples.rows;
+    fleet_.append(samples);
+    if (!v.odometry_pairs.empty()) {
+      if (Status s = add_odometry(v, score); !s) return s;
+    }
+    result_.vehicles.push_back(std::move(score));
+    return {};
+  }
+
+  /// Each odometry has a frame of its own: aligned by itself.
+  Status add_odometry(const Judged& v, VehicleScore& score) {
+    const Result<FrameFit> fit = fit_frame(v.odometry_pairs, options_.align);
+    if (!fit) return tl::make_unexpected(fit.error());
+    const eval::PosePair& anchor = v.odometry_pairs[anchor_pair(v.odometry_pairs)];
+    const SampleOptions how{
+        options_.distances_m, options_.all_pairs, fit->T_truth_est,
+        options_.align == eval::Alignment::kNone ? SE3{} : anchor.est * anchor.ref.inverse()};
+    // Blind directions are known in map only, not in the frame of the odometry.
+    const Samples samples =
+        samples_of(v.odometry_pairs, v.input->odometry.covariances, {}, v.input->truth, how);
+    score.odometry = score_of(samples, options_.distances_m);
+    score.odometry->drift = eval::drift(v.odometry_pairs, fit->T_truth_est);
+    fleet_odometry_.append(samples);
+    return {};
+  }
+
+  const EvaluationOptions& options_;
+  Evaluation& result_;
+  Samples fleet_, fleet_odometry_;
+};
+
+void add_between(const std::vector<Judged>& group, Evaluation& result) {
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    for (std::size_t j = i + 1; j < group.size(); ++j) {
+      const auto errors = eval::errors_between(group[i].pairs, group[j].pairs, kBetweenGap_s);
+      if (errors.empty()) continue;
+      result.between.push_back({group[i].input->name, group[j].input->name,
+                                eval::translation_statistics(errors),
+                                eval::rotation_statistics(errors)});
+    }
+  }
+}
+
+}  // namespace
+
+std::string Evaluation::how() const {
+  const std::string_view name = eval::kAlignmentNames[static_cast<std::size_t>(options.align)];
+  std::string text = fmt::format("alignment {}", name);
+  if (options.align != eval::Alignment::kNone) {
+    const bool several = vehicles.size() > 1;
+    if (options.each && several) text += ", one per vehicle";
+    if (!options.each && several && frames.size() > 1) {
+      text += fmt::format(", one for each of {} frames", frames.size());
+    }
+    if (!options.each && several && frames.size() == 1) text += ", one for the fleet";
+  }
+  if (options.associate.mode == eval::AssociationMode::kInterpolate) {
+    return text + fmt::format("; truth interpolated, gaps above {} s left out",
+                              options.associate.max_gap_s);
+  }
+  return text + fmt::format("; nearest stamps within {} s", options.associate.max_dt_s);
+}
+
+Result<Evaluation> evaluate_tracks(const RunInput& run, const EvaluationOptions& options) {
+  Evaluation result;
+  result.input = run.name;
+  result.options = options;
+  result.warnings = run.warnings;
+  FrameJudge judge(options, result);
+  for (const std::vector<std::size_t>& group : run.groups) {
+    std::vector<Judged> vehicles;
+    for (const std::size_t i : group) {
+      if (run.vehicles[i].truth.empty()) continue;
+      Result<Judged> vehicle = judged(run.vehicles[i], options);
+      if (!vehicle) return tl::make_unexpected(vehicle.error());
+      vehicles.push_back(std::move(*vehicle));
+    }
+    if (vehicles.empty()) continue;
+    add_between(vehicles, result);
+    if (!options.each) {
+      if (Status s = judge.add(vehicles); !s) return tl::make_unexpected(s.error());
+      continue;
+    }
+    for (Judged& vehicle : vehicles) {
+      std::vector<Judged> one;
+      one.push_back(std::move(vehicle));
+      if (Status s = judge.add(one); !s) return tl::make_unexpected(s.error());
+    }
+  }
+  judge.finish();
+  return result;
+}
+
+Status evaluate_cloud(const std::string& file, const eval::PointList& points,
+                      const eval::TriangleMesh* mesh, const SE3& T_mesh_cloud, Executor& executor,
+                      Evaluation& result) {
+  CloudScore score;
+  score.file = file;
+  score.points = points.size();
+  score.shape = eval::map_shape(points, {}, executor);
+  if (mesh != nullptr) {
+    const eval::TriangleTree tree(*mesh);
+    SE3 T = T_mesh_cloud;
+    if (result.options.mesh_icp) {
+      score.before_icp = eval::cloud_to_mesh(points, T, *mesh, tree, {}, executor);
+      const eval::PointList thin = eval::thinned(points, eval::CloudToMeshOptions{}.thin_m);
+      const Result<eval::MeshIcp> icp = eval::align_to_mesh(thin, T, tree, {}, executor);
+      if (!icp) {
+        Error error = icp.error();
+        error.where = file;
+        return tl::make_unexpected(std::move(error));
+      }
+      score.icp = *icp;
+      T = icp->T_mesh_cloud;
+    }
+    score.to_mesh = eval::cloud_to_mesh(points, T, *mesh, tree, {}, executor);
+  }
+  result.cloud = std::move(score);
+  return {};
+}
+
+Result<eval::PointList> read_points(const std::string& path) {
+  const Result<io::CloudFile> cloud = io::read_cloud_file(path);
+  if (!cloud) return tl::make_unexpected(cloud.error());
+  std::array<std::vector<double>, 3> columns;
+  for (std::size_t i = 0; const char* name : {"x", "y", "z"}) {
+    const int field = cloud->field(name);
+    if (field < 0) return fail(ErrorCode::kInput, path, fmt::format("has no field '{}'", name));
+    columns[i++] = cloud->column(field);
+  }
+  eval::PointList points(cloud->size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i] = geometry::Vec3(columns[0][i], columns[1][i], columns[2][i]);
+  }
+  if (points.empty()) return fail(ErrorCode::kInput, path, "has no points");
+  return points;
+}
+
+}  // namespace rali::assess

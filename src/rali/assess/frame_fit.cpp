@@ -1,0 +1,63 @@
+#include "rali/assess/frame_fit.hpp"
+
+#include "rali/geometry/pca3.hpp"
+
+namespace rali::assess {
+
+using eval::Alignment;
+
+namespace {
+
+// Standard deviation across the way as a share of that along it: 0.3 m on 100 m.
+constexpr double kStraightRatio = 0.003;
+// A vehicle that moves less stands; its heading is not in its positions.
+constexpr double kRest_m = 0.02;
+
+/// Least and middle spread of the true positions [m^2], largest first.
+geometry::Vec3 spread_m2(const eval::PairList& pairs) {
+  const double n = static_cast<double>(pairs.size());
+  geometry::Vec3 mean = geometry::Vec3::Zero();
+  for (const eval::PosePair& p : pairs) mean += p.ref.p / n;
+  geometry::Mat3 C = geometry::Mat3::Zero();
+  for (const eval::PosePair& p : pairs) {
+    C += (p.ref.p - mean) * (p.ref.p - mean).transpose() / n;
+  }
+  return geometry::pca3(C).values;
+}
+
+Result<FrameFit> fitted(const eval::PairList& pairs, Alignment how, std::string why) {
+  const Result<geometry::SE3> T = eval::align(pairs, how);
+  if (!T) return tl::make_unexpected(T.error());
+  return FrameFit{*T, how, std::move(why)};
+}
+
+}  // namespace
+
+Result<FrameFit> fit_frame(const eval::PairList& pairs, Alignment asked) {
+  if (pairs.empty() || asked == Alignment::kNone || asked == Alignment::kOrigin) {
+    return fitted(pairs, asked, {});
+  }
+  const geometry::Vec3 spread = spread_m2(pairs);
+  const bool moves = spread[0] > kRest_m * kRest_m;
+  const bool straight = !(spread[1] > kStraightRatio * kStraightRatio * spread[0]);
+  Result<FrameFit> fit = fail(ErrorCode::kNoAnswer, {}, "stands still");
+  if (moves && asked == Alignment::kSe3 && straight) {
+    fit = fitted(pairs, Alignment::kYaw,
+                 "the way is straight, which leaves the roll about it open; yaw alone is solved "
+                 "instead (alignment yaw: both frames level)");
+  } else if (moves) {
+    fit = fitted(pairs, asked, {});
+  }
+  if (fit) return fit;
+  return fitted(pairs, Alignment::kOrigin,
+                "the positions leave the heading open; the first poses are laid together instead "
+                "(alignment origin)");
+}
+
+std::size_t anchor_pair(const eval::PairList& pairs) {
+  std::size_t i = 0;
+  while (i + 1 < pairs.size() && seconds_between(pairs.front().t, pairs[i].t) < 1.0) ++i;
+  return i;
+}
+
+}  // namespace rali::assess
