@@ -100,7 +100,7 @@ drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig&
   input.lidar_tf_frame = vehicle.lidar.T_body_lidar.tf_frame;
   input.T_body_imu = vehicle.imu.T_body_imu.T;
   input.imu_tf_frame = vehicle.imu.T_body_imu.tf_frame;
-  input.lidar_time_offset_s = vehicle.lidar.time_offset_s.value_or(0.0);
+  input.lidar_time_offset.value_s = vehicle.lidar.time_offset_s.value_or(0.0);
   input.start_s = vehicle.start_s;
   input.duration_s = vehicle.duration_s;
   input.extrinsics = static_cast<drive::ExtrinsicsCheck>(fleet.settings.checks.extrinsics);
@@ -120,7 +120,8 @@ drive::VehicleJob vehicle_job(const FleetConfig& fleet, const VehicleConfig& veh
   job.settings.odometry.imu_noise = config::imu_noise_of(vehicle.imu);
   job.settings.calibration.T_body_lidar = vehicle.lidar.T_body_lidar.T;
   job.settings.calibration.T_body_imu = vehicle.imu.T_body_imu.T;
-  job.settings.calibration.lidar_time_offset_s = job.input.lidar_time_offset_s;
+  job.settings.calibration.lidar_time_offset_s = job.input.lidar_time_offset.value_s;
+  job.find_time_offset = !vehicle.lidar.time_offset_s;
   job.settings.has_imu = vehicle.imu.topic != "none";
   return job;
 }
@@ -212,9 +213,11 @@ FleetConfig with_findings(const FleetConfig& fleet,
       vehicle->imu.T_body_imu = {Extrinsics::Source::kGiven, report.T_body_imu, {}, {}};
       note_found(found, *vehicle, "imu.T_body_imu", "found: /tf_static");
     }
-    if (!vehicle->lidar.time_offset_s) {
-      vehicle->lidar.time_offset_s = report.lidar_time_offset_s;
-      note_found(found, *vehicle, "lidar.time_offset_s", "auto");
+    // A plan has not looked for it: it stays auto.
+    if (!vehicle->lidar.time_offset_s && !report.lidar_time_offset.origin.empty()) {
+      vehicle->lidar.time_offset_s = report.lidar_time_offset.value_s;
+      note_found(found, *vehicle, "lidar.time_offset_s",
+                 "found: " + report.lidar_time_offset.origin);
     }
   }
   return found;

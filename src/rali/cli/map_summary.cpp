@@ -104,6 +104,12 @@ std::string input_text(const drive::InputReport& report) {
   if (!report.cloud_format.summary.empty()) {
     text += fmt::format("\nclouds of {}: {}", report.vehicle, report.cloud_format.summary);
   }
+  if (report.lidar_time_offset.value_s != 0.0) {
+    text += fmt::format("\ntime offset of {}: {:+.4f} s added to LiDAR stamps ({})", report.vehicle,
+                        report.lidar_time_offset.value_s,
+                        report.lidar_time_offset.origin.empty() ? "settings"
+                                                                : report.lidar_time_offset.origin);
+  }
   if (!report.has_imu) text += fmt::format("\n{}: no inertial data, LiDAR alone", report.vehicle);
   return text;
 }

@@ -73,7 +73,7 @@ class FolderEvents final : public ReportedSource {
       return true;
     }
     if (scan->size() == 0) return true;
-    const Duration offset = Duration::from_s(options_.lidar_time_offset_s);
+    const Duration offset = Duration::from_s(options_.lidar_time_offset.value_s);
     scan->t_begin = scan->t_begin + offset;
     scan->t_end = scan->t_end + offset;
     push_imu_until(scan->t_end + Duration::from_s(kImuLeadS));
@@ -282,7 +282,7 @@ Result<std::unique_ptr<ReportedSource>> open_folder_events(const std::string& pa
   InputReport report;
   report.vehicle = options.vehicle;
   report.files = {path};
-  report.lidar_time_offset_s = options.lidar_time_offset_s;
+  report.lidar_time_offset = options.lidar_time_offset;
   for (const Finding& f : folder->findings()) {
     report.findings.push_back(f);
     report.findings.back().vehicle = options.vehicle;

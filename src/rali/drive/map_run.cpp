@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "rali/drive/event_loop.hpp"
+#include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/output/map_files.hpp"
 #include "rali/drive/output/metrics.hpp"
@@ -37,6 +38,7 @@ class MapRun {
 
  private:
   Status open_sources();
+  Status find_time_offset(std::size_t index);
   Status open_session();
   void forget_keyframes();
   Status run_vehicles();
@@ -83,6 +85,27 @@ Status MapRun::open_sources() {
     if (!source) return tl::make_unexpected(source.error());
     sources_.push_back(std::move(*source));
   }
+  return {};
+}
+
+/// Estimates what is asked for and opens the source once more with it.
+Status MapRun::find_time_offset(std::size_t index) {
+  VehicleJob job = job_.vehicles[index];
+  if (!job.find_time_offset || !sources_[index]->report().has_imu) return {};
+  Progress progress;
+  progress.vehicle = job.input.vehicle;
+  progress.stage = "time offset";
+  job.input.lidar_time_offset =
+      estimate_time_offset(job, *executor_, threads_ > 1, [&](double share) {
+        progress.share = share;
+        sink_.progress(progress);
+        return !stop_.load(std::memory_order_relaxed);
+      });
+  job.input.strict |= job_.strict;
+  Result<std::unique_ptr<ReportedSource>> source = open_events(job);
+  if (!source) return tl::make_unexpected(source.error());
+  sources_[index] = std::move(*source);
+  report(time_offset_finding(job.input.lidar_time_offset, sources_[index]->report()));
   return {};
 }
 
@@ -272,7 +295,10 @@ Result<MapSummary> MapRun::run() {
     f.text = fmt::format("{}: ranges are not used: each vehicle is mapped alone", job_.ranges_file);
     report(std::move(f));
   }
-  Status status = open_session();
+  Status status;
+  for (std::size_t i = 0; status && i < sources_.size(); ++i) status = find_time_offset(i);
+  log_.stage("time offset");
+  if (status) status = open_session();
   if (status) status = run_vehicles();
   if (status) status = write_results();
   if (status && session_) status = session_->finish();

@@ -18,6 +18,7 @@ struct VehicleJob {
   std::vector<std::string> inputs;  ///< recordings in order, or one folder of scans
   std::string imu_file;             ///< CSV beside a folder of scans; empty: imu.csv of the folder
   InputOptions input;               ///< input.vehicle is the vehicle's name
+  bool find_time_offset = false;    ///< estimate input.lidar_time_offset from the data
   vehicle::VehicleSettings settings;
 };
 

@@ -87,7 +87,7 @@ class RecordingEvents final : public ReportedSource {
         repair(lidar_stamps_, {scan->t_end, message.t_record}, message);
     if (!t_end) return;
     const Duration shift{(*t_end - scan->t_end).ns +
-                         Duration::from_s(options_.lidar_time_offset_s).ns};
+                         Duration::from_s(options_.lidar_time_offset.value_s).ns};
     scan->t_begin = scan->t_begin + shift;
     scan->t_end = scan->t_end + shift;
     outlet_.push(std::move(scan));
@@ -160,7 +160,7 @@ Result<std::unique_ptr<ReportedSource>> open_recording_events(const std::vector<
   InputReport report;
   report.vehicle = options.vehicle;
   report.files = paths;
-  report.lidar_time_offset_s = options.lidar_time_offset_s;
+  report.lidar_time_offset = options.lidar_time_offset;
   Result<RecordingProbe> probe = probe_recording(*chain, options, report);
   if (!probe) return tl::make_unexpected(probe.error());
   return std::make_unique<RecordingEvents>(std::move(*chain), std::move(*probe), options,

@@ -151,7 +151,7 @@ TEST(RecordingEvents, keeps_start_duration_and_the_time_offset) {
   InputOptions options;
   options.start_s = 2.0;
   options.duration_s = 1.0;
-  options.lidar_time_offset_s = 0.025;
+  options.lidar_time_offset.value_s = 0.025;
   const auto source = open_recording_events({recording.save(folder)}, options);
   ASSERT_TRUE(source);
   const Drained d = drain(**source);

@@ -9,7 +9,7 @@
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
 #include "rali/geometry/se3.hpp"
-#include "rali/inspect/rotation_study.hpp"
+#include "rali/imu/rotation_study.hpp"
 #include "rali/wire/cloud_format.hpp"
 
 namespace rali::inspect {
@@ -36,7 +36,7 @@ struct DoctorReport {
   std::string lidar_frame, imu_frame;
   std::optional<wire::CloudFormat> format;
   double accel_scale = 1.0, gyro_scale = 1.0;
-  RotationStudy rotations;
+  imu::RotationStudy rotations;
   std::optional<geometry::SE3> T_body_lidar;  ///< as given or by /tf_static
   FindingList findings;
 

@@ -94,7 +94,7 @@ std::string lidar_yaml(const DoctorReport& r) {
     out += fmt::format("      header_stamp: {}\n",
                        r.format->header_stamp == wire::HeaderStamp::kEnd ? "end" : "start");
   }
-  const RotationStudy& s = r.rotations;
+  const imu::RotationStudy& s = r.rotations;
   if (r.T_body_lidar) {
     out += fmt::format("      T_body_lidar: {}\n", pose_yaml(*r.T_body_lidar));
   } else if (s.gyro_ratio != 0.0 && s.second_axis_share > 0.1 && s.best.misfit < 0.1) {

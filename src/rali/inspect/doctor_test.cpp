@@ -5,12 +5,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "rali/inspect/test_recording.hpp"
+#include "rali/drive/hall_recording_for_test.hpp"
 
 namespace rali::inspect {
 namespace {
 
-using test::HallRecording;
+using drive::test::HallRecording;
 
 /// A bag that goes when the test does.
 class BagFile {

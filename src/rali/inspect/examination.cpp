@@ -10,7 +10,6 @@
 #include "rali/inspect/make_finding.hpp"
 #include "rali/inspect/rotation_findings.hpp"
 #include "rali/inspect/stamp_study.hpp"
-#include "rali/odometry/robust/robust_odometry.hpp"
 
 namespace rali::inspect {
 namespace {
@@ -18,19 +17,13 @@ namespace {
 constexpr std::size_t kFirstClouds = 10;
 constexpr std::size_t kImuMax = 4'000'000;
 constexpr std::size_t kStampsMax = 4'000'000;
-/// A turn between sweeps farther apart than this is not one motion any more.
-constexpr double kTurnMax_s = 0.5;
 /// Fewer sweeps say nothing about how well LiDAR odometry does.
 constexpr std::uint64_t kSweepsMin = 20;
 
 }  // namespace
 
 Examination::Examination(const DoctorOptions& options, Executor& executor)
-    : options_(options), executor_(executor) {
-  // The LiDAR as the body: its own turning is wanted, whatever T_body_lidar may be.
-  odometry_ =
-      odometry::make_robust_odometry(odometry::OdometrySettings{}, sensor::Calibration{}, false);
-}
+    : options_(options), executor_(executor) {}
 
 void Examination::add_cloud(std::vector<std::byte> message, wire::CloudView view, Time t_record) {
   if (cloud_stamps_.size() < kStampsMax) cloud_stamps_.push_back({view.stamp, t_record});
@@ -80,25 +73,8 @@ void Examination::decode(const wire::CloudView& view) {
 }
 
 void Examination::track(const sensor::LidarScan& scan) {
-  if (scan.size() == 0) return;
-  if (!up_lidar_) up_lidar_ = ground_normal(scan);
-  FindingList ignored;  // of an odometry that was started for its turning alone
-  const odometry::ScanResult result = odometry_->process(scan, executor_, ignored);
-  using odometry::TrackState;
-  const bool good = result.state == TrackState::kGood || result.state == TrackState::kWeak;
-  ++tracked_sweeps_;
-  if (!good) {
-    if (result.state != TrackState::kWaiting) ++lost_sweeps_;
-    last_pose_.reset();
-    return;
-  }
-  const geometry::Mat3 R = result.T_odom_body.R;
-  if (last_pose_ && result.t > last_pose_->first &&
-      seconds_between(last_pose_->first, result.t) < kTurnMax_s) {
-    turns_.push_back(
-        {last_pose_->first, result.t, geometry::so3_log(last_pose_->second.transpose() * R)});
-  }
-  last_pose_ = {result.t, R};
+  if (scan.size() > 0 && !up_lidar_) up_lidar_ = ground_normal(scan);
+  turning_.see(scan, executor_);
 }
 
 void Examination::judge_rates(const DoctorReport& report, FindingList& out) const {
@@ -131,8 +107,8 @@ void Examination::judge_rates(const DoctorReport& report, FindingList& out) cons
 void Examination::judge_rotations(DoctorReport& report, FindingList& out) {
   std::stable_sort(imu_.begin(), imu_.end(),
                    [](const auto& a, const auto& b) { return a.t < b.t; });
-  report.rotations = study_rotations(turns_, imu_);
-  const RotationStudy& study = report.rotations;
+  report.rotations = imu::study_rotations(turning_.turns(), imu_);
+  const imu::RotationStudy& study = report.rotations;
   std::optional<double> gyro_scale;
   if (study.gyro_ratio > 10.0)
     gyro_scale = 1.0 / 57.29577951308232;
@@ -148,7 +124,7 @@ void Examination::judge_rotations(DoctorReport& report, FindingList& out) {
   given.origin = options_.T_body_lidar ? "settings" : "/tf_static";
   report_gyro_unit(study, report.imu_topic, out);
   report_time_offset(study, report.lidar_topic, out);
-  report_extrinsics(study, given, turns_, imu_, out);
+  report_extrinsics(study, given, turning_.turns(), imu_, out);
   if (imu.units_known) {
     report_up(up_lidar_, imu.up_imu, study, given, report.lidar_topic, out);
   }
@@ -164,8 +140,9 @@ void Examination::finish(DoctorReport& report) {
   }
   clouds_.report(format_.value_or(wire::CloudFormat{}), report.lidar_topic, out);
   report.format = format_;
-  if (tracked_sweeps_ > kSweepsMin && lost_sweeps_ * 10 > tracked_sweeps_) {
-    const double share = static_cast<double>(lost_sweeps_) / static_cast<double>(tracked_sweeps_);
+  if (turning_.sweeps() > kSweepsMin && turning_.lost() * 10 > turning_.sweeps()) {
+    const double share =
+        static_cast<double>(turning_.lost()) / static_cast<double>(turning_.sweeps());
     out.push_back(make_finding(
         "D18", Severity::kWarning, report.lidar_topic,
         {fmt::format("LiDAR alone loses the way in {:.0f} % of the sweeps", 100.0 * share),

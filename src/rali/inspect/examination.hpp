@@ -7,10 +7,10 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/drive/input/stamp_repair.hpp"
+#include "rali/drive/offset/lidar_turning.hpp"
 #include "rali/inspect/cloud_study.hpp"
 #include "rali/inspect/doctor.hpp"
 #include "rali/inspect/range_study.hpp"
-#include "rali/odometry/odometry.hpp"
 
 namespace rali::inspect {
 
@@ -62,10 +62,7 @@ class Examination {
   sensor::LidarScan scan_;
   std::vector<drive::StampPair> cloud_stamps_, imu_stamps_;
   std::vector<sensor::ImuSample> imu_;
-  std::unique_ptr<odometry::Odometry> odometry_;
-  std::optional<std::pair<Time, geometry::Mat3>> last_pose_;
-  std::vector<LidarTurn> turns_;
-  std::uint64_t lost_sweeps_ = 0, tracked_sweeps_ = 0;
+  drive::LidarTurning turning_;
   std::optional<geometry::Vec3> up_lidar_;
   CloudStudy clouds_;
   RangeStudy ranges_;

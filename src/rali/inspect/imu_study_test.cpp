@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rali/inspect/test_motion.hpp"
+#include "rali/imu/turning_for_test.hpp"
 
 namespace rali::inspect {
 namespace {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "rali/inspect/test_recording.hpp"
+#include "rali/drive/hall_recording_for_test.hpp"
 
 namespace rali::inspect {
 namespace {
@@ -19,7 +19,7 @@ std::string temporary(const std::string& name) {
 }
 
 TEST(Info, names_topics_rates_fields_offsets_and_values) {
-  test::HallRecording recording;
+  drive::test::HallRecording recording;
   recording.duration_s = 1.0;
   const std::string path = recording.write(temporary("info_hall.bag"));
   const auto info = look_into(path);
@@ -41,7 +41,7 @@ TEST(Info, names_topics_rates_fields_offsets_and_values) {
 }
 
 TEST(Info, a_bag_cut_at_any_place_is_read_or_refused) {
-  test::HallRecording recording;
+  drive::test::HallRecording recording;
   recording.duration_s = 0.2;
   const std::string path = recording.write(temporary("info_cut.bag"));
   const auto size = fs::file_size(path);
@@ -83,7 +83,7 @@ TEST(Info, a_cloud_whose_offsets_lie_outside_its_points_does_not_read_there) {
   const std::string path = temporary("info_hostile.bag");
   io::MemorySink sink;
   io::BagWriter bag(sink, io::BagWriter::Options{});
-  const auto clouds = test::connect(bag, "/points", "sensor_msgs/PointCloud2");
+  const auto clouds = drive::test::connect(bag, "/points", "sensor_msgs/PointCloud2");
   ASSERT_TRUE(bag.write(clouds, Time::from_s(1.0), wire::encode(view, wire::Encoding::kRos1)));
   ASSERT_TRUE(bag.close().has_value());
   ASSERT_TRUE(io::write_file_atomic(path, std::span<const std::byte>(sink.bytes())).has_value());

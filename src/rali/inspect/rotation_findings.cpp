@@ -56,8 +56,8 @@ std::string rpy_text(const geometry::Mat3& R) {
   return fmt::format("[{:.1f}, {:.1f}, {:.1f}]", rpy.x(), rpy.y(), rpy.z());
 }
 
-void report_not_seen(const std::string& id, const RotationStudy& study, const std::string& what,
-                     FindingList& out) {
+void report_not_seen(const std::string& id, const imu::RotationStudy& study,
+                     const std::string& what, FindingList& out) {
   out.push_back(
       make_finding(id, Severity::kInfo, "",
                    {fmt::format("{} not observable: the vehicle turned {:.1f} deg in all", what,
@@ -66,14 +66,14 @@ void report_not_seen(const std::string& id, const RotationStudy& study, const st
                    {study.turned_rad, 0.5}));
 }
 
-Candidate best_other(const geometry::Mat3& R_given, std::span<const LidarTurn> lidar,
-                     std::span<const sensor::ImuSample> imu, const RotationStudy& study) {
+Candidate best_other(const geometry::Mat3& R_given, std::span<const imu::LidarTurn> lidar,
+                     std::span<const sensor::ImuSample> imu, const imu::RotationStudy& study) {
   std::vector<Candidate> others{{"its inverse", R_given.transpose(), 0.0}};
   for (const geometry::Mat3& swap : axis_swaps()) {
     others.push_back({"swapped axes", R_given * swap, 0.0});
   }
   others.push_back({"the rotation found from the data", study.best.R_imu_lidar, 0.0});
-  for (Candidate& c : others) c.misfit = misfit_of(c.R, lidar, imu, study);
+  for (Candidate& c : others) c.misfit = imu::misfit_of(c.R, lidar, imu, study);
   // The first of equals: the inverse is the likelier mistake than a swap that does the same.
   return *std::min_element(others.begin(), others.end(),
                            [](const auto& a, const auto& b) { return a.misfit < 0.9 * b.misfit; });
@@ -81,7 +81,7 @@ Candidate best_other(const geometry::Mat3& R_given, std::span<const LidarTurn> l
 
 }  // namespace
 
-void report_gyro_unit(const RotationStudy& study, const std::string& topic, FindingList& out) {
+void report_gyro_unit(const imu::RotationStudy& study, const std::string& topic, FindingList& out) {
   if (study.gyro_ratio == 0.0) return report_not_seen("D09", study, "the gyro's unit is", out);
   const double ratio = study.gyro_ratio;
   if (std::abs(ratio - 1.0) < 0.1) {
@@ -100,7 +100,8 @@ void report_gyro_unit(const RotationStudy& study, const std::string& topic, Find
                    {ratio, 1.0}));
 }
 
-void report_time_offset(const RotationStudy& study, const std::string& topic, FindingList& out) {
+void report_time_offset(const imu::RotationStudy& study, const std::string& topic,
+                        FindingList& out) {
   if (!study.time_offset_s) {
     if (!study.offset_at_border) return report_not_seen("D12", study, "the time offset is", out);
     out.push_back(make_finding("D12", Severity::kWarning, topic,
@@ -129,16 +130,16 @@ void report_time_offset(const RotationStudy& study, const std::string& topic, Fi
       {offset_s, limit_s}));
 }
 
-void report_extrinsics(const RotationStudy& study, const ExtrinsicsGiven& given,
-                       std::span<const LidarTurn> lidar, std::span<const sensor::ImuSample> imu,
-                       FindingList& out) {
+void report_extrinsics(const imu::RotationStudy& study, const ExtrinsicsGiven& given,
+                       std::span<const imu::LidarTurn> lidar,
+                       std::span<const sensor::ImuSample> imu, FindingList& out) {
   if (study.gyro_ratio == 0.0) {
     return report_not_seen("D11", study, "the LiDAR's rotation in the body is", out);
   }
   const bool one_axis = study.second_axis_share < kSecondAxisMin;
   const geometry::Mat3 R_given =
       given.R_body_imu.transpose() * given.R_body_lidar.value_or(geometry::Mat3::Identity());
-  const double misfit = misfit_of(R_given, lidar, imu, study);
+  const double misfit = imu::misfit_of(R_given, lidar, imu, study);
   const Candidate other = best_other(R_given, lidar, imu, study);
   const std::string which =
       given.R_body_lidar ? "T_body_lidar (" + given.origin + ")" : "the identity as T_body_lidar";
@@ -165,8 +166,8 @@ void report_extrinsics(const RotationStudy& study, const ExtrinsicsGiven& given,
 }
 
 void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Vec3& up_imu,
-               const RotationStudy& study, const ExtrinsicsGiven& given, const std::string& topic,
-               FindingList& out) {
+               const imu::RotationStudy& study, const ExtrinsicsGiven& given,
+               const std::string& topic, FindingList& out) {
   if (!up_lidar) {
     out.push_back(
         make_finding("D07", Severity::kInfo, topic,

@@ -4,12 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include "rali/inspect/test_motion.hpp"
+#include "rali/imu/turning_for_test.hpp"
 
 namespace rali::inspect {
 namespace {
 
-using test::TurningPair;
+using imu::test::TurningPair;
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 
@@ -24,7 +24,7 @@ FindingList all_findings(const TurningPair& pair, const ExtrinsicsGiven& given,
                          const std::optional<geometry::Vec3>& up_lidar) {
   const auto lidar = pair.lidar();
   const auto imu = pair.imu();
-  const RotationStudy study = study_rotations(lidar, imu);
+  const imu::RotationStudy study = imu::study_rotations(lidar, imu);
   FindingList findings;
   report_gyro_unit(study, "/imu", findings);
   report_time_offset(study, "/points", findings);

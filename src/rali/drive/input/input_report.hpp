@@ -19,6 +19,13 @@ enum class GyroUnit { kAuto, kRadps, kDegps };
 /// How strictly the extrinsics are compared with the data (checks.extrinsics).
 enum class ExtrinsicsCheck { kError, kWarn, kOff };
 
+/// What is added to the LiDAR's stamps, and where that comes from.
+struct LidarTimeOffset {
+  double value_s = 0.0;
+  std::optional<double> estimate_s, sigma_s;  ///< what the data said; empty: not asked, or nothing
+  std::string origin;                         ///< in words, if estimated or tried; empty: settings
+};
+
 /// What the user fixed about one vehicle's input; the rest is found from the data.
 struct InputOptions {
   std::string vehicle = "v1";
@@ -31,7 +38,7 @@ struct InputOptions {
   std::string lidar_tf_frame;                 ///< from_tf of T_body_lidar; empty: not asked for
   geometry::SE3 T_body_imu;
   std::string imu_tf_frame;          ///< from_tf of T_body_imu; empty: not asked for
-  double lidar_time_offset_s = 0.0;  ///< added to LiDAR stamps
+  LidarTimeOffset lidar_time_offset;
   double start_s = 0.0;              ///< after the first event
   double duration_s = 0.0;           ///< 0: to the end
   ExtrinsicsCheck extrinsics = ExtrinsicsCheck::kError;
@@ -69,7 +76,7 @@ struct InputReport {
   geometry::SE3 T_body_imu;
   std::string lidar_stamp = "header";  ///< or "record"
   std::string imu_stamp = "header";
-  double lidar_time_offset_s = 0.0;
+  LidarTimeOffset lidar_time_offset;
   Time t_begin, t_end;  ///< of the events handed out
   std::uint64_t sweeps = 0;
   std::uint64_t imu_samples = 0;

@@ -64,7 +64,10 @@ Json vehicle_json(const VehicleSummary& v) {
   json["T_map_odom"] = pose(v.T_map_odom);
   json["T_map_odom"]["tilt_sigma_rad"] = number(v.tilt_sigma_rad, 9);
   json["T_body_lidar"] = pose(v.input.T_body_lidar);
-  json["time_offset_s"] = number(v.input.lidar_time_offset_s, 9);
+  const LidarTimeOffset& offset = v.input.lidar_time_offset;
+  json["time_offset_s"] = number(offset.value_s, 9);
+  json["time_offset_sigma_s"] = offset.sigma_s ? number(*offset.sigma_s, 6) : Json(nullptr);
+  json["time_offset_origin"] = offset.origin.empty() ? "settings" : offset.origin;
   json["accel_scale"] = number(v.input.accel_scale);
   json["gaps"] = gaps_json(v.input.gaps);
   return json;

@@ -1,6 +1,6 @@
 #pragma once
 
-// A recording for the tests of this room: a vehicle that stands for a second and then wobbles
+// A recording for tests of this room and above: a vehicle that stands for a second and then wobbles
 // along a furnished hall, seen by 16 rings at 10 Hz and an IMU at 200 Hz, with faults on demand.
 
 #include <cmath>
@@ -16,7 +16,7 @@
 #include "rali/wire/definitions.hpp"
 #include "rali/wire/encode.hpp"
 
-namespace rali::inspect::test {
+namespace rali::drive::test {
 
 struct HallRecording {
   double duration_s = 14.0;
@@ -156,4 +156,4 @@ inline std::string HallRecording::write(const std::string& path) const {
   return whole ? path : std::string();
 }
 
-}  // namespace rali::inspect::test
+}  // namespace rali::drive::test

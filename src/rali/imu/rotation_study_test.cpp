@@ -1,13 +1,13 @@
-#include "rali/inspect/rotation_study.hpp"
+#include "rali/imu/rotation_study.hpp"
 
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
-#include "rali/inspect/test_motion.hpp"
+#include "rali/imu/turning_for_test.hpp"
 
-namespace rali::inspect {
+namespace rali::imu {
 namespace {
 
 using test::TurningPair;
@@ -112,4 +112,4 @@ TEST(RotationStudy, rubbish_gives_no_answer_and_no_crash) {
 }
 
 }  // namespace
-}  // namespace rali::inspect
+}  // namespace rali::imu

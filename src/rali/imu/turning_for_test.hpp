@@ -1,15 +1,15 @@
 #pragma once
 
-// A hand-made motion for the tests of this room: the same turning seen by a gyro at 200 Hz and by
+// A hand-made motion for tests of this room and above: the same turning seen by a gyro at 200 Hz and by
 // a LiDAR at 10 Hz, each with its faults.
 
 #include <cmath>
 #include <vector>
 
 #include "rali/base/rng.hpp"
-#include "rali/inspect/rotation_study.hpp"
+#include "rali/imu/rotation_study.hpp"
 
-namespace rali::inspect::test {
+namespace rali::imu::test {
 
 struct TurningPair {
   double duration_s = 60.0;
@@ -61,4 +61,4 @@ struct TurningPair {
   }
 };
 
-}  // namespace rali::inspect::test
+}  // namespace rali::imu::test

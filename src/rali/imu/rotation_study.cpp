@@ -1,4 +1,4 @@
-#include "rali/inspect/rotation_study.hpp"
+#include "rali/imu/rotation_study.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-namespace rali::inspect {
+namespace rali::imu {
 namespace {
 
 constexpr double kGap_s = 0.1;
@@ -220,4 +220,4 @@ double misfit_of(const geometry::Mat3& R_imu_lidar, std::span<const LidarTurn> l
   return misfit(pairs_at(lidar, gyro, study.time_offset_s.value_or(0.0)), R_imu_lidar);
 }
 
-}  // namespace rali::inspect
+}  // namespace rali::imu

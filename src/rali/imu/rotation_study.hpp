@@ -8,7 +8,7 @@
 #include "rali/geometry/so3.hpp"
 #include "rali/sensor/imu_sample.hpp"
 
-namespace rali::inspect {
+namespace rali::imu {
 
 /// Turn of the LiDAR between two instants of its own clock, as LiDAR odometry saw it.
 struct LidarTurn {
@@ -87,4 +87,4 @@ struct RotationStudyLimits {
 [[nodiscard]] double misfit_of(const geometry::Mat3& R_imu_lidar, std::span<const LidarTurn> lidar,
                                std::span<const sensor::ImuSample> imu, const RotationStudy& study);
 
-}  // namespace rali::inspect
+}  // namespace rali::imu

@@ -1,0 +1,36 @@
+#include "rali/drive/offset/lidar_turning.hpp"
+
+#include "rali/odometry/robust/robust_odometry.hpp"
+
+namespace rali::drive {
+namespace {
+
+/// A turn between sweeps farther apart than this is not one motion any more.
+constexpr double kTurnMax_s = 0.5;
+
+}  // namespace
+
+LidarTurning::LidarTurning()
+    : odometry_(odometry::make_robust_odometry(odometry::OdometrySettings{}, sensor::Calibration{},
+                                               false)) {}
+
+void LidarTurning::see(const sensor::LidarScan& scan, Executor& executor) {
+  if (scan.size() == 0) return;
+  FindingList ignored;  // of an odometry that was started for its turning alone
+  const odometry::ScanResult result = odometry_->process(scan, executor, ignored);
+  using odometry::TrackState;
+  const bool good = result.state == TrackState::kGood || result.state == TrackState::kWeak;
+  ++sweeps_;
+  if (!good) {
+    if (result.state != TrackState::kWaiting) ++lost_;
+    last_.reset();
+    return;
+  }
+  const geometry::Mat3 R = result.T_odom_body.R;
+  if (last_ && result.t > last_->first && seconds_between(last_->first, result.t) < kTurnMax_s) {
+    turns_.push_back({last_->first, result.t, geometry::so3_log(last_->second.transpose() * R)});
+  }
+  last_ = {result.t, R};
+}
+
+}  // namespace rali::drive

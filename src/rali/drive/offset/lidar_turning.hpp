@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/imu/rotation_study.hpp"
+#include "rali/odometry/odometry.hpp"
+#include "rali/sensor/lidar_scan.hpp"
+
+namespace rali::drive {
+
+/// How the LiDAR turned from sweep to sweep, by a LiDAR odometry of its own: without inertial data
+/// and with the LiDAR as the body, so that it owes nothing to gyro or extrinsics and can be
+/// compared with both.
+class LidarTurning {
+ public:
+  LidarTurning();
+
+  /// Sweeps in the order of time; one without points is passed over.
+  void see(const sensor::LidarScan& scan, Executor& executor);
+
+  [[nodiscard]] const std::vector<imu::LidarTurn>& turns() const { return turns_; }
+
+  /// Sweeps with points.
+  [[nodiscard]] std::uint64_t sweeps() const { return sweeps_; }
+
+  /// Sweeps in which LiDAR alone lost its way.
+  [[nodiscard]] std::uint64_t lost() const { return lost_; }
+
+ private:
+  std::unique_ptr<odometry::Odometry> odometry_;
+  std::optional<std::pair<Time, geometry::Mat3>> last_;
+  std::vector<imu::LidarTurn> turns_;
+  std::uint64_t sweeps_ = 0, lost_ = 0;
+};
+
+}  // namespace rali::drive
