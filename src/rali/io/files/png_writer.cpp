@@ -46,7 +46,7 @@ std::uint32_t adler32(std::span<const std::uint8_t> bytes) {
 /// Writes one block with the fixed codes of RFC 1951, section 3.2.6.
 class FixedDeflate {
  public:
-  explicit FixedDeflate(Bytes& out) : out_(out) {
+  FixedDeflate(Bytes& out, std::size_t pixel_bytes) : out_(out), pixel_bytes_(pixel_bytes) {
     bits(1, 1);  // last block
     bits(1, 2);  // fixed codes
   }
@@ -59,10 +59,10 @@ class FixedDeflate {
     }
   }
 
-  /// `length` bytes equal to those kPixelBytes before.
+  /// `length` bytes equal to those one pixel before.
   void match(std::size_t length) {
     length_symbol(length);
-    code(kPixelBytes - 1, 5);  // distances 1 to 4 are the symbols 0 to 3
+    code(static_cast<std::uint32_t>(pixel_bytes_ - 1), 5);  // distances 1 to 4: symbols 0 to 3
   }
 
   void end() {
@@ -106,18 +106,19 @@ class FixedDeflate {
   }
 
   Bytes& out_;
+  std::size_t pixel_bytes_;
   std::uint32_t pending_ = 0;
   int filled_ = 0;
 };
 
-Bytes zlib_stream(std::span<const std::uint8_t> raw) {
+Bytes zlib_stream(std::span<const std::uint8_t> raw, std::size_t pixel_bytes) {
   Bytes out = {std::byte{0x78}, std::byte{0x01}};
-  FixedDeflate deflate(out);
+  FixedDeflate deflate(out, pixel_bytes);
   std::size_t at = 0;
   while (at < raw.size()) {
     std::size_t run = 0;
     const std::size_t limit = std::min(kMatchMax, raw.size() - at);
-    while (at >= kPixelBytes && run < limit && raw[at + run] == raw[at + run - kPixelBytes]) ++run;
+    while (at >= pixel_bytes && run < limit && raw[at + run] == raw[at + run - pixel_bytes]) ++run;
     if (run >= kMatchMin) {
       deflate.match(run);
       at += run;
@@ -131,29 +132,48 @@ Bytes zlib_stream(std::span<const std::uint8_t> raw) {
 }
 
 /// Rows with the filter byte 0 (none) before each.
-std::vector<std::uint8_t> rows_of(const RgbImage& image) {
-  const std::size_t row = kPixelBytes * image.width;
+std::vector<std::uint8_t> rows_of(const std::vector<std::uint8_t>& bytes, std::size_t row,
+                                  std::size_t height) {
   std::vector<std::uint8_t> raw;
-  raw.reserve((row + 1) * image.height);
-  for (std::size_t y = 0; y < image.height; ++y) {
+  raw.reserve((row + 1) * height);
+  for (std::size_t y = 0; y < height; ++y) {
     raw.push_back(0);
-    const auto begin = image.rgb.begin() + static_cast<std::ptrdiff_t>(y * row);
+    const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(y * row);
     raw.insert(raw.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
   }
   return raw;
 }
 
-}  // namespace
-
-Bytes png_bytes(const RgbImage& image) {
+/// Signature and IHDR. @param colour_type 2: RGB, 3: palette.
+Bytes png_begin(std::uint32_t width, std::uint32_t height, int colour_type) {
   Bytes out;
   for (const int c : {0x89, 0x50, 0x4E, 0x47, 0x0D, 0x0A, 0x1A, 0x0A}) out.push_back(std::byte(c));
   Bytes header;
-  put_u32(header, image.width);
-  put_u32(header, image.height);
-  for (const int c : {8, 2, 0, 0, 0}) header.push_back(std::byte(c));  // 8 bits, RGB
+  put_u32(header, width);
+  put_u32(header, height);
+  for (const int c : {8, colour_type, 0, 0, 0}) header.push_back(std::byte(c));
   put_chunk(out, "IHDR", header);
-  put_chunk(out, "IDAT", zlib_stream(rows_of(image)));
+  return out;
+}
+
+}  // namespace
+
+Bytes png_bytes(const RgbImage& image) {
+  Bytes out = png_begin(image.width, image.height, 2);
+  const auto raw = rows_of(image.rgb, kPixelBytes * image.width, image.height);
+  put_chunk(out, "IDAT", zlib_stream(raw, kPixelBytes));
+  put_chunk(out, "IEND", {});
+  return out;
+}
+
+Bytes png_bytes(const IndexedImage& image) {
+  Bytes out = png_begin(image.width, image.height, 3);
+  Bytes palette;
+  for (const auto& colour : image.palette) {
+    for (const std::uint8_t channel : colour) palette.push_back(std::byte{channel});
+  }
+  put_chunk(out, "PLTE", palette);
+  put_chunk(out, "IDAT", zlib_stream(rows_of(image.index, image.width, image.height), 1));
   put_chunk(out, "IEND", {});
   return out;
 }

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+
+#include "rali/report/internal/colours.hpp"
+#include "rali/report/plot/map_raster.hpp"
+
+namespace rali::report {
+
+/// A way on the map, cut where it is not known.
+struct MapWay {
+  std::string label;
+  const std::vector<WayPoint>* points = nullptr;
+  Style style;
+  const std::vector<BlindSpan>* blind = nullptr;
+  double width = 2.2;
+};
+
+/// A place with a word.
+struct MapSpot {
+  geometry::Vec3 p_m = geometry::Vec3::Zero();
+  std::string label;
+};
+
+/// One view of a map: cloud as a picture, ways, scale bar, axes.
+struct MapView {
+  const MapPoints* map = nullptr;
+  ViewAxes axes;
+  PointShare share;         ///< colour of the points; empty: all grey
+  std::string colour_text;  ///< under the colour bar, with both ends: low, high
+  std::string colour_low, colour_high;
+  std::vector<MapWay> ways;
+  std::vector<MapSpot> anchors;
+  double width = 760.0, height_max = 620.0;
+  bool stretch_up = false;  ///< a side view of a long map is drawn higher than it is, and says so
+};
+
+/// Empty if there is neither a point nor a way.
+[[nodiscard]] std::string svg_of(const MapView& view);
+
+}  // namespace rali::report

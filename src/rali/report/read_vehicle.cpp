@@ -1,0 +1,144 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "rali/io/files/csv_reader.hpp"
+#include "rali/io/files/text.hpp"
+#include "rali/io/files/tum.hpp"
+#include "rali/report/internal/read_parts.hpp"
+#include "rali/report/internal/table_rows.hpp"
+
+namespace rali::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Spans that are nearer than this are one: a single seen sweep between blind ones says nothing.
+constexpr double kBlindJoin_s = 0.5;
+constexpr std::size_t kVehiclesMax = 64;
+
+/// A name out of a file must not lead to other folders.
+bool is_file_name(const std::string& name) {
+  return !name.empty() && name.find('/') == std::string::npos && !name.starts_with('.');
+}
+
+std::vector<WayPoint> read_way(const std::string& dir, const std::string& name, Time& t_begin,
+                               RunData& run) {
+  std::vector<WayPoint> way;
+  const std::string path = dir + '/' + name;
+  if (!file_exists(path)) return way;
+  const Result<io::TumFile> tum = io::read_tum(path);
+  if (!tum) {
+    run.unreadable.push_back(fmt::format("{}: {}", name, tum.error().what));
+    return way;
+  }
+  if (t_begin.ns == 0 && !tum->poses.empty()) t_begin = tum->poses.front().t;
+  for (const io::StampedPose& pose : tum->poses) {
+    if (!pose.T.p.allFinite()) continue;
+    way.push_back({seconds_between(t_begin, pose.t), pose.T.p});
+  }
+  return way;
+}
+
+void read_sigmas(const std::string& dir, Time t_begin, VehicleView& v, RunData& run) {
+  read_table(dir, "trajectory/" + v.name + ".cov.csv", run, [&](const TableRow& row) {
+    const double variance = row.number("c00") + row.number("c11") + row.number("c22");
+    if (variance >= 0.0) v.sigmas.push_back({row.seconds("stamp_s", t_begin), std::sqrt(variance)});
+  });
+}
+
+void read_degeneracy(const std::string& dir, Time t_begin, VehicleView& v, RunData& run) {
+  read_table(dir, "degeneracy/" + v.name + ".csv", run, [&](const TableRow& row) {
+    DegeneracyPoint d;
+    d.t_s = row.seconds("stamp_s", t_begin);
+    d.blind = row.flag("blind");
+    d.degree = row.number("degree");
+    d.axis = {row.number("dir_x"), row.number("dir_y"), row.number("dir_z")};
+    d.sigma_blind_m = row.number("sigma_blind_m");
+    d.correction_m = row.number("correction_m");
+    d.range_from = row.text("range_from");
+    if (std::isfinite(d.t_s)) v.degeneracy.push_back(std::move(d));
+  });
+}
+
+void read_errors(const std::string& dir, Time t_begin, VehicleView& v, RunData& run) {
+  read_table(dir, "errors/" + v.name + ".csv", run, [&](const TableRow& row) {
+    ErrorPoint e;
+    e.t_s = row.seconds("stamp_s", t_begin);
+    e.ape_m = row.number("ape_m");
+    e.rot_deg = row.number("rot_deg");
+    e.e_m = {row.number("ex"), row.number("ey"), row.number("ez")};
+    e.along_blind_m = row.number("along_blind_m");
+    e.nees = row.number("nees");
+    if (std::isfinite(e.t_s)) v.errors.push_back(e);
+  });
+}
+
+void add_holder(const std::string& name, std::string& list) {
+  if (name.empty()) return;
+  std::string_view rest = list;
+  while (!rest.empty()) {
+    const std::size_t comma = std::min(rest.find(", "), rest.size());
+    if (rest.substr(0, comma) == name) return;
+    rest.remove_prefix(std::min(comma + 2, rest.size()));
+  }
+  list += (list.empty() ? "" : ", ") + name;
+}
+
+void find_blind_spans(VehicleView& v) {
+  for (const DegeneracyPoint& d : v.degeneracy) {
+    if (!d.blind) continue;
+    if (v.blind.empty() || d.t_s - v.blind.back().end_s > kBlindJoin_s) {
+      v.blind.push_back({d.t_s, d.t_s, geometry::Vec3::Zero(), kUnknown, ""});
+    }
+    BlindSpan& span = v.blind.back();
+    span.end_s = d.t_s;
+    // An axis has no sign.
+    if (d.axis.allFinite()) span.axis += span.axis.dot(d.axis) < 0.0 ? -d.axis : d.axis;
+    if (!(d.sigma_blind_m <= span.sigma_max_m)) span.sigma_max_m = d.sigma_blind_m;
+    add_holder(d.range_from, span.held_by);
+  }
+  for (BlindSpan& span : v.blind) {
+    if (span.axis.norm() > 0.0) span.axis.normalize();
+  }
+}
+
+}  // namespace
+
+void add_vehicles_of_files(const std::string& dir, RunData& run) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(dir + "/trajectory", error)) {
+    std::string name = entry.path().filename().string();
+    if (!name.ends_with(".tum") || name.ends_with(".imu.tum") || name.starts_with('.')) continue;
+    name.resize(name.size() - 4);
+    const bool known = std::any_of(run.vehicles.begin(), run.vehicles.end(),
+                                   [&](const VehicleView& v) { return v.name == name; });
+    if (!known) names.push_back(std::move(name));
+  }
+  std::sort(names.begin(), names.end(), io::natural_less);
+  for (std::string& name : names) {
+    if (run.vehicles.size() >= kVehiclesMax) break;
+    VehicleView view;
+    view.name = std::move(name);
+    run.vehicles.push_back(std::move(view));
+  }
+}
+
+void read_vehicle(const std::string& dir, Time& t_begin, VehicleView& vehicle, RunData& run) {
+  if (!is_file_name(vehicle.name)) {
+    run.unreadable.push_back(
+        fmt::format("metrics.json: '{}' is no name of a vehicle", io::quoted(vehicle.name)));
+    return;
+  }
+  vehicle.way = read_way(dir, "trajectory/" + vehicle.name + ".tum", t_begin, run);
+  vehicle.odometry = read_way(dir, "odometry/" + vehicle.name + ".tum", t_begin, run);
+  read_sigmas(dir, t_begin, vehicle, run);
+  read_degeneracy(dir, t_begin, vehicle, run);
+  read_errors(dir, t_begin, vehicle, run);
+  find_blind_spans(vehicle);
+}
+
+}  // namespace rali::report

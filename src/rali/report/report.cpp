@@ -1,0 +1,130 @@
+#include "rali/report/report.hpp"
+
+#include <fmt/format.h>
+
+#include "rali/io/files/atomic_file.hpp"
+#include "rali/report/internal/html.hpp"
+#include "rali/report/read_run.hpp"
+#include "rali/report/section/section.hpp"
+
+namespace rali::report {
+
+namespace assets {
+std::string_view script();
+std::string_view style();
+std::string_view script_licence();
+}  // namespace assets
+
+namespace {
+
+/// Browsers obey this: the page may load nothing, from nowhere.
+constexpr std::string_view kPolicy =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+std::string head(const std::string& title) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n",
+      kPolicy, title, assets::style());
+}
+
+/// Hatching of what is blind; used by all drawings of the page.
+constexpr std::string_view kPatterns =
+    "<svg width=\"0\" height=\"0\" class=\"patterns\"><defs><pattern id=\"hatch\" width=\"6\" "
+    "height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect "
+    "width=\"6\" height=\"6\" fill=\"#d55e00\" fill-opacity=\"0.12\"/><path d=\"M0 0V6\" "
+    "stroke=\"#d55e00\" stroke-width=\"1.6\" stroke-opacity=\"0.7\"/></pattern></defs></svg>\n";
+
+std::string contents(const std::vector<Section>& sections) {
+  std::string out = "<nav><ol>";
+  for (const Section& s : sections) {
+    out += fmt::format("<li><a href=\"#{}\">{}</a></li>", s.id, s.title);
+  }
+  return out + "</ol></nav>\n";
+}
+
+std::string body(const std::vector<Section>& sections) {
+  std::string out = "<main>\n";
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const Section& s = sections[i];
+    const bool speed = s.id == "speed";
+    if (speed) out += kSpeedBegin;
+    out += fmt::format("<section id=\"{}\">\n<h2><span class=\"no\">{}</span> {}</h2>\n", s.id,
+                       i + 1, s.title);
+    out += s.html;
+    out += "</section>\n";
+    if (speed) out += kSpeedEnd;
+  }
+  return out + "</main>\n";
+}
+
+std::string foot() {
+  std::string out =
+      "<footer><p>Made by rali. All data of this page are in the folder of the run; "
+      "the page loads nothing from anywhere.</p>\n";
+  if (!assets::script_licence().empty()) {
+    out += fmt::format(
+        "<details><summary>Licence of three.js, which draws the map to turn"
+        "</summary><pre>{}</pre></details>\n",
+        escaped(assets::script_licence()));
+  }
+  return out + "</footer>\n";
+}
+
+std::string scripts() {
+  if (assets::script().empty()) return {};
+  return fmt::format("<script>\n{}\n</script>\n", assets::script());
+}
+
+std::string page(const std::string& title, const std::string& subtitle,
+                 const std::vector<Section>& sections) {
+  std::string out = head(title);
+  out += kPatterns;
+  out += fmt::format("<header><h1>{}</h1><p>{}</p></header>\n", title, subtitle);
+  out += contents(sections);
+  out += body(sections);
+  out += foot();
+  out += scripts();
+  return out + "</body>\n</html>\n";
+}
+
+}  // namespace
+
+std::string report_html(const RunData& run) {
+  std::vector<std::string> names;
+  for (const VehicleView& v : run.vehicles) names.push_back(v.name);
+  const std::string title =
+      names.empty() ? "RaLI map" : fmt::format("RaLI map of {}", names_text(names));
+  const std::string subtitle = run.version.empty()
+                                   ? std::string("report")
+                                   : fmt::format("report of rali {}", escaped(run.version));
+  return page(title, subtitle,
+              {verdict_section(run), map_section(run), view3d_section(run), vehicles_section(run),
+               ranges_section(run), fleet_section(run), truth_section(run), input_section(run),
+               speed_section(run), settings_section(run)});
+}
+
+std::string comparison_html(const std::vector<RunData>& runs) {
+  return page(fmt::format("RaLI: {} runs side by side", runs.size()), "comparison",
+              comparison_sections(runs));
+}
+
+Status write_report(const std::string& out_dir) {
+  const Result<RunData> run = read_run(out_dir);
+  if (!run) return tl::make_unexpected(run.error());
+  return io::write_file_atomic(out_dir + "/report.html", report_html(*run));
+}
+
+Status write_comparison(const std::vector<std::string>& out_dirs, const std::string& path) {
+  std::vector<RunData> runs;
+  for (const std::string& dir : out_dirs) {
+    Result<RunData> run = read_run(dir);
+    if (!run) return tl::make_unexpected(run.error());
+    runs.push_back(std::move(*run));
+  }
+  return io::write_file_atomic(path, comparison_html(runs));
+}
+
+}  // namespace rali::report

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/report/run_data.hpp"
+
+namespace rali::report {
+
+/// What differs between two equal runs stands between these comments; status.json hashes the rest.
+inline constexpr std::string_view kSpeedBegin = "<!--speed-->", kSpeedEnd = "<!--/speed-->";
+
+/// The page of one run: whole HTML with everything inside, under 10 MB. The same data give the
+/// same bytes.
+[[nodiscard]] std::string report_html(const RunData& run);
+
+/// Runs side by side: numbers, trajectories, settings that differ.
+[[nodiscard]] std::string comparison_html(const std::vector<RunData>& runs);
+
+/// Reads `out_dir` and writes `out_dir`/report.html. Errors: kInput, kMachine.
+[[nodiscard]] Status write_report(const std::string& out_dir);
+
+/// Reads each folder and writes one page. Errors: kInput, kMachine.
+[[nodiscard]] Status write_comparison(const std::vector<std::string>& out_dirs,
+                                      const std::string& path);
+
+}  // namespace rali::report

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rali/geometry/types.hpp"
+
+namespace rali::report {
+
+/// What is not known.
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+using Number = std::optional<double>;
+using NamedNumbers = std::vector<std::pair<std::string, double>>;
+
+/// All times are seconds since the begin of the run, all positions are in the frame `map`, unless
+/// the name says otherwise.
+
+struct WayPoint {
+  double t_s = 0.0;
+  geometry::Vec3 p_m = geometry::Vec3::Zero();
+};
+
+/// Root of the expected squared 3-D position error.
+struct SigmaPoint {
+  double t_s = 0.0;
+  double sigma_m = kUnknown;
+};
+
+struct DegeneracyPoint {
+  double t_s = 0.0;
+  bool blind = false;
+  double degree = kUnknown;  ///< lambda2/lambda3 of the paper
+  geometry::Vec3 axis = geometry::Vec3::Constant(kUnknown);
+  double sigma_blind_m = kUnknown;
+  double correction_m = kUnknown;
+  std::string range_from;  ///< empty: no range held it
+};
+
+struct ErrorPoint {
+  double t_s = 0.0;
+  double ape_m = kUnknown, rot_deg = kUnknown;
+  geometry::Vec3 e_m = geometry::Vec3::Constant(kUnknown);
+  double along_blind_m = kUnknown;
+  double nees = kUnknown;
+};
+
+/// A stretch of time on which the vehicle was blind.
+struct BlindSpan {
+  double begin_s = 0.0, end_s = 0.0;
+  geometry::Vec3 axis = geometry::Vec3::Zero();  ///< mean, one sign
+  double sigma_max_m = kUnknown;
+  std::string held_by;  ///< vehicles whose ranges held it, with commas; empty: none
+};
+
+/// One vehicle's entry of metrics.json.
+struct VehicleNumbers {
+  Number path_m, sweeps, sweeps_dropped, keyframes, blind_share, blind_held_share, sigma_median_m,
+      sigma_max_m, diverged_s, time_offset_s, accel_scale;
+  NamedNumbers gaps;
+};
+
+struct VehicleView {
+  std::string name;
+  VehicleNumbers numbers;
+  std::vector<WayPoint> way;
+  std::vector<WayPoint> odometry;  ///< in its own odom frame
+  std::vector<SigmaPoint> sigmas;
+  std::vector<DegeneracyPoint> degeneracy;
+  std::vector<BlindSpan> blind;
+  std::vector<ErrorPoint> errors;
+  std::vector<WayPoint> truth;  ///< brought into map
+};
+
+struct RangeRow {
+  double t_s = 0.0;
+  std::string from, to, reason;
+  double range_m = kUnknown, residual_m = kUnknown, sigma_m = kUnknown;
+  bool used = false;
+};
+
+struct RangePair {
+  std::string name;
+  Number bias_m, bias_sigma_m, residual_std_m, latency_s;
+};
+
+struct RangeNumbers {
+  Number total, used;
+  NamedNumbers rejected;
+  std::vector<RangePair> pairs;
+};
+
+struct Round {
+  std::string round, anchor, ended_by, next_anchor;
+  double begin_s = kUnknown, end_s = kUnknown;
+};
+
+struct Loop {
+  std::string vehicle_from, vehicle_to, reason;
+  double from_s = kUnknown, to_s = kUnknown, score = kUnknown, shift_m = kUnknown;
+  bool accepted = false;
+};
+
+/// Points of map.pcd, column by column.
+struct MapPoints {
+  std::vector<float> x_m, y_m, z_m, sigma_m;
+  std::vector<std::uint8_t> vehicle;
+
+  [[nodiscard]] std::size_t size() const { return x_m.size(); }
+};
+
+struct Warning {
+  std::string id, vehicle, text;
+};
+
+struct Timing {
+  Number total_s, data_s, speed, memory_max_mb;
+  NamedNumbers stages_s;
+};
+
+struct SettingLine {
+  std::string key, value, origin;
+};
+
+/// One scalar of evaluation.json; `key` is the path with dots.
+struct Measured {
+  std::string key;
+  std::string text;         ///< as it stands there
+  double value = kUnknown;  ///< where it is a number
+};
+
+/// Everything the report of one run shows, read from its folder.
+struct RunData {
+  std::string name;    ///< last part of the folder's path
+  std::string status;  ///< of status.json; "" if there is none
+  std::string version;
+  Number duration_s;
+  std::vector<VehicleView> vehicles;
+  std::vector<std::vector<std::string>> groups;  ///< vehicles that share one frame
+  Number loops_accepted, loops_refused, rounds_count;
+  RangeNumbers ranges;
+  std::vector<RangeRow> range_rows;
+  std::vector<Round> rounds;
+  std::vector<Loop> loops;
+  Number map_points, map_voxel_m, map_thickness_m;
+  MapPoints map;
+  std::vector<Warning> warnings;
+  Timing timing;
+  bool settings_known = false;
+  std::vector<SettingLine> settings;  ///< other than default
+  std::vector<Measured> evaluation;   ///< empty: not evaluated
+  bool metrics_known = false;
+  std::vector<std::string> unreadable;  ///< files that are there and could not be read, with why
+
+  [[nodiscard]] bool evaluated() const { return !evaluation.empty(); }
+};
+
+}  // namespace rali::report

@@ -1,0 +1,270 @@
+#include "rali/report/section/checks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "rali/report/internal/html.hpp"
+#include "rali/report/section/section.hpp"
+
+namespace rali::report {
+namespace {
+
+/// More than this share of the way blind without a range is a doubt.
+constexpr double kUnheldShare = 0.02;
+constexpr double kLargeSigma_m = 0.5;
+/// Mean of NEES over 3 (position) above this: the covariances promise too much.
+constexpr double kNeesMax = 2.0;
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kGapWords = {
+    {{"jumps", "jumps of the clock"},
+     {"missing_s", "seconds without LiDAR"},
+     {"late", "messages too late"},
+     {"nan_points", "points without a number"},
+     {"no_time_points", "points without a time"},
+     {"imu_saturated", "IMU samples at the end of their range"},
+     {"repeated", "messages twice"},
+     {"imu_invalid", "IMU samples that are no numbers"},
+     {"imu_missing_s", "seconds without IMU"},
+     {"undecodable", "messages not decoded"},
+     {"bytes_lost", "bytes lost"},
+     {"damaged", "damaged parts"}}};
+
+std::string status_words(const RunData& run) {
+  if (run.status == "complete") return "complete";
+  if (run.status == "partial") return "done with gaps; all outputs are valid for what was usable";
+  if (run.status == "interrupted") return "stopped before the end of the data";
+  if (run.status == "failed") return "failed; what is whole was kept";
+  if (run.status == "running") return "still running, or killed";
+  return "not known";
+}
+
+Check run_check(const RunData& run) {
+  const CheckState state = run.status == "complete"                            ? CheckState::kGood
+                           : run.status == "failed" || run.status == "running" ? CheckState::kBad
+                           : run.status.empty() ? CheckState::kNotChecked
+                                                : CheckState::kLook;
+  return {state, "the run", status_words(run)};
+}
+
+/// Points without a return are how some drivers send nothing: no gap.
+bool is_harmless(std::string_view key) { return key == "nan_points"; }
+
+Check input_check(const RunData& run) {
+  Check check{CheckState::kNotChecked, "input", "not known"};
+  std::string found;
+  for (const VehicleView& v : run.vehicles) {
+    if (!v.numbers.gaps.empty() && check.state == CheckState::kNotChecked) {
+      check.state = CheckState::kGood;
+    }
+    const auto add = [&](double value, std::string_view words) {
+      if (value <= 0.0) return;
+      check.state = CheckState::kLook;
+      found += fmt::format("{}{}: {} {}", found.empty() ? "" : "; ", escaped(v.name),
+                           value == std::floor(value) ? counted(value) : fixed(value, 2), words);
+    };
+    for (const auto& [key, value] : v.numbers.gaps) {
+      if (!is_harmless(key)) add(value, escaped(gap_words(key)));
+    }
+    add(v.numbers.sweeps_dropped.value_or(0.0), "sweeps without a pose");
+  }
+  if (check.state == CheckState::kGood) check.found = "no gaps, nothing damaged, no sweep dropped";
+  if (check.state == CheckState::kLook) check.found = found;
+  return check;
+}
+
+Check divergence_check(const RunData& run) {
+  Check check{CheckState::kNotChecked, "odometry", "not known"};
+  double diverged_s = 0.0;
+  for (const VehicleView& v : run.vehicles) {
+    if (!v.numbers.diverged_s) continue;
+    check.state = CheckState::kGood;
+    diverged_s += *v.numbers.diverged_s;
+  }
+  if (check.state == CheckState::kNotChecked) return check;
+  check.found = "its own tests noticed no divergence";
+  if (diverged_s <= 0.0) return check;
+  check.state = CheckState::kBad;
+  check.found = fmt::format("diverged for {} s: cut from the map", fixed(diverged_s, 1));
+  return check;
+}
+
+/// Share of the way on which a vehicle was blind and no range held it.
+double unheld_share(const VehicleNumbers& n) {
+  return n.blind_share.value_or(0.0) * (1.0 - n.blind_held_share.value_or(0.0));
+}
+
+Check blind_check(const RunData& run) {
+  Check check{CheckState::kNotChecked, "blind directions", "not known"};
+  double worst = 0.0;
+  std::string name;
+  for (const VehicleView& v : run.vehicles) {
+    if (!v.numbers.blind_share) continue;
+    if (check.state == CheckState::kNotChecked) check.state = CheckState::kGood;
+    if (*v.numbers.blind_share > 0.0) check.state = CheckState::kLook;
+    if (unheld_share(v.numbers) <= worst && !name.empty()) continue;
+    worst = unheld_share(v.numbers);
+    name = v.name;
+  }
+  if (check.state == CheckState::kGood) check.found = "none met";
+  if (check.state == CheckState::kLook) {
+    check.found = worst > 0.0 ? fmt::format("{} of the way of {} blind and held by inertia alone",
+                                            percent(worst), escaped(name))
+                              : std::string("met, and held by ranges everywhere");
+  }
+  return check;
+}
+
+Check frame_check(const RunData& run) {
+  if (run.vehicles.size() < 2) {
+    return {CheckState::kNotChecked, "common frame", "one vehicle: nothing to join"};
+  }
+  if (run.groups.empty()) return {CheckState::kNotChecked, "common frame", "not known"};
+  if (run.groups.size() == 1) {
+    return {CheckState::kGood, "common frame",
+            fmt::format("all {} vehicles in one frame", run.vehicles.size())};
+  }
+  return {
+      CheckState::kLook, "common frame",
+      fmt::format("{} frames: vehicles of different frames cannot be compared", run.groups.size())};
+}
+
+Check range_check(const RunData& run) {
+  const double total = run.ranges.total.value_or(0.0), used = run.ranges.used.value_or(0.0);
+  if (total <= 0.0) return {CheckState::kNotChecked, "ranges", "none given"};
+  return {used >= 0.5 * total ? CheckState::kGood : CheckState::kLook, "ranges",
+          fmt::format("{} used, {} rejected", counted(used), counted(total - used))};
+}
+
+Check loop_check(const RunData& run) {
+  const double loops = run.loops_accepted.value_or(0.0);
+  if (loops <= 0.0) {
+    return {CheckState::kNotChecked, "loops", "none closed: drift was not checked by coming back"};
+  }
+  return {CheckState::kGood, "loops",
+          fmt::format("{} closed, {} refused", counted(loops),
+                      counted(run.loops_refused.value_or(0.0)))};
+}
+
+Check truth_check(const RunData& run) {
+  const Number ape = truth_error(run);
+  if (!ape) return {CheckState::kNotChecked, "against truth", "not evaluated"};
+  const Number nees = measured(run, "fleet.nees.mean");
+  if (nees && *nees > kNeesMax * 3.0) {
+    return {CheckState::kLook, "against truth",
+            fmt::format("{} rmse; the errors are larger than the covariances say (NEES {})",
+                        metres(ape), fixed(*nees, 1))};
+  }
+  return {CheckState::kGood, "against truth", metres(ape) + " rmse (APE)"};
+}
+
+std::string doubt_of_status(const RunData& run) {
+  if (run.status == "interrupted") {
+    return fmt::format("the run was stopped at {} s: what comes later was not mapped.",
+                       fixed(last_time_s(run), 0));
+  }
+  if (run.status == "failed" || run.status == "running") {
+    return "the run did not come to its end: outputs are missing or belong to a part of the data.";
+  }
+  return {};
+}
+
+std::string doubt_of_vehicles(const RunData& run) {
+  for (const VehicleView& v : run.vehicles) {
+    if (v.numbers.diverged_s.value_or(0.0) > 0.0) {
+      return fmt::format("{} diverged for {} s; that stretch is missing in the map.",
+                         escaped(v.name), fixed(v.numbers.diverged_s, 1));
+    }
+  }
+  if (run.map_points.value_or(0.0) <= 0.0) return "there is no map.";
+  if (run.groups.size() > 1) {
+    return fmt::format(
+        "the vehicles stand in {} frames that are not joined; the map holds one of "
+        "them.",
+        run.groups.size());
+  }
+  const VehicleView* worst = nullptr;
+  for (const VehicleView& v : run.vehicles) {
+    if (worst == nullptr || unheld_share(v.numbers) > unheld_share(worst->numbers)) worst = &v;
+  }
+  if (worst != nullptr && unheld_share(worst->numbers) > kUnheldShare) {
+    return fmt::format(
+        "{} was blind on {} of its way with nothing but inertia to hold it: its "
+        "length along the blind axis may be wrong.",
+        escaped(worst->name), percent(unheld_share(worst->numbers)));
+  }
+  for (const VehicleView& v : run.vehicles) {
+    if (v.numbers.sigma_max_m.value_or(0.0) > kLargeSigma_m) {
+      return fmt::format("{} expects to be off by up to {} (1 sigma).", escaped(v.name),
+                         metres(v.numbers.sigma_max_m));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view gap_words(std::string_view key) {
+  for (const auto& [name, words] : kGapWords) {
+    if (name == key) return words;
+  }
+  return key;
+}
+
+std::string_view state_class(CheckState state) {
+  switch (state) {
+    case CheckState::kGood:
+      return "good";
+    case CheckState::kLook:
+      return "look";
+    case CheckState::kBad:
+      return "bad";
+    case CheckState::kNotChecked:
+      break;
+  }
+  return "none";
+}
+
+std::string_view state_word(CheckState state) {
+  switch (state) {
+    case CheckState::kGood:
+      return "\xE2\x9C\x93 good";
+    case CheckState::kLook:
+      return "! look";
+    case CheckState::kBad:
+      return "\xE2\x9C\x97 bad";
+    case CheckState::kNotChecked:
+      break;
+  }
+  return "\xE2\x80\x93 not checked";
+}
+
+Number truth_error(const RunData& run) { return measured(run, "fleet.ape.rmse"); }
+
+std::vector<Check> checks_of(const RunData& run) {
+  return {run_check(run),   input_check(run), divergence_check(run), blind_check(run),
+          frame_check(run), range_check(run), loop_check(run),       truth_check(run)};
+}
+
+std::string largest_doubt(const RunData& run) {
+  for (const std::string& doubt : {doubt_of_status(run), doubt_of_vehicles(run)}) {
+    if (!doubt.empty()) return doubt;
+  }
+  if (const Check truth = truth_check(run); truth.state == CheckState::kLook) {
+    return "expected and measured error disagree: " + truth.found + '.';
+  }
+  if (!run.warnings.empty()) return escaped(run.warnings.front().text);
+  if (const Check input = input_check(run); input.state == CheckState::kLook) {
+    return "the input has gaps: " + input.found + '.';
+  }
+  if (!run.evaluated()) {
+    return "nothing here was measured against a truth: errors are what the program expects of "
+           "itself.";
+  }
+  return "none that this run could show; the truth it was compared with has errors of its own.";
+}
+
+}  // namespace rali::report

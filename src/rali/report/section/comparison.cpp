@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "rali/report/internal/html.hpp"
+#include "rali/report/plot/map_view.hpp"
+#include "rali/report/section/checks.hpp"
+#include "rali/report/section/section.hpp"
+
+namespace rali::report {
+namespace {
+
+using Cell = std::string;
+
+std::vector<std::string> head_of(const std::vector<RunData>& runs, const char* first) {
+  std::vector<std::string> head = {first};
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    head.push_back(fmt::format("{} {}", i + 1, escaped(runs[i].name)));
+  }
+  return head;
+}
+
+template <class Get>
+void add_row(const std::vector<RunData>& runs, Table& table, std::string name, Get&& get) {
+  std::vector<Cell> row = {std::move(name)};
+  for (const RunData& run : runs) row.push_back(get(run));
+  table.row(std::move(row));
+}
+
+std::vector<std::string> vehicle_names(const std::vector<RunData>& runs) {
+  std::vector<std::string> names;
+  for (const RunData& run : runs) {
+    for (const VehicleView& v : run.vehicles) {
+      if (std::find(names.begin(), names.end(), v.name) == names.end()) names.push_back(v.name);
+    }
+  }
+  return names;
+}
+
+const VehicleNumbers* numbers_of(const RunData& run, const std::string& name) {
+  for (const VehicleView& v : run.vehicles) {
+    if (v.name == name) return &v.numbers;
+  }
+  return nullptr;
+}
+
+void add_vehicle_rows(const std::vector<RunData>& runs, Table& table) {
+  for (const std::string& name : vehicle_names(runs)) {
+    const auto add = [&](const char* what, Number VehicleNumbers::*member, auto text) {
+      add_row(runs, table, fmt::format("{}: {}", escaped(name), what), [&](const RunData& run) {
+        const VehicleNumbers* n = numbers_of(run, name);
+        return text(n == nullptr ? Number() : n->*member);
+      });
+    };
+    add("path", &VehicleNumbers::path_m, [](const Number& n) { return metres(n); });
+    add("keyframes", &VehicleNumbers::keyframes, [](const Number& n) { return counted(n); });
+    add("sweeps dropped", &VehicleNumbers::sweeps_dropped,
+        [](const Number& n) { return counted(n); });
+    add("blind", &VehicleNumbers::blind_share, [](const Number& n) { return percent(n); });
+    add("held by ranges", &VehicleNumbers::blind_held_share,
+        [](const Number& n) { return percent(n); });
+    add("expected error, median", &VehicleNumbers::sigma_median_m,
+        [](const Number& n) { return metres(n); });
+    add("expected error, worst", &VehicleNumbers::sigma_max_m,
+        [](const Number& n) { return metres(n); });
+    add("diverged", &VehicleNumbers::diverged_s,
+        [](const Number& n) { return fixed(n, 1) + " s"; });
+  }
+}
+
+Section metrics_section(const std::vector<RunData>& runs) {
+  Table table(head_of(runs, "measure"));
+  add_row(runs, table, "status", [](const RunData& r) { return escaped(r.status); });
+  add_row(runs, table, "program", [](const RunData& r) { return escaped(r.version); });
+  add_row(runs, table, "data", [](const RunData& r) { return fixed(r.duration_s, 1) + " s"; });
+  add_row(runs, table, "frames",
+          [](const RunData& r) { return fmt::format("{}", r.groups.size()); });
+  add_row(runs, table, "map points", [](const RunData& r) { return counted(r.map_points); });
+  add_row(runs, table, "map thickness", [](const RunData& r) { return metres(r.map_thickness_m); });
+  add_row(runs, table, "loops closed", [](const RunData& r) { return counted(r.loops_accepted); });
+  add_row(runs, table, "ranges used", [](const RunData& r) { return counted(r.ranges.used); });
+  add_row(runs, table, "against truth (APE rmse)",
+          [](const RunData& r) { return metres(truth_error(r)); });
+  add_row(runs, table, "warnings",
+          [](const RunData& r) { return fmt::format("{}", r.warnings.size()); });
+  add_vehicle_rows(runs, table);
+  return {"metrics", "Numbers side by side", "<div class=\"wide\">" + table.html() + "</div>"};
+}
+
+Section overlay_section(const std::vector<RunData>& runs) {
+  MapView view;
+  for (const RunData& run : runs) {
+    if (view.map == nullptr && run.map.size() > 0) view.map = &run.map;
+  }
+  std::size_t index = 0;
+  std::string legend = "<p class=\"legend\">";
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    for (const VehicleView& v : runs[i].vehicles) {
+      if (v.way.empty()) continue;
+      const Style style = style_of(index++);
+      const std::string label = fmt::format("{} {}: {}", i + 1, runs[i].name, v.name);
+      view.ways.push_back({label, &v.way, style, &v.blind, 2.0});
+      legend += fmt::format(
+          "<span><svg width=\"30\" height=\"8\"><path d=\"M0 4H30\" stroke=\"{}\" "
+          "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {}</span>",
+          css(style.colour), style.dash, escaped(label));
+    }
+  }
+  const std::string svg = svg_of(view);
+  if (svg.empty()) return {"overlay", "Trajectories", absent("No run has a trajectory.")};
+  return {"overlay", "Trajectories",
+          legend + "</p><figure>" + svg +
+              "</figure><p class=\"note\">Each in its own map frame, as "
+              "written: begins at the first pose, z up; nothing was aligned. Grey: the map of the "
+              "first "
+              "run.</p>\n"};
+}
+
+Section difference_section(const std::vector<RunData>& runs) {
+  std::map<std::string, std::vector<std::string>> values;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    for (const SettingLine& s : runs[i].settings) {
+      std::vector<std::string>& row = values[s.key];
+      row.resize(runs.size());
+      row[i] = s.value;
+    }
+  }
+  Table table(head_of(runs, "setting"));
+  for (const auto& [key, row] : values) {
+    if (std::all_of(row.begin(), row.end(), [&](const std::string& v) { return v == row[0]; })) {
+      continue;
+    }
+    std::vector<Cell> cells = {"<code>" + escaped(key) + "</code>"};
+    for (const std::string& v : row)
+      cells.push_back(v.empty() ? "default" : "<code>" + escaped(v) + "</code>");
+    table.row(std::move(cells));
+  }
+  return {
+      "settings", "Settings that differ",
+      table.empty() ? absent("The settings other than default are the same.") : table.html(true)};
+}
+
+Section speeds_section(const std::vector<RunData>& runs) {
+  Table table(head_of(runs, "speed and memory"));
+  add_row(runs, table, "time", [](const RunData& r) { return fixed(r.timing.total_s, 1) + " s"; });
+  add_row(runs, table, "times real time",
+          [](const RunData& r) { return fixed(r.timing.speed, 1); });
+  add_row(runs, table, "memory",
+          [](const RunData& r) { return counted(r.timing.memory_max_mb) + " MiB"; });
+  return {"speed", "Speed and memory", table.html()};
+}
+
+}  // namespace
+
+std::vector<Section> comparison_sections(const std::vector<RunData>& runs) {
+  return {metrics_section(runs), overlay_section(runs), difference_section(runs),
+          speeds_section(runs)};
+}
+
+}  // namespace rali::report

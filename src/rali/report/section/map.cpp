@@ -1,0 +1,139 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "rali/report/internal/html.hpp"
+#include "rali/report/plot/map_view.hpp"
+#include "rali/report/section/section.hpp"
+
+namespace rali::report {
+namespace {
+
+void add_ways(const RunData& run, MapView& view) {
+  static const std::vector<BlindSpan> kNoSpans;
+  for (const VehicleView& v : run.vehicles) {
+    if (v.truth.empty()) continue;
+    view.ways.push_back({v.name + " truth", &v.truth, Style{kTruthColour, "3 3"}, nullptr, 2.6});
+  }
+  for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
+    const VehicleView& v = run.vehicles[i];
+    if (v.way.empty()) continue;
+    view.ways.push_back({v.name, &v.way, style_of(i), &v.blind, 2.2});
+  }
+}
+
+void add_anchors(const RunData& run, MapView& view) {
+  for (const Round& round : run.rounds) {
+    for (const VehicleView& v : run.vehicles) {
+      if (v.name != round.anchor) continue;
+      const WayPoint* where = pose_near(v.way, 0.5 * (round.begin_s + round.end_s));
+      if (where == nullptr) continue;
+      view.anchors.push_back(
+          {where->p_m, fmt::format("round {}: {} stands as anchor", round.round, v.name)});
+    }
+  }
+}
+
+MapView base_view(const RunData& run) {
+  MapView view;
+  view.map = &run.map;
+  add_ways(run, view);
+  add_anchors(run, view);
+  return view;
+}
+
+void colour_by_error(const RunData& run, MapView& view) {
+  const ErrorScale scale = error_scale(run.map);
+  if (!scale.known) return;
+  view.share = [&map = run.map, scale](std::size_t i) {
+    return scale.share(static_cast<double>(map.sigma_m[i]));
+  };
+  view.colour_low = metres(scale.low_m);
+  view.colour_high = metres(scale.high_m);
+  view.colour_text = "expected error of the points (1 sigma); lighter is worse";
+}
+
+void colour_by_height(const RunData& run, MapView& view) {
+  const Range z = range_of_points(run.map, 2);
+  if (z.empty()) return;
+  const double low = z.low(), width = std::max(z.width(), 0.01);
+  view.share = [&map = run.map, low, width](std::size_t i) {
+    return (static_cast<double>(map.z_m[i]) - low) / width;
+  };
+  view.colour_low = metres(z.low());
+  view.colour_high = metres(z.high());
+  view.colour_text = "height z of the points";
+}
+
+/// Seen from the side along the shorter of the two horizontal axes.
+ViewAxes side_axes(const RunData& run) {
+  Range x = range_of_points(run.map, 0), y = range_of_points(run.map, 1);
+  for (const VehicleView& v : run.vehicles) {
+    for (const WayPoint& w : v.way) {
+      x.add(w.p_m.x());
+      y.add(w.p_m.y());
+    }
+  }
+  return x.width() >= y.width() ? ViewAxes{0, 2, 1} : ViewAxes{1, 2, 0};
+}
+
+std::string legend(const MapView& view) {
+  std::string out = "<p class=\"legend\">";
+  for (const MapWay& way : view.ways) {
+    out += fmt::format(
+        "<span><svg width=\"30\" height=\"8\"><path d=\"M0 4H30\" stroke=\"{}\" "
+        "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {}</span>",
+        css(way.style.colour), way.style.dash, escaped(way.label));
+  }
+  bool blind = false;
+  for (const MapWay& way : view.ways) blind |= way.blind != nullptr && !way.blind->empty();
+  if (blind) {
+    out +=
+        "<span><svg width=\"30\" height=\"12\"><path class=\"blind-way\" d=\"M2 6H28\"/></svg> "
+        "blind stretch</span>";
+  }
+  if (!view.anchors.empty()) {
+    out +=
+        "<span><svg width=\"14\" height=\"12\"><path class=\"anchor\" d=\"M7 1l6 10h-12z\"/>"
+        "</svg> stands as anchor</span>";
+  }
+  return out + "<span>&#9675; begin &#9632; end of a way</span></p>\n";
+}
+
+}  // namespace
+
+Section map_section(const RunData& run) {
+  Section section{"map", "Map", ""};
+  MapView top = base_view(run);
+  MapView heights = top;
+  colour_by_error(run, top);
+  colour_by_height(run, heights);
+  const std::string by_error = svg_of(top);
+  if (by_error.empty()) {
+    section.html = absent("There is no map and no trajectory.");
+    return section;
+  }
+  section.html += legend(top);
+  if (run.map.size() > 0 && top.share) {
+    section.html += fmt::format(
+        "<div class=\"switch\"><input type=\"radio\" name=\"top\" id=\"top-error\" checked>"
+        "<label for=\"top-error\">by expected error</label><input type=\"radio\" name=\"top\" "
+        "id=\"top-height\"><label for=\"top-height\">by height</label>"
+        "<figure class=\"a\">{}</figure><figure class=\"b\">{}</figure></div>\n",
+        by_error, svg_of(heights));
+  } else {
+    section.html += "<figure>" + svg_of(run.map.size() > 0 ? heights : top) + "</figure>\n";
+  }
+  section.html +=
+      "<p class=\"note\">From above, x of the map to the right and y up; the origin is "
+      "the first pose of the first vehicle. What stands upright is dark, floors and "
+      "ceilings are faint.</p>\n";
+  MapView side = top.share ? top : heights;
+  side.axes = side_axes(run);
+  side.height_max = 260.0;
+  side.stretch_up = true;
+  section.html += fmt::format("<h3>From the side</h3><figure>{}</figure>\n", svg_of(side));
+  return section;
+}
+
+}  // namespace rali::report

@@ -1,0 +1,131 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "rali/report/internal/html.hpp"
+#include "rali/report/section/checks.hpp"
+#include "rali/report/section/section.hpp"
+
+namespace rali::report {
+namespace {
+
+std::string plural(std::size_t n, std::string_view word) {
+  return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
+}
+
+double path_sum_m(const RunData& run) {
+  double sum_m = 0.0;
+  for (const VehicleView& v : run.vehicles) sum_m += v.numbers.path_m.value_or(0.0);
+  return sum_m;
+}
+
+std::string what_sentence(const RunData& run) {
+  std::string text = plural(run.vehicles.size(), "vehicle");
+  text +=
+      run.metrics_known ? fmt::format(" drove {}", metres(path_sum_m(run))) : " left a trajectory";
+  if (run.duration_s) text += fmt::format(" in {} s", fixed(run.duration_s, 0));
+  if (run.map_points.value_or(0.0) > 0.0) {
+    text += fmt::format("; the map holds {} points", counted(run.map_points));
+  } else {
+    text += "; there is no map";
+  }
+  return text + '.';
+}
+
+/// The vehicle with the largest expected error and when that was.
+const VehicleView* worst_vehicle(const RunData& run) {
+  const VehicleView* worst = nullptr;
+  for (const VehicleView& v : run.vehicles) {
+    if (!v.numbers.sigma_max_m) continue;
+    if (worst == nullptr || *v.numbers.sigma_max_m > *worst->numbers.sigma_max_m) worst = &v;
+  }
+  return worst;
+}
+
+std::string error_sentence(const RunData& run) {
+  const VehicleView* worst = worst_vehicle(run);
+  std::string text;
+  if (const Number ape = truth_error(run)) {
+    text = fmt::format("Against the truth the positions are off by {} (APE, rmse)", metres(ape));
+    if (worst != nullptr) {
+      text += fmt::format("; expected was at worst {}", metres(worst->numbers.sigma_max_m));
+    }
+    return text + '.';
+  }
+  if (worst == nullptr) return "How far off the positions may be is not known.";
+  text = fmt::format("Expected position error (1 sigma): at worst {}",
+                     metres(worst->numbers.sigma_max_m));
+  const auto peak = std::max_element(
+      worst->sigmas.begin(), worst->sigmas.end(),
+      [](const SigmaPoint& a, const SigmaPoint& b) { return a.sigma_m < b.sigma_m; });
+  text += " (" + escaped(worst->name);
+  if (peak != worst->sigmas.end()) text += fmt::format(" at {} s", fixed(peak->t_s, 0));
+  text += ")";
+  if (run.vehicles.size() == 1) {
+    text += fmt::format(", median {}", metres(worst->numbers.sigma_median_m));
+  }
+  return text + '.';
+}
+
+std::string blind_sentence(const RunData& run) {
+  std::vector<std::string> parts;
+  bool known = false;
+  for (const VehicleView& v : run.vehicles) {
+    if (!v.numbers.blind_share) continue;
+    known = true;
+    if (*v.numbers.blind_share <= 0.0) continue;
+    parts.push_back(fmt::format("{} of the way of {} ({} of it held by ranges)",
+                                percent(v.numbers.blind_share), escaped(v.name),
+                                percent(v.numbers.blind_held_share)));
+  }
+  if (!known) return "Whether the LiDAR was blind anywhere is not known.";
+  if (parts.empty()) return "The LiDAR saw enough in every direction, on the whole way.";
+  std::string text = "The LiDAR was blind in one direction on ";
+  for (std::size_t i = 0; i < parts.size() && i < 4; ++i) text += (i > 0 ? ", " : "") + parts[i];
+  if (parts.size() > 4) text += fmt::format(" and {} more", parts.size() - 4);
+  return text + '.';
+}
+
+std::string tile(std::string_view value, std::string_view label) {
+  return fmt::format("<div class=\"tile\"><b>{}</b><span>{}</span></div>", value, label);
+}
+
+std::string tiles(const RunData& run) {
+  std::string out = "<div class=\"tiles\">";
+  out += tile(metres(path_sum_m(run)), "path, all vehicles");
+  if (run.duration_s) out += tile(fixed(run.duration_s, 0) + " s", "of data");
+  out += tile(counted(run.map_points), "map points");
+  if (const VehicleView* worst = worst_vehicle(run)) {
+    out += tile(metres(worst->numbers.sigma_max_m), "worst expected error, 1 sigma");
+  }
+  if (const Number ape = truth_error(run)) out += tile(metres(ape), "measured error (APE rmse)");
+  Number thickness = run.map_thickness_m;
+  if (thickness && *thickness > 0.0)
+    out += tile(metres(thickness), "thickness of walls in the map");
+  return out + "</div>\n";
+}
+
+std::string checks_html(const RunData& run) {
+  Table table({"", "checked", "found"});
+  for (const Check& check : checks_of(run)) {
+    table.row({fmt::format("<span class=\"state {}\">{}</span>", state_class(check.state),
+                           state_word(check.state)),
+               check.what, check.found});
+  }
+  return table.html(true);
+}
+
+}  // namespace
+
+Section verdict_section(const RunData& run) {
+  std::string html = fmt::format(
+      "<div class=\"verdict\"><p class=\"lead\">{} {} {}</p>\n<p class=\"doubt\"><b>Largest "
+      "doubt:</b> "
+      "{}</p></div>\n",
+      what_sentence(run), error_sentence(run), blind_sentence(run), largest_doubt(run));
+  html += tiles(run) + checks_html(run);
+  return {"verdict", "Verdict", std::move(html)};
+}
+
+}  // namespace rali::report

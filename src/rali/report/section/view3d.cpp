@@ -1,0 +1,177 @@
+#include <cmath>
+#include <cstring>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "rali/report/internal/colours.hpp"
+#include "rali/report/internal/html.hpp"
+#include "rali/report/plot/map_raster.hpp"
+#include "rali/report/section/section.hpp"
+
+namespace rali::report {
+
+namespace assets {
+std::string_view script();
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kPointsMax = 120'000, kWayPointsMax = 4000, kColours = 64;
+
+/// Well mixed bits of an index: which points are kept must not follow the order in the file.
+/// Source: S. Vigna, splitmix64 (public domain).
+std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9E3779B97F4A7C15ULL;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBULL;
+  return x ^ (x >> 31);
+}
+
+std::vector<std::size_t> kept_points(const MapPoints& map, const std::array<Range, 3>& box) {
+  const double share =
+      static_cast<double>(kPointsMax) / static_cast<double>(std::max<std::size_t>(map.size(), 1));
+  const bool all = share >= 1.0;
+  const auto limit = static_cast<std::uint64_t>(std::min(share, 0.999999) * 18446744073709549568.0);
+  const auto inside = [&](const Range& r, float v) {
+    return static_cast<double>(v) >= r.low() && static_cast<double>(v) <= r.high();
+  };
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if (!all && mixed(i) > limit) continue;
+    if (inside(box[0], map.x_m[i]) && inside(box[1], map.y_m[i]) && inside(box[2], map.z_m[i])) {
+      kept.push_back(i);
+    }
+  }
+  return kept;
+}
+
+template <class T>
+void put(std::vector<std::byte>& out, T value) {
+  const std::size_t at = out.size();
+  out.resize(at + sizeof value);
+  std::memcpy(out.data() + at, &value, sizeof value);
+}
+
+std::string packed_way(const std::vector<WayPoint>& way, const geometry::Vec3& centre) {
+  std::vector<std::byte> bytes;
+  const std::size_t stride = way.size() / kWayPointsMax + 1;
+  for (std::size_t i = 0; i < way.size(); i += stride) {
+    for (int axis = 0; axis < 3; ++axis) {
+      put(bytes, static_cast<float>(way[i].p_m[axis] - centre[axis]));
+    }
+  }
+  return base64(bytes);
+}
+
+Json colours() {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < kColours; ++i) {
+    list.push_back(viridis(0.93 * static_cast<double>(i) / (kColours - 1)));
+  }
+  return list;
+}
+
+std::byte level(double share) {
+  if (!std::isfinite(share)) return std::byte{0};
+  return std::byte{static_cast<std::uint8_t>(std::clamp(share, 0.0, 1.0) * (kColours - 1))};
+}
+
+void pack_points(const MapPoints& map, const std::array<Range, 3>& box,
+                 const geometry::Vec3& centre, Json& json) {
+  double half_m = 1.0;
+  for (const Range& r : box) half_m = std::max(half_m, 0.5 * r.width());
+  const double step_m = half_m / 32000.0;
+  const ErrorScale scale = error_scale(map);
+  std::vector<std::byte> points, height, sigma, vehicle;
+  const std::vector<std::size_t> kept = kept_points(map, box);
+  for (const std::size_t i : kept) {
+    const std::array<float, 3> p = {map.x_m[i], map.y_m[i], map.z_m[i]};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double v = (static_cast<double>(p[a]) - centre[static_cast<Eigen::Index>(a)]) / step_m;
+      put(points, static_cast<std::int16_t>(std::lround(std::clamp(v, -32767.0, 32767.0))));
+    }
+    height.push_back(level((static_cast<double>(p[2]) - box[2].low()) / box[2].width()));
+    sigma.push_back(level(scale.share(static_cast<double>(map.sigma_m[i]))));
+    vehicle.push_back(std::byte{map.vehicle[i]});
+  }
+  json["count"] = kept.size();
+  json["step_m"] = step_m;
+  json["points"] = base64(points);
+  json["height"] = base64(height);
+  json["sigma"] = base64(sigma);
+  json["vehicle"] = base64(vehicle);
+}
+
+/// JSON inside of <script>: no "</script>" can come to stand in it.
+std::string script_json(const Json& json) {
+  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string out;
+  for (const char c : text) {
+    if (c == '<') {
+      out += "\\u003c";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+Json scene_json(const RunData& run) {
+  std::array<Range, 3> box;
+  geometry::Vec3 centre;
+  for (std::size_t a = 0; a < 3; ++a) {
+    box[a] = range_of_points(run.map, a).widened(0.01, 0.1);
+    centre[static_cast<Eigen::Index>(a)] = 0.5 * (box[a].low() + box[a].high());
+  }
+  Json json;
+  pack_points(run.map, box, centre, json);
+  json["colours"] = colours();
+  json["vehicle_colours"] = Json::array();
+  json["ways"] = Json::array();
+  for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
+    const VehicleView& v = run.vehicles[i];
+    json["vehicle_colours"].push_back(style_of(i).colour);
+    json["ways"].push_back({{"name", v.name},
+                            {"colour", css(style_of(i).colour)},
+                            {"points", packed_way(v.way, centre)}});
+    if (v.truth.empty()) continue;
+    json["ways"].push_back({{"name", v.name + " truth"},
+                            {"colour", css(kTruthColour)},
+                            {"points", packed_way(v.truth, centre)}});
+  }
+  if (run.vehicles.empty()) json["vehicle_colours"].push_back(style_of(0).colour);
+  return json;
+}
+
+}  // namespace
+
+Section view3d_section(const RunData& run) {
+  Section section{"view", "Map to turn", ""};
+  if (run.map.size() == 0) {
+    section.html = absent("There is no map.pcd or map.ply with points.");
+    return section;
+  }
+  if (assets::script().empty()) {
+    section.html = absent(
+        "This program was built without the 3-D view; map.ply opens in "
+        "CloudCompare.");
+    return section;
+  }
+  const Json json = scene_json(run);
+  section.html = fmt::format(
+      "<p class=\"tools\"><label>colour <select id=\"view3d-colour\"><option "
+      "value=\"height\">height"
+      "</option><option value=\"sigma\">expected error</option><option value=\"vehicle\">vehicle"
+      "</option></select></label> <button id=\"view3d-home\">whole map</button> <span "
+      "class=\"note\">drag: turn, right button: move, click and wheel: zoom; {} of {} points</span>"
+      "</p>\n<div id=\"view3d\" class=\"view3d\"><p class=\"absent\">The 3-D view needs scripts."
+      "</p></div>\n<script type=\"application/json\" id=\"view3d-data\">{}</script>\n",
+      counted(static_cast<double>(json["count"].get<std::size_t>())),
+      counted(static_cast<double>(run.map.size())), script_json(json));
+  return section;
+}
+
+}  // namespace rali::report

@@ -1,0 +1,122 @@
+// The map to turn: points coloured by height, expected error or vehicle, ways, blind stretches.
+import {
+  AxesHelper, Box3, BufferAttribute, BufferGeometry, Color, Line, LineBasicMaterial,
+  PerspectiveCamera, Points, PointsMaterial, Scene, Vector3, WebGLRenderer,
+} from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {float32_of, positions_of, uint8_of} from './packed.js';
+
+/** Colours for the points, r g b in 0..255. */
+function colours_of(data, by) {
+  const count = data.level[by].length;
+  const out = new Uint8Array(3 * count);
+  const palette = by === 'vehicle' ? data.vehicle_colours : data.colours;
+  for (let i = 0; i < count; ++i) {
+    const colour = palette[data.level[by][i] % palette.length];
+    out.set(colour, 3 * i);
+  }
+  return out;
+}
+
+function make_points(data) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(data.positions, 3));
+  geometry.setAttribute('color', new BufferAttribute(colours_of(data, 'height'), 3, true));
+  const material = new PointsMaterial({size: 1.6, sizeAttenuation: false, vertexColors: true});
+  return new Points(geometry, material);
+}
+
+function make_line(values, colour) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(values, 3));
+  return new Line(geometry, new LineBasicMaterial({color: new Color(colour)}));
+}
+
+function unpack(json) {
+  const count = json.count;
+  return {
+    positions: positions_of(json.points, json.step_m),
+    level: {height: uint8_of(json.height), sigma: uint8_of(json.sigma), vehicle: uint8_of(json.vehicle)},
+    colours: json.colours, vehicle_colours: json.vehicle_colours, count,
+  };
+}
+
+function place_camera(camera, controls, box) {
+  const centre = box.getCenter(new Vector3());
+  const size = Math.max(box.getSize(new Vector3()).length(), 1);
+  camera.up.set(0, 0, 1);
+  camera.near = size / 1000;
+  camera.far = size * 20;
+  camera.position.copy(centre).add(new Vector3(-0.35, -0.5, 0.45).multiplyScalar(size));
+  camera.updateProjectionMatrix();
+  controls.target.copy(centre);
+  controls.update();
+}
+
+function bounds_of(scene) {
+  const box = new Box3();
+  scene.traverse((object) => {
+    if (object.geometry?.attributes?.position?.count && !object.isAxes) box.expandByObject(object);
+  });
+  return box.isEmpty() ? new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1)) : box;
+}
+
+function fill(scene, json) {
+  const data = unpack(json);
+  const points = make_points(data);
+  if (data.count > 0) scene.add(points);
+  for (const way of json.ways) scene.add(make_line(float32_of(way.points), way.colour));
+  const axes = new AxesHelper(2);
+  axes.isAxes = true;
+  scene.add(axes);
+  return {data, points};
+}
+
+function make_renderer(holder) {
+  // The drawing is kept, or it would be empty on paper.
+  const renderer = new WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
+  renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+  holder.replaceChildren(renderer.domElement);
+  return renderer;
+}
+
+/** Draws into `holder`; without WebGL one sentence stands there instead. */
+export function start_view(holder) {
+  const json = JSON.parse(document.getElementById('view3d-data').textContent);
+  let renderer;
+  try {
+    renderer = make_renderer(holder);
+  } catch {
+    holder.textContent = 'This browser shows no 3-D graphics (WebGL is off). map.ply opens in CloudCompare.';
+    holder.dataset.state = 'no webgl';
+    return;
+  }
+  const scene = new Scene();
+  scene.background = new Color(0xffffff);
+  const {data, points} = fill(scene, json);
+  const camera = new PerspectiveCamera(45, 1, 0.1, 1000);
+  const controls = new OrbitControls(camera, renderer.domElement);
+  controls.enableZoom = false;  // the wheel belongs to the page until the view was clicked
+  const draw = () => renderer.render(scene, camera);
+  const resize = () => {
+    const [width, height] = [holder.clientWidth, holder.clientHeight];
+    renderer.setSize(width, height);
+    camera.aspect = width / Math.max(height, 1);
+    camera.updateProjectionMatrix();
+    draw();
+  };
+  const home = () => { place_camera(camera, controls, bounds_of(scene)); draw(); };
+  controls.addEventListener('change', draw);
+  renderer.domElement.addEventListener('pointerdown', () => { controls.enableZoom = true; });
+  renderer.domElement.addEventListener('pointerleave', () => { controls.enableZoom = false; });
+  window.addEventListener('resize', resize);
+  document.getElementById('view3d-home')?.addEventListener('click', home);
+  document.getElementById('view3d-colour')?.addEventListener('change', (event) => {
+    points.geometry.setAttribute('color',
+      new BufferAttribute(colours_of(data, event.target.value), 3, true));
+    draw();
+  });
+  home();
+  resize();
+  holder.dataset.state = `${data.count} points drawn`;
+}
