@@ -2,8 +2,10 @@
 
 #include "rali/cli/commands/demo.hpp"
 #include "rali/cli/commands/doctor.hpp"
+#include "rali/cli/commands/evaluate.hpp"
 #include "rali/cli/commands/info.hpp"
 #include "rali/cli/commands/picture.hpp"
+#include "rali/cli/commands/report.hpp"
 
 namespace rali::cli {
 
@@ -12,6 +14,8 @@ CommandList all_commands() {
   commands.push_back(make_map_command());
   commands.push_back(make_doctor_command());
   commands.push_back(make_info_command());
+  commands.push_back(make_evaluate_command());
+  commands.push_back(make_report_command());
   commands.push_back(make_picture_command());
   commands.push_back(make_demo_command());
   commands.push_back(make_completion_command());
