@@ -1,8 +1,13 @@
 #include "rali/sim/lidar_model.hpp"
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <string>
+
+#include "rali/base/assert.hpp"
+#include "rali/sensor/lidar_models.hpp"
 
 namespace rali::sim {
 
@@ -10,50 +15,103 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-std::vector<double> even_angles(double lowest_deg, double highest_deg, int rings) {
+std::vector<double> radians(std::span<const float> angles_deg) {
   std::vector<double> out;
-  for (int i = 0; i < rings; ++i) {
-    out.push_back((lowest_deg + (highest_deg - lowest_deg) * i / (rings - 1)) * kDegree);
-  }
+  for (const float a : angles_deg) out.push_back(static_cast<double>(a) * kDegree);
   return out;
 }
 
-/// HDL-64E: the upper block has 1/3 deg steps, the lower one 1/2 deg (manual, rev. S2).
-std::vector<double> hdl64_angles() {
+/// OS1-64 of the first generation: 64 beams from -16.611 to 16.611 deg in equal steps (default
+/// beam_altitude_angles of the maker's client).
+std::vector<double> os1_64_angles() {
   std::vector<double> out;
-  for (int i = 0; i < 32; ++i) out.push_back((-24.33 + 0.5 * i) * kDegree);
-  for (int i = 0; i < 32; ++i) out.push_back((-8.33 + i / 3.0) * kDegree);
+  for (int i = 0; i < 64; ++i) out.push_back((-16.611 + 33.222 * i / 63.0) * kDegree);
   return out;
 }
 
 std::vector<double> ring_angles(Lidar kind) {
+  if (kind == Lidar::kLivox) return {};
+  if (kind == Lidar::kOs1_64) return os1_64_angles();
+  const sensor::LidarModel* model =
+      sensor::find_lidar_model(kLidarNames[static_cast<std::size_t>(kind)]);
+  RALI_ASSERT(model != nullptr);
+  return radians(model->elevations_deg);
+}
+
+int firings_of(Lidar kind) {
   switch (kind) {
-    case Lidar::kRs16:
-    case Lidar::kVlp16:
-      return even_angles(-15.0, 15.0, 16);
-    case Lidar::kHdl32e:
-      return even_angles(-30.67, 10.67, 32);
-    case Lidar::kHdl64e:
-      return hdl64_angles();
+    case Lidar::kRs16:   // 55.5 us
+    case Lidar::kVlp16:  // 55.296 us
+      return 1800;
+    case Lidar::kHdl32e:  // 46.08 us
+      return 2170;
+    case Lidar::kHdl64e:  // 48 us
+      return 2083;
     case Lidar::kOs1_64:
-      return even_angles(-22.5, 22.5, 64);
     case Lidar::kOs0_128:
-      return even_angles(-45.0, 45.0, 128);
+      return 1024;  // columns of lidar_mode 1024x10
     case Lidar::kLivox:
       break;
   }
-  return {};
+  return 4000;
+}
+
+/// Ring of each laser in the order of firing, and the step between two of them [us].
+struct FiringOrder {
+  std::vector<int> rings;
+  double step_us = 0.0;
+};
+
+/// RS-LiDAR-16: channels 1-8 from -15 deg upwards, 9-16 from +15 deg downwards, 2.8 us apart.
+/// VLP-16, HDL-32E: a laser of the lower half, then one of the upper half, both upwards, 2.304 and
+/// 1.152 us apart. HDL-64E: one of each block at once, upwards; the manual gives 48 us for all.
+/// Ouster: a whole column at once. (User manuals of the makers.)
+FiringOrder firing_order(Lidar kind, int rings) {
+  FiringOrder order;
+  const int half = rings / 2;
+  for (int k = 0; k < rings; ++k) {
+    if (kind == Lidar::kRs16) {
+      order.rings.push_back(k < half ? k : rings - 1 - (k - half));
+    } else if (kind == Lidar::kVlp16 || kind == Lidar::kHdl32e || kind == Lidar::kHdl64e) {
+      order.rings.push_back(k % 2 == 0 ? k / 2 : half + k / 2);
+    } else {
+      order.rings.push_back(k);
+    }
+  }
+  if (kind == Lidar::kRs16) order.step_us = 2.8;
+  if (kind == Lidar::kVlp16) order.step_us = 2.304;
+  if (kind == Lidar::kHdl32e) order.step_us = 1.152;
+  if (kind == Lidar::kLivox) order.step_us = 25.0 / rings;
+  return order;
+}
+
+/// Ouster's lasers sit in four columns side by side, so neighbouring rings look aside by turns.
+double azimuth_offset_rad(Lidar kind, int ring) {
+  const double outer_deg = kind == Lidar::kOs1_64 ? 3.164 : (kind == Lidar::kOs0_128 ? 10.7 : 0.0);
+  constexpr std::array<double, 4> kPart{1.0, 1.0 / 3.0, -1.0 / 3.0, -1.0};
+  return outer_deg * kPart[static_cast<std::size_t>(ring % 4)] * kDegree;
 }
 
 }  // namespace
 
-LidarModel::LidarModel(Lidar kind) : kind_(kind), elevations_rad_(ring_angles(kind)) {
+LidarModel::LidarModel(Lidar kind)
+    : kind_(kind), firings_(firings_of(kind)), elevations_rad_(ring_angles(kind)) {
   rings_ = kind == Lidar::kLivox ? 6 : static_cast<int>(elevations_rad_.size());
-  firings_ = kind == Lidar::kLivox ? 4000 : 1800;
-  if (kind == Lidar::kOs1_64 || kind == Lidar::kOs0_128) firings_ = 1024;
-  for (const double e : elevations_rad_) {
-    cos_elevation_.push_back(static_cast<float>(std::cos(e)));
-    sin_elevation_.push_back(static_cast<float>(std::sin(e)));
+  const double period_us = 1e6 * sweep_s() / firings_;
+  const FiringOrder order = firing_order(kind, rings_);
+  order_ = order.rings;
+  phase_.assign(order_.size(), 0.0);
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    const auto slot = static_cast<double>(k);
+    phase_[static_cast<std::size_t>(order_[k])] =
+        kind == Lidar::kHdl64e ? std::floor(0.5 * slot) / 32.0 : slot * order.step_us / period_us;
+  }
+  for (std::size_t r = 0; r < elevations_rad_.size(); ++r) {
+    const double e = elevations_rad_[r];
+    const double aside = azimuth_offset_rad(kind, static_cast<int>(r));
+    ring_.push_back({static_cast<float>(std::cos(e) * std::cos(aside)),
+                     static_cast<float>(std::cos(e) * std::sin(aside)),
+                     static_cast<float>(std::sin(e))});
   }
   for (int i = 0; i < firings_; ++i) {
     // Real spinning sensors turn clockwise seen from above.
@@ -63,17 +121,14 @@ LidarModel::LidarModel(Lidar kind) : kind_(kind), elevations_rad_(ring_angles(ki
   }
 }
 
-double LidarModel::phase(int ring) const {
-  if (kind_ == Lidar::kOs1_64 || kind_ == Lidar::kOs0_128) return 0.0;  // all at once
-  return static_cast<double>(ring) / rings_;
-}
-
 geometry::Vec3f LidarModel::beam(int ring, int firing, std::int64_t sweep) const {
   if (kind_ == Lidar::kLivox) return rosette(ring, firing, sweep);
   const auto r = static_cast<std::size_t>(ring);
   const auto a = static_cast<std::size_t>(firing);
-  return {cos_elevation_[r] * cos_azimuth_[a], cos_elevation_[r] * sin_azimuth_[a],
-          sin_elevation_[r]};
+  const float c = cos_azimuth_[a];
+  const float s = sin_azimuth_[a];
+  const geometry::Vec3f& d = ring_[r];
+  return {d.x() * c - d.y() * s, d.x() * s + d.y() * c, d.z()};
 }
 
 /// Two counter-rotating wedge prisms: the sum of two turning deflections fills a cone of 70 deg

@@ -13,7 +13,8 @@ enum class Lidar { kRs16, kVlp16, kHdl32e, kHdl64e, kOs1_64, kOs0_128, kLivox };
 inline constexpr ChoiceNames<7> kLidarNames{"rs16",   "vlp16",   "hdl32e", "hdl64e",
                                             "os1_64", "os0_128", "livox"};
 
-/// A sensor as a list of firings; within a firing the lasers fire one after another.
+/// A sensor as a list of firings; within a firing the lasers fire in the order and at the times of
+/// the real sensor. Rings are counted from the lowest upwards.
 class LidarModel {
  public:
   explicit LidarModel(Lidar kind);
@@ -29,7 +30,10 @@ class LidarModel {
   [[nodiscard]] geometry::Vec3f beam(int ring, int firing, std::int64_t sweep) const;
 
   /// When it fires, in units of one firing period after the start of the firing, in [0, 1).
-  [[nodiscard]] double phase(int ring) const;
+  [[nodiscard]] double phase(int ring) const { return phase_[static_cast<std::size_t>(ring)]; }
+
+  /// Rings in the order in which they fire.
+  [[nodiscard]] const std::vector<int>& order() const { return order_; }
 
   /// Elevation of each ring of a spinning sensor [rad], lowest first; empty for a rosette.
   [[nodiscard]] const std::vector<double>& elevations_rad() const { return elevations_rad_; }
@@ -39,9 +43,11 @@ class LidarModel {
 
   Lidar kind_;
   int rings_ = 16;
-  int firings_ = 1800;
+  int firings_;
   std::vector<double> elevations_rad_;
-  std::vector<float> cos_elevation_, sin_elevation_;
+  std::vector<int> order_;
+  std::vector<double> phase_;          ///< by ring
+  std::vector<geometry::Vec3f> ring_;  ///< direction of each ring when the sensor looks ahead
   std::vector<float> cos_azimuth_, sin_azimuth_;
 };
 

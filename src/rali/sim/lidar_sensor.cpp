@@ -9,6 +9,24 @@ namespace rali::sim {
 using geometry::SE3;
 using geometry::Vec3;
 
+LidarOptions LidarOptions::of(Lidar kind) {
+  LidarOptions o;
+  const auto set = [&](double noise_m, double resolution_m, double min_m, double max_m) {
+    o.noise_m = noise_m;
+    o.resolution_m = resolution_m;
+    o.min_range_m = min_m;
+    o.max_range_m = max_m;
+  };
+  if (kind == Lidar::kRs16) set(0.02, 0.005, 0.4, 150.0);
+  if (kind == Lidar::kVlp16) set(0.03, 0.002, 0.4, 100.0);
+  if (kind == Lidar::kHdl32e) set(0.02, 0.002, 1.0, 100.0);
+  if (kind == Lidar::kHdl64e) set(0.02, 0.002, 0.9, 120.0);
+  if (kind == Lidar::kOs1_64) set(0.015, 0.003, 0.8, 120.0);
+  if (kind == Lidar::kOs0_128) set(0.015, 0.001, 0.3, 50.0);
+  if (kind == Lidar::kLivox) set(0.02, 0.002, 0.5, 130.0);
+  return o;
+}
+
 LidarSensor::LidarSensor(Lidar kind, const LidarOptions& options, std::uint64_t seed)
     : model_(kind),
       options_(options),
@@ -110,16 +128,19 @@ std::shared_ptr<const sensor::LidarScan> expand(const RawSweep& raw, const Lidar
   scan->has_point_times = true;
   scan->has_rings = true;
   scan->rings = static_cast<std::uint16_t>(model.rings());
-  std::size_t i = 0;
   for (int firing = 0; firing < model.firings(); ++firing) {
-    for (int ring = 0; ring < model.rings(); ++ring, ++i) {
-      if (raw.range_steps[i] == 0) {
+    const std::size_t first = static_cast<std::size_t>(firing * model.rings());
+    for (const int ring : model.order()) {
+      const std::uint16_t steps = raw.range_steps[first + static_cast<std::size_t>(ring)];
+      if (steps == 0) {
         ++scan->dropped_range;
         continue;
       }
-      const float range_m = static_cast<float>(raw.range_steps[i] * resolution_m);
+      const float range_m = static_cast<float>(steps * resolution_m);
       const geometry::Vec3f p = range_m * model.beam(ring, firing, raw.number);
-      scan->push_back(p.x(), p.y(), p.z(), static_cast<float>(raw.intensity[i]),
+      const float intensity =
+          static_cast<float>(raw.intensity[first + static_cast<std::size_t>(ring)]);
+      scan->push_back(p.x(), p.y(), p.z(), intensity,
                       static_cast<float>((firing + model.phase(ring)) * period_s),
                       static_cast<std::uint16_t>(ring));
     }

@@ -24,6 +24,9 @@ struct LidarOptions {
   bool dropouts = true;       ///< weak returns (far, dark, grazing) get lost
   double mixed_share = 0.25;  ///< of points at range edges that lie between the surfaces
 
+  /// Typical precision, resolution and reach of this model's data sheet.
+  [[nodiscard]] static LidarOptions of(Lidar kind);
+
   template <class V>
   void visit(V& v) {
     v("noise_m", noise_m, 0.0, 1.0, "sd of the range");

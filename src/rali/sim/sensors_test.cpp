@@ -1,9 +1,7 @@
 #include <cmath>
-#include <set>
 
 #include <gtest/gtest.h>
 
-#include "rali/sim/imu_model.hpp"
 #include "rali/sim/lidar_sensor.hpp"
 
 namespace rali::sim {
@@ -11,8 +9,6 @@ namespace {
 
 using geometry::SE3;
 using geometry::Vec3;
-
-double degrees(double rad) { return rad * 180.0 / M_PI; }
 
 /// A box of 20 x 20 x 6 m around the origin.
 TriangleMesh hall() {
@@ -29,22 +25,6 @@ std::shared_ptr<const sensor::LidarScan> scan_of(const TriangleMesh& mesh, Lidar
   const RawSweep& raw = lidar.measure_sweep(
       0, 0.0, [&](double) { return T; }, caster, MovingScene(), serial);
   return expand(raw, lidar.model(), options.resolution_m, Time::from_ns(1));
-}
-
-TEST(LidarModel, ring_angles_are_those_of_the_data_sheets) {
-  const std::vector<double> rs16 = LidarModel(Lidar::kRs16).elevations_rad();
-  ASSERT_EQ(rs16.size(), 16U);
-  EXPECT_NEAR(degrees(rs16.front()), -15.0, 1e-9);
-  EXPECT_NEAR(degrees(rs16[8]), 1.0, 1e-9);
-  EXPECT_NEAR(degrees(rs16.back()), 15.0, 1e-9);
-  const std::vector<double> hdl32 = LidarModel(Lidar::kHdl32e).elevations_rad();
-  EXPECT_NEAR(degrees(hdl32[1] - hdl32[0]), 1.3335, 1e-3);
-  EXPECT_NEAR(degrees(hdl32.back()), 10.67, 1e-9);
-  const std::vector<double> hdl64 = LidarModel(Lidar::kHdl64e).elevations_rad();
-  ASSERT_EQ(hdl64.size(), 64U);
-  EXPECT_NEAR(degrees(hdl64.front()), -24.33, 1e-9);
-  EXPECT_NEAR(degrees(hdl64.back()), 2.0, 0.01);
-  EXPECT_EQ(LidarModel(Lidar::kOs0_128).elevations_rad().size(), 128U);
 }
 
 TEST(LidarSensor, points_of_a_ring_stand_at_its_angle_and_on_the_wall) {
@@ -116,17 +96,6 @@ TEST(LidarSensor, edges_give_some_points_between_the_surfaces) {
   EXPECT_EQ(count_between(), 0);
 }
 
-TEST(LidarSensor, a_rosette_does_not_repeat_itself) {
-  const LidarModel livox(Lidar::kLivox);
-  const Vec3 first = livox.beam(0, 100, 0).cast<double>();
-  const Vec3 later = livox.beam(0, 100, 1).cast<double>();
-  EXPECT_NEAR(first.norm(), 1.0, 1e-6);
-  EXPECT_GT((first - later).norm(), 0.01);
-  for (int firing = 0; firing < 4000; firing += 7) {
-    EXPECT_GT(livox.beam(3, firing, 5).x(), 0.8F);  // within 36 deg of the axis
-  }
-}
-
 TEST(Pedestrians, stand_in_the_way_of_rays_and_walk) {
   const Route route({{-20, 0, 0}, {20, 0, 0}}, 0.5);
   Pedestrians people(route, 5, 1.0, 3);
@@ -141,66 +110,73 @@ TEST(Pedestrians, stand_in_the_way_of_rays_and_walk) {
   EXPECT_GT((people.positions()[0] - before).norm(), 0.1);
 }
 
-TEST(ImuModel, at_rest_the_specific_force_points_up) {
-  const sensor::ImuSample s = ideal_imu(Time{}, MotionState{}, SE3{});
-  EXPECT_NEAR((s.accel_mps2 - Vec3(0.0, 0.0, 9.81)).norm(), 0.0, 1e-12);
-  EXPECT_EQ(s.gyro_radps.norm(), 0.0);
-}
-
-TEST(ImuModel, turning_on_the_spot_pulls_a_lever_inwards) {
-  MotionState state;
-  state.omega_body_radps = {0.0, 0.0, 2.0};
-  const sensor::ImuSample s =
-      ideal_imu(Time{}, state, {geometry::Mat3::Identity(), {0.5, 0.0, 0.0}});
-  EXPECT_NEAR(s.accel_mps2.x(), -2.0, 1e-12);  // -w^2 r
-}
-
-TEST(ImuModel, white_noise_follows_the_density) {
-  ImuOptions o = ImuOptions::ideal();
-  o.gyro_radps_rthz = 1.5e-3;
-  o.accel_mps2_rthz = 1e-2;
-  ImuModel imu(o, 1);
-  double gyro = 0.0;
-  double accel = 0.0;
-  constexpr int kCount = 4000;
-  for (int i = 0; i < kCount; ++i) {
-    const sensor::ImuSample s = imu.measure({}, 0.0);
-    gyro += s.gyro_radps.squaredNorm() / (3.0 * kCount);
-    accel += s.accel_mps2.squaredNorm() / (3.0 * kCount);
+TEST(LidarSensor, what_is_nearer_than_the_minimum_or_farther_than_the_maximum_is_lost) {
+  LidarOptions o;
+  o.noise_m = 0.0;
+  o.dropouts = false;
+  o.min_range_m = 10.5;
+  o.max_range_m = 12.0;
+  const auto scan = scan_of(hall(), Lidar::kRs16, o, SE3{});
+  ASSERT_GT(scan->size(), 1000U);
+  EXPECT_EQ(scan->size() + scan->dropped_range, 28800U);
+  for (std::size_t i = 0; i < scan->size(); ++i) {
+    const float range = std::hypot(scan->x_m[i], scan->y_m[i], scan->z_m[i]);
+    ASSERT_GE(range, 10.498F);
+    ASSERT_LE(range, 12.002F);
   }
-  EXPECT_NEAR(std::sqrt(gyro), 1.5e-3 * std::sqrt(200.0), 6e-4);
-  EXPECT_NEAR(std::sqrt(accel), 1e-2 * std::sqrt(200.0), 4e-3);
 }
 
-TEST(ImuModel, vibration_grows_with_speed_and_has_the_stated_spread) {
-  ImuOptions o = ImuOptions::ideal();
-  o.vibration_accel_mps2 = 0.3;
-  ImuModel imu(o, 1);
-  double squares = 0.0;
-  constexpr int kCount = 8000;
-  for (int i = 0; i < kCount; ++i) {
-    squares += imu.measure({}, 2.0).accel_mps2.squaredNorm() / (3.0 * kCount);
+TEST(LidarSensor, points_come_in_the_order_of_their_times) {
+  for (const Lidar kind : {Lidar::kRs16, Lidar::kHdl64e, Lidar::kOs0_128, Lidar::kLivox}) {
+    const auto scan = scan_of(hall(), kind, LidarOptions::of(kind), SE3{});
+    ASSERT_GT(scan->size(), 1000U);
+    for (std::size_t i = 1; i < scan->size(); ++i) ASSERT_GE(scan->dt_s[i], scan->dt_s[i - 1]);
+    EXPECT_LT(scan->dt_s.back(), 0.1F);
+    EXPECT_EQ(scan->t_end,
+              scan->t_begin + Duration::from_s(static_cast<double>(scan->dt_s.back())));
   }
-  EXPECT_NEAR(std::sqrt(squares), 0.6, 0.03);
-  EXPECT_EQ(imu.measure({}, 0.0).accel_mps2.norm(), 0.0);
 }
 
-TEST(ImuModel, faults_of_drivers_are_applied) {
-  ImuOptions o = ImuOptions::ideal();
-  o.accel_in_g = true;
-  o.gyro_in_degps = true;
-  o.time_offset_s = 0.02;
-  o.scale_error = 0.01;
-  o.gyro_limit_radps = 1.0;
-  sensor::ImuSample ideal;
-  ideal.t = Time::from_s(1.0);
-  ideal.accel_mps2 = {0.0, 0.0, 9.81};
-  ideal.gyro_radps = {3.0, 0.5, 0.0};
-  const sensor::ImuSample s = ImuModel(o, 1).measure(ideal, 0.0);
-  EXPECT_NEAR(s.accel_mps2.z(), 1.01, 1e-12);
-  EXPECT_NEAR(s.gyro_radps.x(), degrees(1.0), 1e-9);  // saturated
-  EXPECT_NEAR(s.gyro_radps.y(), degrees(0.505), 1e-9);
-  EXPECT_EQ(s.t, Time::from_s(1.02));
+TEST(LidarSensor, share_of_lost_returns_follows_the_light_that_comes_back) {
+  // A wall across the view, 10 % white: light of 1 at 70.7 m when the reach is 100 m at 20 %.
+  TriangleMesh wall;
+  wall.add_quad({70.7, -3.0, -3.0}, {0.0, 6.0, 0.0}, {0.0, 0.0, 6.0}, 0.1);
+  LidarOptions o;
+  int hits = 0;
+  int lost = 0;
+  for (int seed = 1; seed <= 20; ++seed) {
+    LidarSensor lidar(Lidar::kOs1_64, o, static_cast<std::uint64_t>(seed));
+    SerialExecutor serial;
+    const RayCaster caster(wall);
+    const RawSweep& raw = lidar.measure_sweep(
+        0, 0.0, [](double) { return SE3{}; }, caster, MovingScene(), serial);
+    for (std::size_t i = 0; i < raw.range_steps.size(); ++i) {
+      if (raw.intensity[i] == 0) continue;  // beside the wall
+      ++hits;
+      lost += raw.range_steps[i] == 0 ? 1 : 0;
+    }
+  }
+  ASSERT_GT(hits, 1500);
+  const double share = std::exp(-3.0);
+  EXPECT_NEAR(lost, hits * share, 4.0 * std::sqrt(hits * share * (1.0 - share)));
+}
+
+TEST(MovingScene, a_vehicle_is_a_box_with_a_mast) {
+  const VehicleLook look;
+  const SE3 T{geometry::rotation_from_rpy(0.0, 0.0, M_PI / 2.0), {5.0, 0.0, 0.25}};
+  Hit hit;
+  meet_vehicle(look, T, {0.0, 0.0, 0.25}, Vec3::UnitX(), hit);
+  EXPECT_NEAR(hit.range_m, 5.0 - 0.22, 1e-6);  // turned by 90 deg: its side
+  EXPECT_NEAR(hit.cos_incidence, 1.0, 1e-6);
+  Hit mast;
+  meet_vehicle(look, T, {0.0, 0.1, 0.5}, Vec3::UnitX(), mast);
+  EXPECT_NEAR(mast.range_m, 5.0 - 0.05, 1e-6);
+  Hit nearer{1.0F, 1.0F, 0.5F};
+  meet_vehicle(look, T, {0.0, 0.0, 0.25}, Vec3::UnitX(), nearer);
+  EXPECT_EQ(nearer.range_m, 1.0F);  // hidden behind a wall
+  Hit above;
+  meet_vehicle(look, T, {0.0, 0.0, 0.9}, Vec3::UnitX(), above);
+  EXPECT_EQ(above.range_m, 0.0F);
 }
 
 }  // namespace

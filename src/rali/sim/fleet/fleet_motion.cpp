@@ -18,6 +18,7 @@ constexpr double kClear_m = 0.85;  // between the middles of two vehicles that p
 constexpr double kLook_m = 0.6;    // ahead of the stopping distance
 constexpr double kStep_m = 0.15;
 constexpr double kStorey_m = 1.5;
+constexpr double kFar_m = 12.0;  // more than two vehicles need to stop
 
 /// Horizontal distance; vehicles on different storeys are far apart.
 double apart_m(const Vec3& a, const Vec3& b) {
@@ -27,11 +28,22 @@ double apart_m(const Vec3& a, const Vec3& b) {
 
 double reach_m(const Rover& rover) { return rover.stopping_m() + kLook_m; }
 
-/// True if the way ahead comes too near to where `other` is now. Getting away from it is allowed.
+/// Distance of a point to where `other` goes in the next `ahead_m`.
+double apart_from_way_m(const Vec3& p, const Rover& other, double ahead_m) {
+  double least = apart_m(p, other.ground());
+  for (double r = kStep_m; r < ahead_m + kStep_m; r += kStep_m) {
+    least = std::min(least, apart_m(p, other.ground_ahead(r)));
+  }
+  return least;
+}
+
+/// True if the way ahead comes too near to where `other` is or cannot help to be when it brakes.
+/// Getting away from it is allowed.
 bool runs_into(const Rover& rover, const Rover& other) {
-  double last = apart_m(rover.ground(), other.ground());
+  const double theirs_m = other.standing() ? -kStep_m : other.stopping_m();
+  double last = apart_from_way_m(rover.ground(), other, theirs_m);
   for (double s = kStep_m; s < reach_m(rover) + kStep_m; s += kStep_m) {
-    const double d = apart_m(rover.ground_ahead(s), other.ground());
+    const double d = apart_from_way_m(rover.ground_ahead(s), other, theirs_m);
     if (d < kClear_m && d < last) return true;
     last = d;
   }
@@ -40,11 +52,10 @@ bool runs_into(const Rover& rover, const Rover& other) {
 
 /// True if the ways of the next metres come too near to each other.
 bool ways_cross(const Rover& rover, const Rover& other) {
-  for (double s = 0.0; s < reach_m(rover) + kStep_m; s += 2.0 * kStep_m) {
-    const Vec3 here = rover.ground_ahead(s);
-    for (double r = 0.0; r < reach_m(other) + 1.0; r += 2.0 * kStep_m) {
-      if (apart_m(here, other.ground_ahead(r)) < kClear_m) return s > 0.0;
-    }
+  const double theirs_m = reach_m(other) + 1.0;
+  if (apart_from_way_m(rover.ground(), other, theirs_m) < kClear_m) return false;  // in its way
+  for (double s = kStep_m; s < reach_m(rover) + kStep_m; s += kStep_m) {
+    if (apart_from_way_m(rover.ground_ahead(s), other, theirs_m) < kClear_m) return true;
   }
   return false;
 }
@@ -68,9 +79,10 @@ FleetMotion::FleetMotion(const World& world, const MotionOptions& options, int v
 
 bool FleetMotion::must_wait(const Rover& rover, std::size_t index) const {
   for (std::size_t k = 0; k < rovers_.size(); ++k) {
-    if (k == index) continue;
-    if (runs_into(rover, *rovers_[k])) return true;
-    if (k < index && !rovers_[k]->standing() && ways_cross(rover, *rovers_[k])) return true;
+    const Rover& other = *rovers_[k];
+    if (k == index || apart_m(rover.ground(), other.ground()) > kFar_m) continue;
+    if (runs_into(rover, other)) return true;
+    if (k < index && !other.standing() && ways_cross(rover, other)) return true;
   }
   return false;
 }

@@ -127,7 +127,7 @@ TEST(FleetSimulation, a_vehicle_is_seen_where_it_is_at_the_instant_of_the_ray) {
   while (const auto m = sim->next()) {
     const auto* scan = std::get_if<ScanPtr>(&m->data);
     if (scan == nullptr || m->vehicle != 0) continue;
-    for (std::size_t i = 0; i < (*scan)->size(); ++i) {
+    for (std::size_t i = 0; i < (*scan)->size(); i += 5) {
       const Time t = (*scan)->t_begin + Duration::from_s(static_cast<double>((*scan)->dt_s[i]));
       const Vec3 p((*scan)->x_m[i], (*scan)->y_m[i], (*scan)->z_m[i]);
       const SE3 T_world_lidar =
@@ -139,7 +139,7 @@ TEST(FleetSimulation, a_vehicle_is_seen_where_it_is_at_the_instant_of_the_ray) {
       ASSERT_NEAR(box, 0.0, 2e-3) << "a point hangs beside the vehicle";
     }
   }
-  EXPECT_GT(seen, 200);
+  EXPECT_GT(seen, 100);
 }
 
 TEST(FleetSimulation, the_anchor_stands_while_the_others_drive_and_the_role_moves_on) {

@@ -1,0 +1,81 @@
+#include "rali/sim/motion.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/sim/suspension.hpp"
+#include "rali/sim/world.hpp"
+
+namespace rali::sim {
+namespace {
+
+using geometry::Vec3;
+
+/// Largest tilt [rad] between two times.
+double tilt(const Trajectory& t, double from_s, double to_s) {
+  double most = 0.0;
+  for (double s = from_s; s <= to_s; s += 0.005) {
+    const Vec3 rpy = geometry::rpy_from_rotation(t.pose_at(s).R);
+    most = std::max({most, std::abs(rpy.x()), std::abs(rpy.y())});
+  }
+  return most;
+}
+
+TEST(Motion, a_recording_that_begins_in_motion_begins_without_a_blow) {
+  const Route straight({{0, 0, 0}, {30, 0, 0}}, 1.0);
+  MotionOptions o;
+  o.rest_s = 0.0;
+  o.wander_m = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Trajectory t = make_trajectory(straight, o, seed);
+    EXPECT_GT(t.at(0.0).v_world_mps.norm(), 0.3);
+    // Before the first bump (2 m) the body stands still on its springs.
+    EXPECT_LT(tilt(t, 0.0, 1.0), 0.05) << "seed " << seed;
+    EXPECT_LT(t.at(0.0).a_world_mps2.norm(), 1.5);
+    EXPECT_LT(t.at(0.0).omega_body_radps.norm(), 0.1);
+  }
+}
+
+TEST(Motion, a_body_tilts_under_acceleration_and_never_beyond_its_stops) {
+  const World world = make_world(Scene::kLoop, 1);
+  const Route route(world.route, world.rounding_m);
+  MotionOptions o;
+  const Trajectory normal = make_trajectory(route, o, 1);
+  EXPECT_LT(tilt(normal, 0.0, 2.7), 1e-9);  // at rest
+  EXPECT_GT(tilt(normal, 3.0, 20.0), 0.01);
+  o.suspension = 3.0;
+  o.acceleration_mps2 = 5.0;
+  o.speed_factor = 5.0;
+  const Trajectory wild = make_trajectory(route, o, 1);
+  EXPECT_GT(tilt(wild, 0.0, wild.duration_s()), 0.1);
+  EXPECT_LT(tilt(wild, 0.0, wild.duration_s()), 0.25);
+}
+
+TEST(Suspension, small_jolts_pass_and_large_ones_meet_the_stops) {
+  EXPECT_EQ(limited_jolt({0.02, 0.09, -0.09}), Vec3(0.02, 0.09, -0.09));
+  const Vec3 large = limited_jolt({-5.0, 5.0, -5.0});
+  EXPECT_NEAR((large - Vec3(-0.1, 0.2, -0.2)).norm(), 0.0, 1e-9);
+}
+
+TEST(Suspension, steering_leans_the_body_and_braking_dips_it) {
+  Suspension left(1);
+  left.settle({1.0, 0.0, 1.0, 0.0});
+  const Vec3 lean = left.step(0.0, {1.0, 0.0, 1.0, 0.0}, 0.001);
+  EXPECT_NEAR(lean.y(), 0.05, 0.003);  // outwards: the right side goes down in a left bend
+  Suspension brake(1);
+  brake.settle({1.0, -1.0, 0.0, 0.0});
+  const Vec3 dip = brake.step(0.0, {1.0, -1.0, 0.0, 0.0}, 0.001);
+  EXPECT_NEAR(dip.z(), 0.05, 0.003);  // nose down
+  EXPECT_LT(dip.x(), -0.02);
+}
+
+TEST(Suspension, bumps_come_on_and_on) {
+  Bumps bumps(7);
+  int hit = 0;
+  for (double s = 0.0; s < 2000.0; s += 0.02) hit += bumps.at(s).x() > 0.0 ? 1 : 0;
+  EXPECT_GT(hit, 500);
+}
+
+}  // namespace
+}  // namespace rali::sim
