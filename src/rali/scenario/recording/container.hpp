@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "rali/base/result.hpp"
+#include "rali/base/time.hpp"
+#include "rali/scenario/recording/vehicle_recorder.hpp"
+#include "rali/wire/encoding.hpp"
+
+namespace rali::scenario {
+
+/// A recording file of any format, as VehicleRecorder sees it.
+class Container {
+ public:
+  /// @param path  under which it appears at close(), see recording_name()
+  [[nodiscard]] static Result<std::unique_ptr<Container>> create(const std::string& path,
+                                                                 RecordingFormat format);
+
+  virtual ~Container() = default;
+
+  /// `type` as ROS 1 names it: "sensor_msgs/Imu". Returns what write() takes.
+  [[nodiscard]] virtual Result<std::size_t> add_topic(const std::string& topic,
+                                                      const std::string& type) = 0;
+  [[nodiscard]] virtual Status write(std::size_t topic, Time t,
+                                     std::span<const std::byte> data) = 0;
+
+  /// From now on nothing more reaches the file but the beginning of its next record.
+  virtual void cut() = 0;
+
+  [[nodiscard]] virtual Status close() = 0;
+
+  [[nodiscard]] virtual wire::Encoding encoding() const = 0;
+};
+
+}  // namespace rali::scenario

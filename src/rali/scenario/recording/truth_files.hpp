@@ -1,0 +1,48 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/io/files/csv_writer.hpp"
+#include "rali/io/files/tum.hpp"
+#include "rali/sim/fleet/fleet_simulation.hpp"
+
+namespace rali::scenario {
+
+/// The folder truth/ of a fleet recording, written as the simulation goes on: `<v>.tum`
+/// (T_world_body at 100 Hz), `ranges.csv` (each exchange that ranges.csv could have), `biases.csv`
+/// (of the inertial sensors once a second, of the pairs of antennas once), `mesh.ply`.
+class TruthFiles {
+ public:
+  /// @param folder  exists
+  /// @param names   of the vehicles
+  [[nodiscard]] static Result<TruthFiles> create(const std::string& folder,
+                                                 const std::vector<std::string>& names,
+                                                 const sim::FleetSimulation& sim);
+
+  /// Poses and biases up to time t.
+  [[nodiscard]] Status reach(Time t, const sim::FleetSimulation& sim);
+
+  [[nodiscard]] Status add(const sensor::RangeSample& range, const sim::RangeTruth& truth);
+
+  /// Poses up to `until`, then all files appear.
+  [[nodiscard]] Status finish(Time until, const sim::FleetSimulation& sim);
+
+ private:
+  TruthFiles(std::string folder, std::vector<std::string> names)
+      : folder_(std::move(folder)), names_(std::move(names)) {}
+
+  [[nodiscard]] Status open(const sim::FleetSimulation& sim);
+  [[nodiscard]] Status add_pair_biases(const sim::FleetSimulation& sim);
+  [[nodiscard]] Status add_imu_biases(Time t, const sim::FleetSimulation& sim);
+  [[nodiscard]] Status add_bias(Time t, const std::string& of, const char* quantity, double value);
+
+  std::string folder_;
+  std::vector<std::string> names_;
+  std::vector<io::TumWriter> poses_;
+  std::vector<io::CsvWriter> tables_;  ///< biases, then ranges of a fleet of two or more
+  Time next_pose_, next_bias_;
+};
+
+}  // namespace rali::scenario
