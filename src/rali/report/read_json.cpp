@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -155,6 +156,25 @@ void flatten(const Json& json, const std::string& path, int depth, std::vector<M
   out.push_back(std::move(m));
 }
 
+/// The alignments that evaluation.json names; the errors stand in the axes of the truth.
+void read_truth_frames(const Json& frames, RunData& run) {
+  if (!frames.is_array()) return;
+  for (const Json& frame : frames) {
+    TruthFrame out;
+    const Json& names = at(frame, "vehicles");
+    const Json& quat = at(at(frame, "T_truth_est"), "quat_xyzw");
+    if (!names.is_array() || !quat.is_array() || quat.size() != 4) continue;
+    for (const Json& name : names) out.vehicles.push_back(text(name));
+    Eigen::Quaterniond q;
+    for (std::size_t i = 0; i < 4; ++i) {
+      q.coeffs()[static_cast<Eigen::Index>(i)] = number(quat[i]).value_or(0.0);
+    }
+    if (std::abs(q.norm() - 1.0) > 0.01) continue;
+    out.R_truth_map = q.normalized().toRotationMatrix();
+    run.truth_frames.push_back(std::move(out));
+  }
+}
+
 }  // namespace
 
 Time read_json_files(const std::string& dir, RunData& run) {
@@ -165,6 +185,7 @@ Time read_json_files(const std::string& dir, RunData& run) {
                 number(timing, "memory_max_mb"), numbers(at(timing, "stages_s"))};
   const Json evaluation = read_json(dir, "evaluation.json", run);
   if (evaluation.is_object()) flatten(evaluation, "", 0, run.evaluation);
+  read_truth_frames(at(evaluation, "frames"), run);
   return t_begin;
 }
 

@@ -76,6 +76,21 @@ void read_errors(const std::string& dir, Time t_begin, VehicleView& v, RunData& 
   });
 }
 
+/// The truth at the poses that were judged, brought into map: estimate less error.
+void find_truth(const RunData& run, VehicleView& v) {
+  for (const TruthFrame& frame : run.truth_frames) {
+    const auto& names = frame.vehicles;
+    if (std::find(names.begin(), names.end(), v.name) == names.end()) continue;
+    std::size_t at = 0;
+    for (const ErrorPoint& e : v.errors) {
+      while (at < v.way.size() && v.way[at].t_s < e.t_s - 1e-4) ++at;
+      if (at == v.way.size()) break;
+      if (v.way[at].t_s > e.t_s + 1e-4 || !e.e_m.allFinite()) continue;
+      v.truth.push_back({e.t_s, v.way[at].p_m - frame.R_truth_map.transpose() * e.e_m});
+    }
+  }
+}
+
 void add_holder(const std::string& name, std::string& list) {
   if (name.empty()) return;
   std::string_view rest = list;
@@ -138,6 +153,7 @@ void read_vehicle(const std::string& dir, Time& t_begin, VehicleView& vehicle, R
   read_sigmas(dir, t_begin, vehicle, run);
   read_degeneracy(dir, t_begin, vehicle, run);
   read_errors(dir, t_begin, vehicle, run);
+  find_truth(run, vehicle);
   find_blind_spans(vehicle);
 }
 

@@ -111,10 +111,10 @@ std::string comparison_html(const std::vector<RunData>& runs) {
               comparison_sections(runs));
 }
 
-Status write_report(const std::string& out_dir) {
+Status write_report(const std::string& out_dir, const std::string& path) {
   const Result<RunData> run = read_run(out_dir);
   if (!run) return tl::make_unexpected(run.error());
-  return io::write_file_atomic(out_dir + "/report.html", report_html(*run));
+  return io::write_file_atomic(path, report_html(*run));
 }
 
 Status write_comparison(const std::vector<std::string>& out_dirs, const std::string& path) {

@@ -19,8 +19,8 @@ inline constexpr std::string_view kSpeedBegin = "<!--speed-->", kSpeedEnd = "<!-
 /// Runs side by side: numbers, trajectories, settings that differ.
 [[nodiscard]] std::string comparison_html(const std::vector<RunData>& runs);
 
-/// Reads `out_dir` and writes `out_dir`/report.html. Errors: kInput, kMachine.
-[[nodiscard]] Status write_report(const std::string& out_dir);
+/// Reads `out_dir` and writes the page to `path`. Errors: kInput, kMachine.
+[[nodiscard]] Status write_report(const std::string& out_dir, const std::string& path);
 
 /// Reads each folder and writes one page. Errors: kInput, kMachine.
 [[nodiscard]] Status write_comparison(const std::vector<std::string>& out_dirs,

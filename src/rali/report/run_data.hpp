@@ -133,6 +133,12 @@ struct Measured {
   double value = kUnknown;  ///< where it is a number
 };
 
+/// How the axes of a frame of the run lie in those of the truth.
+struct TruthFrame {
+  std::vector<std::string> vehicles;
+  geometry::Mat3 R_truth_map = geometry::Mat3::Identity();
+};
+
 /// Everything the report of one run shows, read from its folder.
 struct RunData {
   std::string name;    ///< last part of the folder's path
@@ -153,6 +159,7 @@ struct RunData {
   bool settings_known = false;
   std::vector<SettingLine> settings;  ///< other than default
   std::vector<Measured> evaluation;   ///< empty: not evaluated
+  std::vector<TruthFrame> truth_frames;
   bool metrics_known = false;
   std::vector<std::string> unreadable;  ///< files that are there and could not be read, with why
 

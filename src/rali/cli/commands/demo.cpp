@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/cli/commands/report.hpp"
 #include "rali/cli/demo/demo_recording.hpp"
 #include "rali/cli/map_job.hpp"
 #include "rali/cli/map_summary.hpp"
@@ -166,6 +167,7 @@ Result<int> DemoCommand::run(Session& session) {
   if (Status status = draw(*score, recording->truth); !status) {
     return tl::make_unexpected(status.error());
   }
+  if (Status status = add_report(out_dir()); !status) return tl::make_unexpected(status.error());
   session.result(summary_text(*summary));
   session.result(fmt::format(
       "against the truth: position off by {:.3f} m (rmse), {:.3f} m at most, on {:.0f} m\n"

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include "rali/cli/commands/commands.hpp"
+#include "rali/cli/commands/report.hpp"
 #include "rali/cli/map_job.hpp"
 #include "rali/cli/map_summary.hpp"
 #include "rali/cli/progress_view.hpp"
@@ -30,7 +31,7 @@ class MapCommand final : public Command {
   [[nodiscard]] std::string name() const override { return "map"; }
 
   [[nodiscard]] std::string summary() const override {
-    return "map recordings: trajectories, covariances, cloud, 2-D grid";
+    return "map recordings: trajectories, covariances, cloud, grid, report";
   }
 
   [[nodiscard]] std::vector<std::string> examples() const override {
@@ -67,7 +68,7 @@ class MapCommand final : public Command {
   std::string preset_, formats_ = "pcd,ply";
   std::string ranges_, lidar_topic_, imu_topic_, lidar_model_, imu_file_;
   std::string start_s_, duration_s_, map_voxel_m_;
-  bool no_mcap_ = false, no_keyframes_ = false, dry_run_ = false;
+  bool no_mcap_ = false, no_keyframes_ = false, no_report_ = false, dry_run_ = false;
 };
 
 std::vector<Option> MapCommand::options() {
@@ -102,6 +103,7 @@ std::vector<Option> MapCommand::options() {
        {}},
       {"--no-mcap", "", "do not write session.mcap", &no_mcap_, true, {}},
       {"--no-keyframes", "", "do not keep the keyframes' clouds", &no_keyframes_, true, {}},
+      {"--no-report", "", "do not write report.html", &no_report_, true, {}},
       {"--threads", "N", "0: one per core; results do not depend on it", &map_.threads, true, {}},
       {"--dry-run", "", "read, check, print settings and plan, stop", &dry_run_, false, {}},
       {"--strict", "", "the first gap ends the run with 3", &map_.strict, true, {}},
@@ -237,6 +239,10 @@ Result<int> MapCommand::run(Session& session) {
   const Result<drive::MapSummary> summary = drive::run_map(*job, view, stop_requested());
   session.live_line("");
   if (!summary) return tl::make_unexpected(summary.error());
+  if (!no_report_) {
+    if (Status status = add_report(map_.out_dir); !status)
+      return tl::make_unexpected(status.error());
+  }
   for (const drive::VehicleSummary& vehicle : summary->vehicles) {
     session.note(input_text(vehicle.input));
   }

@@ -4,12 +4,14 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "rali/drive/version.hpp"
 #include "rali/io/files/atomic_file.hpp"
+#include "rali/io/files/input_file.hpp"
 #include "rali/io/files/sha256.hpp"
 
 namespace rali::drive {
@@ -182,6 +184,31 @@ Status write_status(const std::string& path, std::string_view status, bool hashe
   json["files"] = nlohmann::ordered_json::object();
   write_in_place(file, json.dump(1) + '\n');
   return written;
+}
+
+Status add_to_status(const std::string& path, const std::string& name,
+                     std::string_view exempt_begin, std::string_view exempt_end) {
+  constexpr std::uint64_t kBytesMax = 256ULL << 20;
+  const std::string file = path + "/status.json";
+  if (!fs::exists(file)) return {};
+  const auto status = io::read_file(file, kBytesMax);
+  if (!status) return tl::make_unexpected(status.error());
+  auto json = nlohmann::ordered_json::parse(io::as_text(*status), nullptr, false);
+  if (!json.is_object() || !json["files"].is_object()) {
+    return fail(ErrorCode::kInput, file, "is damaged", "Run rali map again.");
+  }
+  const auto bytes = io::read_file(path + '/' + name, kBytesMax);
+  if (!bytes) return tl::make_unexpected(bytes.error());
+  const std::string_view text = io::as_text(*bytes);
+  const std::size_t begin = std::min(text.find(exempt_begin), text.size());
+  const std::size_t end = std::min(text.find(exempt_end, begin), text.size());
+  const std::string hashed = std::string(text.substr(0, begin)) + std::string(text.substr(end));
+  std::map<std::string, nlohmann::json> sorted;
+  for (const auto& [key, value] : json["files"].items()) sorted[key] = value;
+  sorted[name] = io::sha256_hex(io::text_bytes(hashed));
+  json["files"] = nlohmann::ordered_json::object();
+  for (const auto& [key, value] : sorted) json["files"][key] = value;
+  return io::write_file_atomic(file, json.dump(1) + '\n');
 }
 
 }  // namespace rali::drive

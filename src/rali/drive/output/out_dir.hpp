@@ -28,4 +28,10 @@ namespace rali::drive {
 /// SHA-256 of every output but the exempt ones. Errors: kMachine.
 [[nodiscard]] Status write_status(const std::string& path, std::string_view status, bool hashes);
 
+/// Adds one more output, written after the run's end, to the hashes of status.json. What stands
+/// between `exempt_begin` and `exempt_end` may differ between equal runs and is left out of the
+/// hash. A folder without status.json stays without. Errors: kInput, kMachine.
+[[nodiscard]] Status add_to_status(const std::string& path, const std::string& name,
+                                   std::string_view exempt_begin, std::string_view exempt_end);
+
 }  // namespace rali::drive

@@ -38,6 +38,8 @@ class Table {
 
   [[nodiscard]] bool empty() const { return rows_.empty(); }
 
+  [[nodiscard]] std::size_t size() const { return rows_.size(); }
+
   /// `words`: columns hold text, set left.
   [[nodiscard]] std::string html(bool words = false) const;
 

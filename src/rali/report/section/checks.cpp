@@ -16,8 +16,8 @@ namespace {
 /// More than this share of the way blind without a range is a doubt.
 constexpr double kUnheldShare = 0.02;
 constexpr double kLargeSigma_m = 0.5;
-/// Mean of NEES over 3 (position) above this: the covariances promise too much.
-constexpr double kNeesMax = 2.0;
+/// Mean of NEES above this multiple of what it should be: the covariances promise too much.
+constexpr double kNeesFactorMax = 2.0;
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kGapWords = {
     {{"jumps", "jumps of the clock"},
@@ -152,11 +152,13 @@ Check loop_check(const RunData& run) {
 Check truth_check(const RunData& run) {
   const Number ape = truth_error(run);
   if (!ape) return {CheckState::kNotChecked, "against truth", "not evaluated"};
-  const Number nees = measured(run, "fleet.nees.mean");
-  if (nees && *nees > kNeesMax * 3.0) {
+  const Number nees = measured(run, "fleet.trajectory.nees_pose.mean");
+  const Number expected = measured(run, "fleet.trajectory.nees_pose.expected_mean");
+  if (nees && expected && *nees > kNeesFactorMax * *expected) {
     return {CheckState::kLook, "against truth",
-            fmt::format("{} rmse; the errors are larger than the covariances say (NEES {})",
-                        metres(ape), fixed(*nees, 1))};
+            fmt::format("{} rmse, but errors are larger than the covariances say: NEES {}, should "
+                        "be {}",
+                        metres(ape), fixed(*nees, 1), fixed(*expected, 0))};
   }
   return {CheckState::kGood, "against truth", metres(ape) + " rmse (APE)"};
 }
@@ -242,7 +244,7 @@ std::string_view state_word(CheckState state) {
   return "\xE2\x80\x93 not checked";
 }
 
-Number truth_error(const RunData& run) { return measured(run, "fleet.ape.rmse"); }
+Number truth_error(const RunData& run) { return measured(run, "fleet.trajectory.ape_m.rmse"); }
 
 std::vector<Check> checks_of(const RunData& run) {
   return {run_check(run),   input_check(run), divergence_check(run), blind_check(run),

@@ -57,6 +57,109 @@ std::string plots(const RunData& run) {
   return html + "</div>\n";
 }
 
+/// Numbers of one track (trajectory or odometry) of one vehicle or of the fleet.
+struct TrackKey {
+  std::string words, path;
+};
+
+std::vector<TrackKey> tracks_of(const RunData& run) {
+  std::vector<TrackKey> keys;
+  const auto add = [&](const std::string& words, const std::string& path) {
+    if (measured(run, path + ".poses")) keys.push_back({words, path});
+  };
+  for (const VehicleView& v : run.vehicles) {
+    add(escaped(v.name), "vehicles." + v.name + ".trajectory");
+    add(escaped(v.name) + ", odometry alone", "vehicles." + v.name + ".odometry");
+  }
+  if (run.vehicles.size() > 1) {
+    add("<b>fleet</b>", "fleet.trajectory");
+    add("fleet, odometry alone", "fleet.odometry");
+  }
+  return keys;
+}
+
+std::string position_table(const RunData& run, const std::vector<TrackKey>& keys) {
+  Table table({"", "poses", "APE rmse", "largest", "rotation rmse", "drift at the end", "in height",
+               "along the blind axis, rmse", "across"});
+  for (const TrackKey& key : keys) {
+    const auto m = [&](const char* name) { return measured(run, key.path + name); };
+    table.row({key.words, counted(m(".poses")), metres(m(".ape_m.rmse")), metres(m(".ape_m.max")),
+               fixed(m(".ape_deg.rmse"), 2) + "&deg;", metres(m(".drift_final_m")),
+               metres(m(".drift_z_m")), metres(m(".blind.along_m.rmse")),
+               metres(m(".blind.across_m.rmse"))});
+  }
+  return table.empty() ? "" : "<div class=\"wide\">" + table.html() + "</div>";
+}
+
+std::string relative_table(const RunData& run, const std::vector<TrackKey>& keys) {
+  Table table({"relative error", "over", "rmse", "largest", "rotation rmse", "share of the way"});
+  for (const TrackKey& key : keys) {
+    for (int i = 0; i < 8; ++i) {
+      const std::string path = fmt::format("{}.rpe.{}", key.path, i);
+      const Number distance_m = measured(run, path + ".distance_m");
+      const Number rmse = measured(run, path + ".m.rmse");
+      if (!distance_m || !rmse) continue;
+      table.row({key.words, metres(distance_m), metres(rmse),
+                 metres(measured(run, path + ".m.max")),
+                 fixed(measured(run, path + ".deg.rmse"), 2) + "&deg;",
+                 *distance_m > 0.0 ? fixed(100.0 * *rmse / *distance_m, 2) + " %" : ""});
+    }
+  }
+  return table.empty() ? "" : "<div class=\"wide\">" + table.html() + "</div>";
+}
+
+std::string consistency_table(const RunData& run, const std::vector<TrackKey>& keys) {
+  Table table({"do the covariances hold?", "NEES, mean", "should be", "within 95 %"});
+  for (const TrackKey& key : keys) {
+    for (const char* kind : {".nees_pose", ".nees_position"}) {
+      const std::string path = key.path + kind;
+      if (!measured(run, path + ".mean")) continue;
+      table.row({key.words + (std::string_view(kind) == ".nees_pose" ? ", pose" : ", position"),
+                 fixed(measured(run, path + ".mean"), 2),
+                 fixed(measured(run, path + ".expected_mean"), 0),
+                 percent(measured(run, path + ".share_within_95"))});
+    }
+  }
+  return table.empty() ? "" : table.html();
+}
+
+std::string cloud_html(const RunData& run) {
+  const auto m = [&](const char* name) { return measured(run, fmt::format("cloud.{}", name)); };
+  std::string html;
+  if (m("to_mesh.mean_m")) {
+    html += fmt::format(
+        "<p>Map to the true surface: mean <b>{}</b>, standard deviation {}, 95 % within {}; {} of "
+        "the points lie beyond {} and are left out. The map covers {} of the surface.</p>\n",
+        metres(m("to_mesh.mean_m")), metres(m("to_mesh.std_m")), metres(m("to_mesh.p95_m")),
+        percent(m("to_mesh.share_beyond_cut")), metres(m("to_mesh.cut_m")),
+        percent(m("to_mesh.completeness")));
+  }
+  if (m("shape.thickness_m.median")) {
+    html += fmt::format("<p>Thickness of the map's surfaces: median {}, 95 % below {}.</p>\n",
+                        metres(m("shape.thickness_m.median")), metres(m("shape.thickness_p95_m")));
+  }
+  return html;
+}
+
+std::string all_numbers(const RunData& run) {
+  Table table({"measure", "value"});
+  for (const Measured& m : run.evaluation) {
+    if (table.size() >= kMeasuredMax || m.value != m.value) continue;
+    table.row({"<code>" + escaped(m.key) + "</code>", escaped(m.text)});
+  }
+  return table.empty() ? ""
+                       : "<details><summary>All numbers of evaluation.json</summary>" +
+                             table.html() + "</details>\n";
+}
+
+/// How it was aligned, in the words of the evaluation.
+std::string how(const RunData& run) {
+  for (const Measured& m : run.evaluation) {
+    if (m.key == "how") return "<p class=\"note\">" + escaped(m.text) + "</p>\n";
+  }
+  return {};
+}
+
 }  // namespace
 
 Section truth_section(const RunData& run) {
@@ -67,15 +170,11 @@ Section truth_section(const RunData& run) {
     section.html = absent("No truth: the run was not evaluated (rali evaluate).");
     return section;
   }
+  const std::vector<TrackKey> keys = tracks_of(run);
+  section.html += how(run) + position_table(run, keys);
   if (errors) section.html += plots(run);
-  Table table({"measure", "value"});
-  for (std::size_t i = 0; i < std::min(run.evaluation.size(), kMeasuredMax); ++i) {
-    const Measured& m = run.evaluation[i];
-    table.row({"<code>" + escaped(m.key) + "</code>", escaped(m.text)});
-  }
-  if (!table.empty())
-    section.html += "<details><summary>All numbers of evaluation.json</summary>" + table.html() +
-                    "</details>\n";
+  section.html += relative_table(run, keys) + consistency_table(run, keys) + cloud_html(run);
+  section.html += all_numbers(run);
   return section;
 }
 
