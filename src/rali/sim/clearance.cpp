@@ -134,9 +134,8 @@ std::optional<Vec3> Clearance::first_contact(const std::vector<Vec3>& way,
   return std::nullopt;
 }
 
-std::optional<double> Clearance::ground_below(double x_m, double y_m, double from_z_m,
-                                              double depth_m) const {
-  std::optional<double> best;
+std::vector<double> Clearance::surfaces_at(double x_m, double y_m) const {
+  std::vector<double> heights;
   const Vec2 p(x_m, y_m);
   visit_near(x_m, y_m, 0.0, [&](std::uint32_t t) {
     const Corners k(*mesh_, t);
@@ -148,10 +147,18 @@ std::optional<double> Clearance::ground_below(double x_m, double y_m, double fro
     const double u = cross2(p - a, ac) / area;
     const double v = cross2(ab, p - a) / area;
     if (u < -1e-9 || v < -1e-9 || u + v > 1.0 + 1e-9) return;
-    const double z = k.a.z() + u * (k.b.z() - k.a.z()) + v * (k.c.z() - k.a.z());
-    if (z > from_z_m || z < from_z_m - depth_m) return;
-    best = std::max(best.value_or(z), z);
+    heights.push_back(k.a.z() + u * (k.b.z() - k.a.z()) + v * (k.c.z() - k.a.z()));
   });
+  std::sort(heights.begin(), heights.end());
+  return heights;
+}
+
+std::optional<double> Clearance::ground_below(double x_m, double y_m, double from_z_m,
+                                              double depth_m) const {
+  std::optional<double> best;
+  for (const double z : surfaces_at(x_m, y_m)) {
+    if (z <= from_z_m && z >= from_z_m - depth_m) best = z;
+  }
   return best;
 }
 

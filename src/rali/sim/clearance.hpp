@@ -40,6 +40,9 @@ class Clearance {
   [[nodiscard]] std::optional<double> ground_below(double x_m, double y_m, double from_z_m,
                                                    double depth_m) const;
 
+  /// Heights of all surfaces over (x, y), lowest first.
+  [[nodiscard]] std::vector<double> surfaces_at(double x_m, double y_m) const;
+
  private:
   [[nodiscard]] std::int64_t bin_of(double value, int axis) const;
   /// Calls use(triangle) for all triangles near the square of half_m around (x, y).

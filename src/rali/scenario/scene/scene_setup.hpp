@@ -1,0 +1,111 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/scenario/scene/plan_source.hpp"
+#include "rali/sim/fleet/fleet_simulation.hpp"
+#include "rali/sim/tunnels/tunnels.hpp"
+#include "rali/sim/world.hpp"
+
+namespace rali::scenario {
+
+/// What the world is made from; the key of scene.yaml that says so.
+enum class PlaceKind { kScene, kFloorPlan, kTunnel, kMine, kRamp, kMesh };
+inline constexpr ChoiceNames<6> kPlaceNames{"scene", "floor_plan", "tunnel",
+                                            "mine",  "ramp",       "mesh"};
+
+enum class UpAxis { kZ, kY, kX };
+inline constexpr ChoiceNames<3> kUpNames{"z", "y", "x"};
+
+enum class LengthUnit { kMetre, kCentimetre, kMillimetre, kInch, kFoot };
+inline constexpr ChoiceNames<5> kUnitNames{"m", "cm", "mm", "in", "ft"};
+
+/// A world from a file.
+struct MeshSource {
+  std::string file;  ///< as this process can open it
+  LengthUnit units = LengthUnit::kMetre;
+  double scale = 1.0;  ///< applied after the units
+  UpAxis up = UpAxis::kZ;
+  double reflectivity = 0.5;  ///< where the file has none
+};
+
+/// One vehicle of a scene; what is not given is found by world_of().
+struct SceneVehicle {
+  /// NaN x: not given; NaN z: on the ground.
+  geometry::Vec3 start = geometry::Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::optional<double> yaw_deg;      ///< not given: towards the first point of its way
+  std::vector<geometry::Vec3> route;  ///< its way in the only round, if there are no rounds
+  geometry::Vec3 goal = geometry::Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::string where;        ///< file:line
+  std::string start_where;  ///< file:line
+  std::string way_where;    ///< file:line of route or goal
+
+  template <class V>
+  void visit(V& v) {
+    v.custom("start", noting(place(start), start_where), "x, y and maybe z");
+    v.custom("yaw_deg", config::number_or(yaw_deg, "auto", -360.0, 360.0), "heading at the start");
+    v.custom("route", noting(way(route), way_where), "its way");
+    v.custom("goal", noting(place(goal), way_where), "instead of a route: it finds a way there");
+  }
+};
+
+/// A round as it stands in scene.yaml, vehicles by number.
+struct SceneRound {
+  int anchor = -1;
+  std::vector<std::vector<geometry::Vec3>> routes;  ///< by vehicle
+  std::vector<std::string> route_where;             ///< by vehicle
+  std::string where;
+};
+
+/// A scene as it stands in scene.yaml (docs/scenes.md), every value present.
+struct SceneSetup {
+  PlaceKind place = PlaceKind::kScene;
+  sim::Scene scene = sim::Scene::kCorridor;
+  PlanSource floor_plan;
+  sim::TunnelOptions tunnel;
+  sim::MineOptions mine;
+  sim::RampOptions ramp;
+  MeshSource mesh;
+  std::vector<SceneVehicle> vehicles;  ///< empty: fleet.vehicles as the scene places them
+  std::vector<SceneRound> rounds;      ///< empty: from routes, goals or the scene
+  /// Seed, duration, sensors, motion, radios and the number of vehicles.
+  sim::FleetOptions fleet;
+  std::string name;    ///< of the file, for messages
+  std::string folder;  ///< of the file, for relative paths
+};
+
+/// A shipped scene with as many vehicles as it is made for.
+[[nodiscard]] SceneSetup shipped_scene(sim::Scene scene, std::uint64_t seed);
+
+/// How many vehicles a shipped scene is made for.
+[[nodiscard]] int vehicles_of(sim::Scene scene);
+
+/// v1, v2, ...: how vehicle `index` is called in files.
+[[nodiscard]] std::string vehicle_name(int index);
+
+/// Reads scene.yaml. Relative paths in it are relative to its folder.
+/// Errors: kUsage with file and line for what is wrong in it; kInput if it cannot be read.
+[[nodiscard]] Result<SceneSetup> load_scene(const std::string& path);
+
+/// The same from memory; `name` is for messages, `folder` for relative paths.
+[[nodiscard]] Result<SceneSetup> parse_scene(std::string_view text, const std::string& name,
+                                             const std::string& folder);
+
+/// The effective scene as scene.yaml; parse_scene of it gives the same scene. Paths are written
+/// relative to `folder`.
+[[nodiscard]] std::string dump_scene(const SceneSetup& setup, const std::string& folder);
+
+/// Builds the place, finds and checks starts and rounds: everything that fleet.vehicles vehicles
+/// need. setup.fleet goes with it into make_fleet_simulation().
+/// Errors (kUsage, with file and line where the scene came from a file): a vehicle inside a wall,
+/// without ground, or on another one; a route through a wall; no way to a goal; a world larger
+/// than 20 km or more than 20 million triangles; what the place itself refuses. kInput: a mesh
+/// file that cannot be read.
+[[nodiscard]] Result<sim::World> world_of(const SceneSetup& setup);
+
+}  // namespace rali::scenario
