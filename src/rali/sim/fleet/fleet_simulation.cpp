@@ -217,6 +217,8 @@ Time FleetSimulation::t_end() const { return impl_->time(impl_->reach_s()); }
 
 int FleetSimulation::vehicles() const { return impl_->options.vehicles; }
 
+bool FleetSimulation::scripted() const { return impl_->options.scripted; }
+
 double FleetSimulation::way_m(int vehicle) const {
   return impl_->motion.rover(vehicle).trajectory().length_m();
 }
@@ -293,7 +295,11 @@ Result<std::unique_ptr<FleetSimulation>> make_fleet_simulation(World world,
   if (const Status checked = check_fleet(world, options); !checked) {
     return tl::make_unexpected(checked.error());
   }
-  auto impl = std::make_unique<FleetSimulation::Impl>(std::move(world), options);
+  FleetOptions o = options;
+  // Who drives to goals through doors keeps to its way.
+  constexpr double kSwing_m = 0.04;
+  if (!o.scripted) o.vehicle.motion.wander_m = std::min(o.vehicle.motion.wander_m, kSwing_m);
+  auto impl = std::make_unique<FleetSimulation::Impl>(std::move(world), o);
   if (options.scripted) {
     Result<std::vector<RoundTimes>> rounds =
         drive_rounds(impl->motion, impl->world, options.vehicle.motion.rest_s, options.pause_s);

@@ -84,6 +84,7 @@ class FleetSimulation {
   /// Of a scripted simulation: the end. Else: how far the vehicles have driven.
   [[nodiscard]] Time t_end() const;
   [[nodiscard]] int vehicles() const;
+  [[nodiscard]] bool scripted() const;
   [[nodiscard]] double way_m(int vehicle) const;
 
   [[nodiscard]] const sensor::Calibration& calibration_true(int vehicle) const;

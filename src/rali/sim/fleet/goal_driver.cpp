@@ -1,0 +1,72 @@
+#include "rali/sim/fleet/goal_driver.hpp"
+
+#include <utility>
+
+namespace rali::sim {
+
+using geometry::Vec3;
+
+void GoalDriver::go(std::vector<Vec3> places_world_m) {
+  places_ = std::move(places_world_m);
+  on_way_ = around_ = false;
+  tries_ = 0;
+  wait_until_s_ = 0.0;
+  ++report_.goals;
+  report_.status = DriveStatus::kDriving;
+  rover().halt();
+}
+
+void GoalDriver::stop() {
+  places_.clear();
+  on_way_ = false;
+  rover().halt();
+  report_.status = DriveStatus::kStanding;
+}
+
+std::vector<Vec3> GoalDriver::others_in_the_way() const {
+  constexpr double kFar_m = 15.0;  // those will have moved on
+  std::vector<Vec3> out;
+  for (int v = 0; v < fleet_->vehicles(); ++v) {
+    const Vec3& p = fleet_->rover(v).ground();
+    if (v != vehicle_ && (p - rover().ground()).norm() < kFar_m) out.push_back(p);
+  }
+  return out;
+}
+
+void GoalDriver::set_out() {
+  std::vector<Vec3> others;
+  if (around_) others = others_in_the_way();
+  const Result<PlannedWay> way = planner_->plan(rover().ground(), places_, others);
+  if (way) {
+    rover().follow(way->corners, way->rounding_m);
+    on_way_ = true;
+    return;
+  }
+  // A way that another vehicle blocks may become free; a wall stays.
+  if (around_ && ++tries_ <= options_->blocked_tries) {
+    around_ = false;
+    wait_until_s_ = fleet_->time_s() + options_->blocked_s;
+    return;
+  }
+  places_.clear();
+  report_.status = DriveStatus::kUnreachable;
+}
+
+void GoalDriver::update() {
+  if (places_.empty()) return;
+  if (on_way_) {
+    if (rover().idle()) {
+      places_.clear();
+      on_way_ = false;
+      report_.status = DriveStatus::kArrived;
+    } else if (fleet_->waited_s(vehicle_) > options_->blocked_s) {
+      rover().halt();
+      on_way_ = false;
+      around_ = true;
+    }
+    return;
+  }
+  if (rover().idle() && rover().standing() && fleet_->time_s() >= wait_until_s_) set_out();
+}
+
+}  // namespace rali::sim

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include "rali/sim/fleet/closed_loop.hpp"
+
+namespace rali::sim {
+
+/// Brings one vehicle to its goals: stops, plans, follows, and tries other ways when another
+/// vehicle stands in front of it.
+class GoalDriver {
+ public:
+  GoalDriver(int vehicle, FleetMotion& fleet, const WayPlanner& planner,
+             const ClosedLoopOptions& options)
+      : vehicle_(vehicle), fleet_(&fleet), planner_(&planner), options_(&options) {}
+
+  /// @param places_world_m  to visit in order, near the ground
+  void go(std::vector<geometry::Vec3> places_world_m);
+  void stop();
+
+  /// To be called between ticks.
+  void update();
+
+  [[nodiscard]] const DriveReport& report() const { return report_; }
+
+ private:
+  [[nodiscard]] Rover& rover() const { return fleet_->rover(vehicle_); }
+
+  void set_out();
+  [[nodiscard]] std::vector<geometry::Vec3> others_in_the_way() const;
+
+  int vehicle_;
+  FleetMotion* fleet_;
+  const WayPlanner* planner_;
+  const ClosedLoopOptions* options_;
+  std::vector<geometry::Vec3> places_;  ///< world; empty: no goal
+  bool on_way_ = false;                 ///< follows a way to places_
+  bool around_ = false;                 ///< the next way avoids the other vehicles
+  int tries_ = 0;
+  double wait_until_s_ = 0.0;  ///< no new way before
+  DriveReport report_;
+};
+
+}  // namespace rali::sim
