@@ -19,6 +19,8 @@ namespace {
 
 /// Two vehicles are compared while both have poses at most this far apart.
 constexpr double kBetweenGap_s = 0.25;
+/// A truth slower than this does not follow pitch and roll of a vehicle.
+constexpr double kSlowTruth_s = 0.05;
 
 /// A vehicle with its pairs, on the way to its score.
 struct Judged {
@@ -50,6 +52,22 @@ Result<Judged> judged(const VehicleInput& vehicle, const EvaluationOptions& opti
   if (!pairs) return tl::make_unexpected(pairs.error());
   out.odometry_pairs = std::move(*pairs);
   return out;
+}
+
+/// Straight lines between the poses of a slow truth cut off what a vehicle does on rough ground.
+void warn_of_slow_truth(const VehicleInput& v, const EvaluationOptions& options,
+                        std::vector<std::string>& warnings) {
+  if (options.associate.mode != eval::AssociationMode::kInterpolate || v.truth.size() < 2) return;
+  std::vector<double> gaps_s;
+  for (std::size_t i = 1; i < v.truth.size(); ++i) {
+    gaps_s.push_back(seconds_between(v.truth[i - 1].t, v.truth[i].t));
+  }
+  const double gap_s = eval::quantile(std::move(gaps_s), 0.5);
+  if (gap_s < kSlowTruth_s) return;
+  warnings.push_back(fmt::format(
+      "{}: one pose each {:.2f} s; jolts between them are not in it, so rotation errors, short RPE "
+      "and NEES come out too large",
+      v.truth_file, gap_s));
 }
 
 /// Judges vehicles in one frame.
@@ -137,6 +155,7 @@ class FrameJudge {
         samples_of(v.odometry_pairs, v.input->odometry.covariances, {}, v.input->truth, how);
     score.odometry = score_of(samples, options_.distances_m);
     score.odometry->drift = eval::drift(v.odometry_pairs, fit->T_truth_est);
+    score.odometry->drift->z_m.reset();  // its first pose is level only roughly
     fleet_odometry_.append(samples);
     return {};
   }
@@ -191,6 +210,7 @@ Result<Evaluation> evaluate_tracks(const RunInput& run, const EvaluationOptions&
       Result<Judged> vehicle = judged(run.vehicles[i], options);
       if (!vehicle) return tl::make_unexpected(vehicle.error());
       vehicles.push_back(std::move(*vehicle));
+      warn_of_slow_truth(run.vehicles[i], options, result.warnings);
     }
     if (vehicles.empty()) continue;
     add_between(vehicles, result);

@@ -154,6 +154,26 @@ std::string tracks(const std::string& title, const std::vector<Column>& columns,
   return text;
 }
 
+bool same_figures(const TrackScore& a, const TrackScore& b) {
+  constexpr double kSame_m = 5e-6;
+  const auto same = [](const eval::Statistics& x, const eval::Statistics& y) {
+    return x.count == y.count && std::abs(x.rmse - y.rmse) < kSame_m &&
+           std::abs(x.max - y.max) < kSame_m;
+  };
+  if (!same(a.ape_m, b.ape_m) || a.rpe.size() != b.rpe.size()) return false;
+  for (std::size_t d = 0; d < a.rpe.size(); ++d) {
+    if (!same(a.rpe[d].translation_m, b.rpe[d].translation_m)) return false;
+  }
+  return true;
+}
+
+/// Nothing has corrected the odometry: its figures are those of the trajectory.
+bool odometry_is_final(const Evaluation& e) {
+  return std::all_of(e.vehicles.begin(), e.vehicles.end(), [](const VehicleScore& v) {
+    return !v.odometry || same_figures(v.trajectory, *v.odometry);
+  });
+}
+
 std::string mesh_lines(const char* title, const eval::CloudToMesh& c) {
   return fmt::format(
       "{:<30}mean {} std {} 95 % {} max {} m\n"
@@ -208,7 +228,9 @@ std::string evaluation_table(const Evaluation& e) {
     text += tracks(odometry.empty() ? "" : "trajectory (final)", final_poses,
                    rows_of(e.options, fleet && !e.options.each));
   }
-  if (!odometry.empty()) {
+  if (!odometry.empty() && odometry_is_final(e)) {
+    text += "\nodometry (as processed): the same, nothing has corrected it\n";
+  } else if (!odometry.empty()) {
     text += tracks("odometry (as processed)", odometry, rows_of(e.options, false));
   }
   if (!e.between.empty())

@@ -126,7 +126,7 @@ TEST(CloudToMesh, result_is_the_same_in_any_order_of_work) {
   const TriangleMesh mesh = random_soup(200, rng);
   const TriangleTree tree(mesh);
   PointList points;
-  for (int i = 0; i < 9000; ++i) points.emplace_back(rng.uniform(-9, 9), rng.uniform(-9, 9), 0.0);
+  for (int i = 0; i < 5000; ++i) points.emplace_back(rng.uniform(-9, 9), rng.uniform(-9, 9), 0.0);
   SerialExecutor serial;
   BackwardsExecutor backwards;
   const CloudToMesh a = cloud_to_mesh(points, SE3{}, mesh, tree, {}, serial);

@@ -71,17 +71,16 @@ std::vector<Vec3> sample_surface(const TriangleMesh& mesh, double spacing_m, std
   const double area = area_m2(mesh);
   if (!(area > 0.0) || !(spacing_m > 0.0) || !std::isfinite(area) || at_most == 0) return points;
   const double wanted =
-      std::clamp(area / (spacing_m * spacing_m), 1.0, static_cast<double>(at_most));
-  const double step = area / std::floor(wanted);
+      std::clamp(std::round(area / (spacing_m * spacing_m)), 1.0, static_cast<double>(at_most));
   points.reserve(static_cast<std::size_t>(wanted));
-  double before = 0.0;
-  double next = 0.5 * step;
-  for (std::size_t t = 0; t < mesh.triangles.size() && points.size() < at_most; ++t) {
-    const double after = before + triangle_area_m2(mesh, t);
-    for (; next < after && points.size() < at_most; next += step) {
+  const double step = area / wanted;
+  double after = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    after += triangle_area_m2(mesh, t);
+    while (static_cast<double>(points.size()) < wanted &&
+           (static_cast<double>(points.size()) + 0.5) * step < after) {
       points.push_back(point_in(mesh, t, points.size()));
     }
-    before = after;
   }
   return points;
 }
