@@ -40,13 +40,13 @@ Result<std::pair<double, double>> parse_window(std::string_view text, std::strin
   const std::size_t dash = window.find('-', 1);
   const bool open = dash == std::string_view::npos;
   if (open && kind != FaultKind::kCutFile) {
-    return wrong(text, fmt::format("'{}' is no span of time", io::quoted(window)), example());
+    return wrong(text, fmt::format("{} is no span of time", io::quoted(window)), example());
   }
   const std::optional<double> from = io::parse_number(window.substr(0, dash));
   const std::optional<double> to =
       open ? std::optional<double>(kLatest_s) : io::parse_number(window.substr(dash + 1));
   if (!from || !to || !std::isfinite(*from) || !std::isfinite(*to)) {
-    return wrong(text, fmt::format("'{}' is no span of time", io::quoted(window)), example());
+    return wrong(text, fmt::format("{} is no span of time", io::quoted(window)), example());
   }
   if (*from < 0.0 || *to > kLatest_s) {
     return wrong(text, fmt::format("times lie between 0 and {:.0f} s after the start", kLatest_s),
@@ -70,7 +70,7 @@ Result<std::vector<Fault>> parse_fault(std::string_view text, int vehicles) {
     const std::vector<std::string> known(kFaultNames.begin(), kFaultNames.end());
     const std::string near = config::nearest_name(name, known);
     return wrong(
-        text, fmt::format("'{}' is no kind of fault", io::quoted(name)),
+        text, fmt::format("{} is no kind of fault", io::quoted(name)),
         fmt::format("{}Kinds: {}.", near.empty() ? "" : fmt::format("Did you mean '{}'? ", near),
                     fmt::join(known, ", ")));
   }
@@ -78,7 +78,7 @@ Result<std::vector<Fault>> parse_fault(std::string_view text, int vehicles) {
   const std::vector<std::string> names = vehicle_names(vehicles);
   const auto found = std::find(names.begin(), names.end(), vehicle);
   if (found == names.end() && vehicle != "all") {
-    return wrong(text, fmt::format("'{}' is no vehicle", io::quoted(vehicle)),
+    return wrong(text, fmt::format("{} is no vehicle", io::quoted(vehicle)),
                  fmt::format("Vehicles: {}, all.", fmt::join(names, ", ")));
   }
   const auto window = parse_window(text, text.substr(at + 1), *kind);

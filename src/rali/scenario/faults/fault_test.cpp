@@ -84,15 +84,15 @@ TEST(Fault, every_kind_is_read_and_written_back) {
 TEST(Fault, errors_say_in_one_sentence_what_is_wrong) {
   EXPECT_EQ(
       error_of("gapp:v1@1-2"),
-      "--fault gapp:v1@1-2: 'gapp' is no kind of fault. Did you mean 'gap'? Kinds: drop, gap, "
+      "--fault 'gapp:v1@1-2': 'gapp' is no kind of fault. Did you mean 'gap'? Kinds: drop, gap, "
       "clock_jump, nan, time_field, imu_scale, imu_saturate, uwb_bias, uwb_off, radio_loss, "
       "cut_file.");
   EXPECT_EQ(error_of("gap:v3@1-2"),
-            "--fault gap:v3@1-2: 'v3' is no vehicle. Vehicles: v1, v2, all.");
+            "--fault 'gap:v3@1-2': 'v3' is no vehicle. Vehicles: v1, v2, all.");
   EXPECT_EQ(error_of("gap:v1@5-2"),
-            "--fault gap:v1@5-2: the fault ends before it begins. Give T0 < T1.");
+            "--fault 'gap:v1@5-2': the fault ends before it begins. Give T0 < T1.");
   EXPECT_EQ(error_of("gap"),
-            "--fault gap: a fault has a kind, a vehicle and a span of time. Write "
+            "--fault 'gap': a fault has a kind, a vehicle and a span of time. Write "
             "KIND:VEHICLE@T0-T1, e.g. --fault gap:v1@30-35.");
   for (const char* rubbish :
        {"", ":", "@", ":@", "@:", "gap:v1@", "gap:v1@-", "gap:v1@3", "gap:@1-2", "gap:v1@a-b",

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/geometry/so3.hpp"
+#include "rali/sim/radio/recorded_ranges_for_test.hpp"
 #include "rali/sim/radio/uwb_model.hpp"
 
 // The model against real ranges (data pack, folder uwb_pairs). Each test gives the model the
@@ -35,91 +36,6 @@ std::filesystem::path data_folder() {
                    << " not found; set RALI_DATA_DIR";                          \
     }                                                                           \
   } while (false)
-
-/// A table with a header line; cells that are no numbers become NaN.
-struct Table {
-  std::map<std::string, std::size_t> column;
-  std::vector<std::vector<double>> rows;
-
-  [[nodiscard]] double at(std::size_t row, const std::string& name) const {
-    return rows[row][column.at(name)];
-  }
-};
-
-std::vector<std::string> split(const std::string& line, char sign) {
-  std::vector<std::string> cells;
-  std::size_t from = 0;
-  while (from <= line.size()) {
-    const std::size_t to = std::min(line.find(sign, from), line.size());
-    cells.push_back(line.substr(from, to - from));
-    from = to + 1;
-  }
-  return cells;
-}
-
-Table read_table(const std::filesystem::path& path) {
-  Table table;
-  std::ifstream file(path);
-  std::string line;
-  while (std::getline(file, line)) {
-    if (line.empty() || line[0] == '#') continue;
-    const std::vector<std::string> cells = split(line, ',');
-    if (table.column.empty()) {
-      for (std::size_t i = 0; i < cells.size(); ++i) table.column[cells[i]] = i;
-      continue;
-    }
-    std::vector<double> row;
-    for (const std::string& cell : cells) {
-      char* end = nullptr;
-      const double value = std::strtod(cell.c_str(), &end);
-      row.push_back(end == cell.c_str() ? std::nan("") : value);
-    }
-    row.resize(table.column.size(), std::nan(""));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-struct Figures {
-  std::size_t count = 0;
-  double mean = 0.0, sd = 0.0, p1 = 0.0, p50 = 0.0, p99 = 0.0;
-};
-
-Figures figures_of(std::vector<double> v) {
-  Figures f;
-  f.count = v.size();
-  if (v.empty()) return f;
-  std::sort(v.begin(), v.end());
-  const double n = static_cast<double>(v.size());
-  for (const double x : v) f.mean += x / n;
-  for (const double x : v) f.sd += (x - f.mean) * (x - f.mean) / n;
-  f.sd = std::sqrt(f.sd);
-  const auto quantile = [&](double q) {
-    return v[std::min(v.size() - 1, static_cast<std::size_t>(q * n))];
-  };
-  f.p1 = quantile(0.01);
-  f.p50 = quantile(0.5);
-  f.p99 = quantile(0.99);
-  return f;
-}
-
-std::vector<double> within(const std::vector<double>& v, double limit) {
-  std::vector<double> kept;
-  std::copy_if(v.begin(), v.end(), std::back_inserter(kept),
-               [&](double x) { return std::abs(x) <= limit; });
-  return kept;
-}
-
-std::vector<double> less_median(const std::vector<double>& v) {
-  const double median = figures_of(v).p50;
-  std::vector<double> rest;
-  for (const double x : v) rest.push_back(x - median);
-  return rest;
-}
-
-void append(std::vector<double>& to, const std::vector<double>& more) {
-  to.insert(to.end(), more.begin(), more.end());
-}
 
 void print_row(const char* what, const Figures& real, const Figures& model) {
   fmt::print(
@@ -344,28 +260,63 @@ TEST(UwbData, robots_with_antennas_around_them_have_the_tail_of_the_model) {
   }
 }
 
-/// LIAS: three tags on a trolley, eight anchors. Held out but for the patterns of the antennas;
-/// the constant bias of each link is taken off on both sides (the pair bias is compared apart).
-TEST(UwbData, tags_on_a_trolley_wander_as_much_as_in_the_model) {
-  SKIP_WITHOUT_DATA();
-  const Table ranges = read_table(data_folder() / "three_tags" / "dynamic_mid_ranges.csv");
-  std::vector<std::vector<double>> truth;
+/// LIAS: three tags on a trolley, eight anchors, motion capture.
+struct Trolley {
+  Table ranges;
+  std::vector<std::vector<double>> truth;  ///< rows of the TUM file
+};
+
+Trolley read_trolley() {
+  Trolley trolley;
+  trolley.ranges = read_table(data_folder() / "three_tags" / "dynamic_mid_ranges.csv");
   std::ifstream file(data_folder() / "three_tags" / "dynamic_mid_truth.tum");
   std::string line;
   while (std::getline(file, line)) {
     if (line.empty() || line[0] == '#') continue;
     std::vector<double> row;
-    for (const std::string& cell : split(line, ' '))
+    for (const std::string& cell : split(line, ' ')) {
       row.push_back(std::strtod(cell.c_str(), nullptr));
-    truth.push_back(row);
+    }
+    trolley.truth.push_back(std::move(row));
   }
-  ASSERT_GT(truth.size(), 1000U);
-  const std::vector<Vec3> anchors{{-3.4203, 3.0053, 1.0442},  {0.0016, 3.0110, 1.0446},
-                                  {3.6056, 2.9795, 1.0463},   {3.6011, -0.0008, 1.0422},
-                                  {3.5674, -3.0087, 1.0443},  {-0.0072, -2.9652, 1.0444},
-                                  {-3.4673, -2.9587, 1.0445}, {-3.4858, -0.0098, 1.0457}};
-  const std::vector<Vec3> tags{
+  return trolley;
+}
+
+/// Errors of anchor `a` to tag `g`, every fifth exchange.
+StaticField compare_link(const Trolley& trolley, std::size_t a, std::size_t g, UwbModel& model,
+                         const RayCaster& room) {
+  static const std::vector<Vec3> anchors{{-3.4203, 3.0053, 1.0442},  {0.0016, 3.0110, 1.0446},
+                                         {3.6056, 2.9795, 1.0463},   {3.6011, -0.0008, 1.0422},
+                                         {3.5674, -3.0087, 1.0443},  {-0.0072, -2.9652, 1.0444},
+                                         {-3.4673, -2.9587, 1.0445}, {-3.4858, -0.0098, 1.0457}};
+  static const std::vector<Vec3> tags{
       {-0.0689, -0.1423, 0.0011}, {-0.0750, 0.1402, 0.0016}, {0.2034, 0.1451, -0.0008}};
+  StaticField found;
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < trolley.ranges.rows.size(); i += 5) {
+    const double t = trolley.ranges.at(i, "t_s");
+    while (k + 1 < trolley.truth.size() && trolley.truth[k][0] < t) ++k;
+    const std::vector<double>& w = trolley.truth[k];
+    RadioEnd base = end_at(0, anchors[a], 0.0);
+    base.antenna = static_cast<int>(a);
+    RadioEnd tag = end_at(1, {w[1], w[2], w[3]}, 2.0 * std::atan2(w[6], w[7]));
+    tag.antenna = static_cast<int>(g);
+    tag.p_body_antenna = tags[g];
+    const double distance = (tag.position() - base.position()).norm();
+    const double error = trolley.ranges.at(i, fmt::format("a{}_t{}", a, g)) - distance;
+    if (std::isfinite(error)) found.real.push_back(error);
+    const auto s = model.measure(time_of(t), base, tag, room);
+    if (s) found.model.push_back(s->range_m - distance);
+  }
+  return found;
+}
+
+/// Held out but for the patterns of the antennas; the constant bias of each link is taken off on
+/// both sides and compared apart.
+TEST(UwbData, tags_on_a_trolley_wander_as_much_as_in_the_model) {
+  SKIP_WITHOUT_DATA();
+  const Trolley trolley = read_trolley();
+  ASSERT_GT(trolley.truth.size(), 1000U);
   UwbOptions o;
   o.pair_bias_m = 0.17;
   o.clear_burst_share = 0.0;  // nothing stands above the tags
@@ -373,42 +324,21 @@ TEST(UwbData, tags_on_a_trolley_wander_as_much_as_in_the_model) {
   mesh.add_box({0.0, 0.0, 0.0}, {9.0, 8.0, 4.0}, 0.0, 0.5);
   const RayCaster room(mesh);
   UwbModel model(o, 2, 3, time_of(0.0));
-  std::vector<double> real_rest, model_rest, real_bias, model_bias;
-  for (int link = 0; link < 24; ++link) {
-    const auto a = static_cast<std::size_t>(link / 3);
-    const auto g = static_cast<std::size_t>(link % 3);
-    std::vector<double> real, simulated;
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < ranges.rows.size(); i += 5) {
-      const double t = ranges.at(i, "t_s");
-      while (k + 1 < truth.size() && truth[k][0] < t) ++k;
-      const std::vector<double>& w = truth[k];
-      const double yaw = 2.0 * std::atan2(w[6], w[7]);
-      RadioEnd base = end_at(0, anchors[a], 0.0);
-      base.antenna = static_cast<int>(a);
-      RadioEnd tag = end_at(1, {w[1], w[2], w[3]}, yaw);
-      tag.antenna = static_cast<int>(g);
-      tag.p_body_antenna = tags[g];
-      const double error =
-          ranges.at(i, fmt::format("a{}_t{}", a, g)) - (tag.position() - base.position()).norm();
-      if (std::isfinite(error)) real.push_back(error);
-      const auto s = model.measure(time_of(t), base, tag, room);
-      if (s) simulated.push_back(s->range_m - model.last_truth().distance_m);
-    }
-    append(real_rest, less_median(real));
-    append(model_rest, less_median(simulated));
-    real_bias.push_back(figures_of(real).p50);
-    model_bias.push_back(figures_of(simulated).p50);
+  StaticField rest, bias;
+  for (std::size_t link = 0; link < 24; ++link) {
+    const StaticField f = compare_link(trolley, link / 3, link % 3, model, room);
+    append(rest.real, less_median(f.real));
+    append(rest.model, less_median(f.model));
+    bias.real.push_back(figures_of(f.real).p50);
+    bias.model.push_back(figures_of(f.model).p50);
   }
-  const Figures real = figures_of(within(real_rest, 1.0));
-  const Figures simulated = figures_of(within(model_rest, 1.0));
+  const Figures real = figures_of(within(rest.real, 1.0));
+  const Figures simulated = figures_of(within(rest.model, 1.0));
   print_row("three_tags, less each link's median", real, simulated);
   expect_alike(real, simulated, {0.02, 0.35, 0.08, 0.08});
-  const Figures bias = figures_of(real_bias);
-  const Figures bias_model = figures_of(model_bias);
-  print_row("three_tags, medians of 24 links", bias, bias_model);
-  EXPECT_NEAR(bias_model.mean, bias.mean, 0.05);
-  EXPECT_NEAR(bias_model.sd, bias.sd, 0.05);
+  print_row("three_tags, medians of 24 links", figures_of(bias.real), figures_of(bias.model));
+  EXPECT_NEAR(figures_of(bias.model).mean, figures_of(bias.real).mean, 0.05);
+  EXPECT_NEAR(figures_of(bias.model).sd, figures_of(bias.real).sd, 0.05);
 }
 
 }  // namespace

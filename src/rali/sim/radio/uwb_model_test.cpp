@@ -4,52 +4,14 @@
 
 #include <gtest/gtest.h>
 
-#include "rali/geometry/so3.hpp"
-#include "rali/sim/radio/radio_model.hpp"
-#include "rali/sim/radio/uwb_model.hpp"
+#include "rali/sim/radio/places_for_test.hpp"
 
 namespace rali::sim {
 namespace {
 
-using geometry::SE3;
 using geometry::Vec3;
 
-constexpr Time kStart = Time::from_ns(1'700'000'000'000'000'000);
-
-Time at_s(double t_s) { return kStart + Duration::from_s(t_s); }
-
-RadioEnd end_at(int vehicle, const Vec3& p, double yaw_rad = 0.0) {
-  RadioEnd end;
-  end.vehicle = vehicle;
-  end.T_world_body = {geometry::rotation_from_rpy(0.0, 0.0, yaw_rad), p};
-  return end;
-}
-
-/// Nothing but one small triangle far away: an empty mesh is none.
-RayCaster open_air() {
-  TriangleMesh mesh;
-  mesh.add_box({0.0, 0.0, -900.0}, {1.0, 1.0, 1.0}, 0.0, 0.5);
-  return RayCaster(mesh);
-}
-
-/// A wall of 0.2 m across the x axis at x = 5 m.
-RayCaster one_wall() {
-  TriangleMesh mesh;
-  mesh.add_box({5.0, 0.0, -5.0}, {0.2, 40.0, 10.0}, 0.0, 0.5);
-  return RayCaster(mesh);
-}
-
-struct Moments {
-  double mean = 0.0, sd = 0.0;
-};
-
-Moments moments(const std::vector<double>& values) {
-  Moments m;
-  for (const double v : values) m.mean += v / static_cast<double>(values.size());
-  for (const double v : values) m.sd += (v - m.mean) * (v - m.mean);
-  m.sd = std::sqrt(m.sd / static_cast<double>(values.size()));
-  return m;
-}
+constexpr Time kStart = kTestStart;
 
 /// Errors of `count` exchanges at 10 Hz.
 std::vector<double> errors(UwbModel& model, const RadioEnd& a, const RadioEnd& b,
@@ -60,118 +22,6 @@ std::vector<double> errors(UwbModel& model, const RadioEnd& a, const RadioEnd& b
     if (sample) found.push_back(sample->range_m - model.last_truth().distance_m);
   }
   return found;
-}
-
-TEST(Propagation, free_space_loss_at_4_GHz_is_44_5_dB_at_1_m_and_20_dB_more_at_10_m) {
-  EXPECT_NEAR(free_space_loss_db(1.0, 4e9), 44.489, 1e-3);
-  EXPECT_NEAR(free_space_loss_db(10.0, 4e9), 64.489, 1e-3);
-  EXPECT_NEAR(path_loss_db(1.0, 2.0), 0.0, 1e-12);
-  EXPECT_NEAR(path_loss_db(10.0, 2.0), 20.0, 1e-12);
-  EXPECT_NEAR(path_loss_db(10.0, 3.0), 30.0, 1e-12);
-}
-
-TEST(Propagation, reported_power_saturates) {
-  EXPECT_NEAR(reported_power_dbm(-90.0, -90.0), -93.0103, 1e-4);  // half of each
-  EXPECT_NEAR(reported_power_dbm(-40.0, -78.0), -78.0, 1e-3);
-  EXPECT_NEAR(reported_power_dbm(-120.0, -78.0), -120.0, 1e-3);
-}
-
-TEST(Propagation, half_the_packets_get_lost_at_the_sensitivity) {
-  EXPECT_NEAR(loss_probability(-98.0, -98.0), 0.5, 1e-12);
-  EXPECT_NEAR(loss_probability(-96.0, -98.0), 1.0 / (1.0 + std::exp(2.0)), 1e-12);
-  EXPECT_LT(loss_probability(-60.0, -98.0), 1e-15);
-}
-
-TEST(Propagation, one_echo_off_the_ground_by_hand) {
-  TriangleMesh mesh;
-  mesh.add_box({0.0, 0.0, -1.0}, {100.0, 100.0, 1.0}, 0.0, 0.5);  // ground at z = 0
-  const RayCaster ground(mesh);
-  MultipathOptions o;
-  o.error_m = 0.1;
-  o.pulse_m = 0.3;
-  o.reflection = 0.5;
-  o.wavelength_m = 0.1;
-  // 8 m apart, 3 m high: the echo is hypot(8, 6) = 10 m long, 2 m or 20 waves more: turned by the
-  // reflection it opposes the direct path with 0.5 * 8 / 10.
-  const Multipath m = multipath_between(ground, {-4.0, 0.0, 3.0}, {4.0, 0.0, 3.0}, o);
-  EXPECT_NEAR(m.range_error_m, -0.1 * 0.4 * std::exp(-2.0 / 0.3), 1e-7);
-  EXPECT_NEAR(m.power_db, 20.0 * std::log10(0.6), 1e-3);
-}
-
-TEST(Propagation, wandering_has_unit_spread_and_the_correlation_of_its_time) {
-  Wandering value;
-  Rng rng(3, "wandering");
-  std::vector<double> all;
-  for (int i = 0; i < 40000; ++i) all.push_back(value.next(at_s(0.5 * i), 1.0, rng));
-  EXPECT_NEAR(moments(all).sd, 1.0, 0.05);
-  double product = 0.0;
-  for (std::size_t i = 1; i < all.size(); ++i) product += all[i] * all[i - 1];
-  EXPECT_NEAR(product / static_cast<double>(all.size()), std::exp(-0.5), 0.05);
-}
-
-TEST(Propagation, bursts_take_their_share_and_last_their_time_at_any_rate) {
-  for (const double step_s : {0.02, 0.3}) {
-    Burst burst;
-    Rng rng(5, "burst");
-    int on = 0, began = 0;
-    const int steps = 200000;
-    for (int i = 0; i < steps; ++i) {
-      on += burst.next(at_s(step_s * i), 0.2, 1.5, rng) ? 1 : 0;
-      began += burst.began() ? 1 : 0;
-    }
-    EXPECT_NEAR(on / static_cast<double>(steps), 0.2, 0.025) << step_s;
-    // Seen at steps, a burst is a little longer than its mean: unseen gaps close.
-    EXPECT_NEAR(step_s * on / began, 1.5, 0.35) << step_s;
-  }
-}
-
-TEST(Obstruction, nothing_in_the_open_and_one_wall_of_its_thickness) {
-  const Obstruction open = trace_line(open_air(), {0, 0, 1}, {10, 0, 1}, 0.1);
-  EXPECT_TRUE(open.clear());
-  const Obstruction wall = trace_line(one_wall(), {0, 0, 1}, {10, 0, 1}, 0.1);
-  EXPECT_EQ(wall.walls, 1);
-  EXPECT_NEAR(wall.thickness_m, 0.2, 1e-5);
-  // At 60 deg to the normal twice as much of it is crossed.
-  const double along = 10.0 * std::tan(M_PI / 3.0);
-  const Obstruction askew = trace_line(one_wall(), {0, 0, 1}, {10, along, 1}, 0.1);
-  EXPECT_EQ(askew.walls, 1);
-  EXPECT_NEAR(askew.thickness_m, 0.4, 1e-4);
-}
-
-TEST(Obstruction, a_wall_beyond_the_other_antenna_is_not_crossed) {
-  EXPECT_TRUE(trace_line(one_wall(), {0, 0, 1}, {4.8, 0, 1}, 0.1).clear());
-}
-
-TEST(Obstruction, a_sheet_counts_with_the_thickness_given) {
-  TriangleMesh mesh;
-  mesh.add_quad({5, -9, -9}, {0, 18, 0}, {0, 0, 18}, 0.5);
-  const Obstruction sheet = trace_line(RayCaster(mesh), {0, 0, 1}, {10, 0, 1}, 0.15);
-  EXPECT_EQ(sheet.walls, 1);
-  EXPECT_DOUBLE_EQ(sheet.thickness_m, 0.15);
-}
-
-TEST(Obstruction, a_sheet_beside_a_thick_wall_does_not_swallow_the_room_between) {
-  TriangleMesh mesh;
-  mesh.add_box({5.0, 0.0, -5.0}, {0.2, 40.0, 10.0}, 0.0, 0.5);
-  mesh.add_quad({8, -9, -9}, {0, 18, 0}, {0, 0, 18}, 0.5);
-  const Obstruction both = trace_line(RayCaster(mesh), {0, 0, 1}, {10, 0, 1}, 0.15);
-  EXPECT_EQ(both.walls, 2);
-  EXPECT_NEAR(both.thickness_m, 0.35, 1e-5);
-}
-
-TEST(Obstruction, bodies_stand_in_the_way_only_between_and_below_their_height) {
-  const std::vector<RadioBody> body{{{5.0, 0.2, 0.0}, 0.3, 1.7}};
-  const RayCaster air = open_air();
-  EXPECT_EQ(trace_line(air, {0, 0, 1}, {10, 0, 1}, 0.1, body).bodies, 1);
-  EXPECT_EQ(trace_line(air, {0, 0, 2}, {10, 0, 2}, 0.1, body).bodies, 0);
-  EXPECT_EQ(trace_line(air, {0, 0, 1}, {4, 0, 1}, 0.1, body).bodies, 0);
-  EXPECT_EQ(trace_line(air, {0, 0.6, 1}, {10, 0.6, 1}, 0.1, body).bodies, 0);
-}
-
-TEST(Obstruction, endpoints_that_coincide_or_are_not_numbers_do_no_harm) {
-  EXPECT_TRUE(trace_line(one_wall(), {1, 1, 1}, {1, 1, 1}, 0.1).clear());
-  const double nan = std::nan("");
-  EXPECT_TRUE(trace_line(one_wall(), {nan, 0, 0}, {1, 1, 1}, 0.1).clear());
 }
 
 TEST(UwbModel, without_errors_it_measures_between_the_antennas_not_the_bodies) {
@@ -398,78 +248,6 @@ TEST(UwbModel, an_echo_is_the_same_at_rest_and_another_half_a_metre_on) {
   }
   EXPECT_GT(errors_m.size(), 15U);
   EXPECT_GT(*errors_m.rbegin() - *errors_m.begin(), 0.02);
-}
-
-TEST(RadioModel, mean_power_by_hand) {
-  RadioOptions o = RadioOptions::ideal();
-  const RadioModel model(o, 1);
-  const RadioEnd a = end_at(0, {0, 0, 1});
-  EXPECT_NEAR(model.mean_power_dbm(a, end_at(1, {1, 0, 1}), open_air()), -30.0, 1e-9);
-  EXPECT_NEAR(model.mean_power_dbm(a, end_at(1, {10, 0, 1}), open_air()), -52.0, 1e-9);
-  // One wall of 0.2 m: 3 + 0.2 * 15 = 6 dB.
-  EXPECT_NEAR(model.mean_power_dbm(a, end_at(1, {10, 0, 1}), one_wall()), -58.0, 1e-3);
-}
-
-TEST(RadioModel, readings_scatter_by_fading_and_noise) {
-  RadioOptions o = RadioOptions::ideal();
-  o.fading_db = 3.0;
-  o.power_noise_db = 4.0;
-  RadioModel model(o, 1);
-  const RayCaster air = open_air();
-  std::vector<double> readings;
-  for (int i = 0; i < 5000; ++i) {
-    const auto s = model.measure(at_s(20.0 * i), end_at(0, {0, 0, 1}), end_at(1, {10, 0, 1}), air);
-    ASSERT_TRUE(s.has_value());
-    readings.push_back(s->rssi_dbm);
-  }
-  EXPECT_NEAR(moments(readings).mean, -52.0, 0.3);
-  EXPECT_NEAR(moments(readings).sd, 5.0, 0.25);
-}
-
-TEST(RadioModel, packets_follow_each_other_at_the_data_rate) {
-  RadioOptions o = RadioOptions::ideal();
-  o.data_rate_bps = 1e6;
-  o.delay_s = 0.01;
-  RadioModel model(o, 1);
-  const RadioEnd a = end_at(0, {0, 0, 1});
-  const RadioEnd b = end_at(1, {10, 0, 1});
-  const RayCaster air = open_air();
-  // 12500 bytes are 100 ms of this link.
-  const auto first = model.send(kStart, 12500, a, b, air);
-  const auto second = model.send(kStart, 12500, a, b, air);
-  const auto other_way = model.send(kStart, 12500, b, a, air);
-  ASSERT_TRUE(first && second && other_way);
-  EXPECT_NEAR(seconds_between(kStart, *first), 0.11, 1e-9);
-  EXPECT_NEAR(seconds_between(kStart, *second), 0.21, 1e-9);
-  EXPECT_NEAR(seconds_between(kStart, *other_way), 0.11, 1e-9);
-  EXPECT_TRUE(model.send(kStart, 300000, a, b, air));  // 2.4 s on the air
-  EXPECT_FALSE(model.send(kStart, 1, a, b, air));      // would wait longer than 2 s
-  EXPECT_TRUE(model.send(at_s(1.0), 1, a, b, air));
-}
-
-TEST(RadioModel, loss_has_its_share_and_delay_its_mean) {
-  RadioOptions o = RadioOptions::ideal();
-  o.loss_share = 0.2;
-  o.delay_jitter_s = 0.02;
-  o.data_rate_bps = 1e12;
-  RadioModel model(o, 5);
-  const RayCaster air = open_air();
-  std::vector<double> delays;
-  for (int i = 0; i < 10000; ++i) {
-    const Time t = at_s(0.1 * i);
-    const auto arrival = model.send(t, 10, end_at(0, {0, 0, 1}), end_at(1, {5, 0, 1}), air);
-    if (arrival) delays.push_back(seconds_between(t, *arrival));
-  }
-  EXPECT_NEAR(static_cast<double>(delays.size()) / 10000.0, 0.8, 0.015);
-  EXPECT_NEAR(moments(delays).mean, 0.02, 0.001);
-}
-
-TEST(RadioModel, out_of_reach_nothing_is_heard) {
-  RadioModel model(RadioOptions{}, 1);
-  const RadioEnd a = end_at(0, {0, 0, 1});
-  const RadioEnd b = end_at(1, {9000, 0, 1});
-  EXPECT_FALSE(model.measure(kStart, a, b, open_air()));
-  EXPECT_FALSE(model.send(kStart, 10, a, b, open_air()));
 }
 
 }  // namespace
