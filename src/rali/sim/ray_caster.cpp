@@ -17,8 +17,9 @@ using geometry::Vec3;
 struct RayCaster::Impl {
   explicit Impl(const TriangleMesh& mesh)
       : triangles(mesh.triangles), reflectivity(mesh.reflectivity) {
-    // One thread: the scene is small and its tree must not depend on scheduling.
-    device = rtcNewDevice("threads=1,set_affinity=0");
+    // One thread: the scene is small and its tree must not depend on scheduling. No instructions
+    // beyond AVX: with fused multiply-add the last bits of ranges differ between processors.
+    device = rtcNewDevice("threads=1,set_affinity=0,max_isa=avx");
     RALI_ASSERT(device != nullptr);
     scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
