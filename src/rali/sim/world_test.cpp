@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/sim/clearance.hpp"
 #include "rali/sim/motion.hpp"
 #include "rali/sim/ray_caster.hpp"
 
@@ -53,6 +54,44 @@ TEST_P(EveryScene, seeds_change_the_place_and_nothing_else_does) {
   EXPECT_EQ(first.mesh.vertices, again.mesh.vertices);
   EXPECT_EQ(first.mesh.triangles.size(), first.mesh.reflectivity.size());
   EXPECT_NE(first.mesh.vertices, other.mesh.vertices);
+}
+
+TEST_P(EveryScene, no_vehicle_of_any_fleet_touches_a_wall_or_another_one) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
+    const World scene_world = make_world(scene(), seed);
+    const Clearance clearance(scene_world.mesh);
+    for (const int vehicles : {1, 2, 3, 8}) {
+      const auto world = world_for(scene_world, vehicles);
+      ASSERT_TRUE(world) << world.error().message();
+      ASSERT_EQ(world->starts.size(), static_cast<std::size_t>(vehicles));
+      std::vector<Vec3> at;
+      for (const VehicleStart& start : world->starts) at.push_back(start.p_world_m);
+      for (const RoundPlan& round : world->rounds) {
+        for (std::size_t i = 0; i < at.size(); ++i) {
+          for (std::size_t j = 0; j < i; ++j) EXPECT_GT((at[i] - at[j]).norm(), 0.9);
+          if (round.routes[i].empty()) continue;
+          EXPECT_LT((round.routes[i].front() - at[i]).norm(), 0.01);
+          at[i] = round.routes[i].back();
+          const Route route(round.routes[i], world->rounding_m);
+          std::vector<Vec3> way;
+          for (double s = 0.0; s < route.length_m(); s += 0.2) way.push_back(route.point_at(s));
+          const auto contact = clearance.first_contact(way, {});
+          EXPECT_FALSE(contact) << "seed " << seed << " at " << contact->transpose();
+        }
+      }
+    }
+  }
+}
+
+TEST(World, scenes_are_made_for_the_fleets_of_the_paper) {
+  EXPECT_EQ(make_world(Scene::kCorridor, 1).starts.size(), 2U);
+  EXPECT_EQ(make_world(Scene::kFloor, 1).starts.size(), 3U);
+  EXPECT_EQ(make_world(Scene::kLoop, 1).starts.size(), 1U);
+  const World loop = make_world(Scene::kLoop, 1);
+  ASSERT_EQ(loop.rounds.size(), 1U);
+  EXPECT_EQ(loop.rounds[0].routes[0], loop.route);
+  EXPECT_FALSE(world_for(loop, 0));
+  EXPECT_FALSE(world_for(loop, 11));
 }
 
 INSTANTIATE_TEST_SUITE_P(World, EveryScene, testing::Range<std::size_t>(0, kSceneNames.size()),

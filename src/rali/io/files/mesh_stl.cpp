@@ -91,7 +91,9 @@ Result<MeshFile> parse_mesh_stl(std::span<const std::byte> bytes, const std::str
     }
   }
   std::string_view text = as_text(bytes);
-  if (lower_case(take_word(text)) == "solid") return ascii(as_text(bytes), path);
+  std::string_view line;
+  if (take_line(text, line) && lower_case(take_word(line)) == "solid")
+    return ascii(as_text(bytes), path);
   if (bytes.size() < kHeaderBytes) {
     return fail(ErrorCode::kInput, path, "is cut: an STL file has a header of 84 bytes");
   }

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kLead_m = 4.0;  ///< of tunnel behind the start and beyond the end
 
-/// Points of the axis every 4 m; the first lies kLead_m behind the origin.
+/// Points of the axis every metre; the first lies kLead_m behind the origin.
 std::vector<Vec3> axis_points(const TunnelOptions& o) {
-  const int n = static_cast<int>(std::ceil(o.length_m / 4.0));
+  const int n = static_cast<int>(std::ceil(o.length_m));
   std::vector<Vec3> points;
   for (int i = 0; i <= n; ++i) {
     const double s = o.length_m * i / n - kLead_m;
@@ -69,11 +69,11 @@ Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
     add_tube_end(build, axis.point_at(0.0), axis.yaw_at(0.0), size, seed, 0.0);
     add_tube_end(build, axis.point_at(1e9), axis.yaw_at(1e9), size, seed, 0.0);
   }
-  const int n = std::max(1, static_cast<int>((o.length_m - 2.0 * kLead_m) / 4.0));
+  const int n = std::max(1, static_cast<int>((o.length_m - 2.0 * kLead_m) / 2.0));
   for (int i = 0; i <= n; ++i) {
     world.route.push_back(axis.point_at(kLead_m + (axis.length_m() - 2.0 * kLead_m) * i / n));
   }
-  world.rounding_m = 2.0;
+  world.rounding_m = 4.0;
   world.free_width_m = std::max(0.0, half - 0.7 - o.roughness_m);
   return world;
 }

@@ -1,0 +1,117 @@
+#include "rali/sim/tunnels/tunnels.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/sim/ray_caster.hpp"
+#include "rali/sim/route.hpp"
+
+namespace rali::sim {
+namespace {
+
+using geometry::Vec3;
+
+TEST(Tunnel, cross_section_is_a_floor_walls_and_half_a_circle) {
+  TunnelOptions o;
+  o.length_m = 40.0;
+  o.width_m = 5.0;
+  o.wall_height_m = 1.2;
+  o.roughness_m = 0.0;
+  const World world = tunnel_world(o, Rng(1, "test")).value();
+  const RayCaster caster(world.mesh);
+  // From the middle of the circle all rays into the arch are one radius long; 40 chords around
+  // make the polygon at most 7 mm smaller.
+  const Vec3 middle(15.0, 0.0, 1.2);
+  for (double angle = 0.05; angle < 3.1; angle += 0.1) {
+    const Hit hit = caster.cast(middle, {0.0, std::cos(angle), std::sin(angle)}, 10.0);
+    EXPECT_NEAR(hit.range_m, 2.5, 0.02) << angle;
+  }
+  EXPECT_NEAR(caster.cast(middle, -Vec3::UnitZ(), 10.0).range_m, 1.2, 1e-4);
+  EXPECT_NEAR(caster.cast({15.0, 0.0, 0.6}, Vec3::UnitY(), 10.0).range_m, 2.5, 0.02);
+  // Open ends: nothing along the axis.
+  EXPECT_EQ(caster.cast(middle, Vec3::UnitX(), 1000.0).range_m, 0.0F);
+  EXPECT_EQ(caster.cast(middle, -Vec3::UnitX(), 1000.0).range_m, 0.0F);
+}
+
+TEST(Tunnel, length_bend_and_gradient_are_as_asked) {
+  TunnelOptions o;
+  o.length_m = 300.0;
+  o.curvature_per_m = 0.005;  // radius 200 m
+  o.gradient = 0.05;
+  const World world = tunnel_world(o, Rng(1, "test")).value();
+  const Route route(world.route, world.rounding_m);
+  EXPECT_NEAR(route.length_m(), 292.0, 1.0);
+  EXPECT_NEAR(route.curvature_at(150.0), 0.005, 2e-4);
+  EXPECT_NEAR(route.slope_at(150.0), 0.05, 1e-3);
+  const Vec3 end = route.point_at(1e9);
+  EXPECT_NEAR(end.x(), 200.0 * std::sin(292.0 / 200.0), 0.5);
+  EXPECT_NEAR(end.y(), 200.0 * (1.0 - std::cos(292.0 / 200.0)), 0.5);
+}
+
+TEST(Tunnel, niches_are_where_they_are_asked_for) {
+  TunnelOptions o;
+  o.length_m = 60.0;
+  o.roughness_m = 0.0;
+  o.niche_every_m = 20.0;
+  const World world = tunnel_world(o, Rng(1, "test")).value();
+  const RayCaster caster(world.mesh);
+  const auto width_at = [&](double x) {
+    return caster.cast({x, 0.0, 0.6}, Vec3::UnitY(), 10.0).range_m +
+           caster.cast({x, 0.0, 0.6}, -Vec3::UnitY(), 10.0).range_m;
+  };
+  EXPECT_GT(width_at(20.0 - 4.0), 5.5F);  // the axis begins 4 m behind the origin
+  EXPECT_NEAR(width_at(10.0), 5.0F, 0.03);
+}
+
+TEST(Tunnel, one_that_bites_its_tail_is_refused) {
+  TunnelOptions o;
+  o.length_m = 700.0;
+  o.curvature_per_m = 0.01;
+  const auto world = tunnel_world(o, Rng(1, "test"));
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().what.find("radius of 100.0 m"), std::string::npos);
+}
+
+TEST(Ramp, height_gain_is_turns_times_rise) {
+  RampOptions o;
+  o.turns = 3;
+  o.rise_m = 3.5;
+  const World world = ramp_world(o, Rng(1, "test")).value();
+  EXPECT_NEAR(world.route.back().z() - world.route.front().z(), 10.5, 1e-9);
+  // Along the lane: 3 turns of 2 pi 9 m, and 11 m of hall at both ends.
+  EXPECT_NEAR(Route(world.route, world.rounding_m).length_m(), 3.0 * 56.55 + 22.0, 4.0);
+}
+
+TEST(Ramp, turns_that_lie_on_each_other_are_refused) {
+  RampOptions o;
+  o.height_m = 2.9;
+  ASSERT_FALSE(ramp_world(o, Rng(1, "test")));
+}
+
+TEST(Mine, walls_are_rough_and_the_width_is_about_as_asked) {
+  MineOptions o;
+  o.width_m = 6.0;
+  const World world = mine_world(o, Rng(3, "test"));
+  const RayCaster caster(world.mesh);
+  const Route route(world.route, world.rounding_m);
+  EXPECT_NEAR(route.length_m(), 102.0, 6.0);
+  double sum = 0.0;
+  double squares = 0.0;
+  int n = 0;
+  for (double s = 10.0; s < 90.0; s += 1.0, ++n) {
+    const double yaw = route.yaw_at(s);
+    const Vec3 left(-std::sin(yaw), std::cos(yaw), 0.0);
+    const Vec3 p = route.point_at(s) + Vec3(0.0, 0.0, 1.0);
+    const double width = static_cast<double>(caster.cast(p, left, 20.0).range_m) +
+                         static_cast<double>(caster.cast(p, -left, 20.0).range_m);
+    sum += width;
+    squares += width * width;
+  }
+  const double mean = sum / n;
+  EXPECT_NEAR(mean, 6.0, 0.4);
+  EXPECT_GT(std::sqrt(squares / n - mean * mean), 0.08);
+}
+
+}  // namespace
+}  // namespace rali::sim
