@@ -1,6 +1,7 @@
 #include "rali/assess/evaluation.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -21,6 +22,9 @@ namespace {
 constexpr double kBetweenGap_s = 0.25;
 /// A truth slower than this does not follow pitch and roll of a vehicle.
 constexpr double kSlowTruth_s = 0.05;
+/// A shift of the clocks is worth a word from here on, if it takes away this much of the error.
+constexpr double kShiftMin_s = 0.002;
+constexpr double kShiftShare = 0.7;
 
 /// A vehicle with its pairs, on the way to its score.
 struct Judged {
@@ -133,6 +137,7 @@ class FrameJudge {
       score.trajectory.alone_rmse_m =
           eval::translation_statistics(eval::absolute_errors(v.pairs, alone->T_truth_est)).rmse;
     }
+    warn_of_shift(v, T_truth_est);
     score.rows = samples.rows;
     fleet_.append(samples);
     if (!v.odometry_pairs.empty()) {
@@ -140,6 +145,19 @@ class FrameJudge {
     }
     result_.vehicles.push_back(std::move(score));
     return {};
+  }
+
+  /// A clock that is off looks like an error of position; better to say so than to let it be
+  /// searched.
+  void warn_of_shift(const Judged& v, const SE3& T_truth_est) {
+    const auto shift = eval::time_shift(v.pairs, T_truth_est);
+    if (!shift || std::abs(shift->shift_s) < kShiftMin_s) return;
+    if (shift->rmse_after_m > kShiftShare * shift->rmse_m) return;
+    result_.warnings.push_back(fmt::format(
+        "{}: stamps {:.3f} s {} than they are would explain most of the error (position rmse "
+        "{:.4f} -> {:.4f} m); the clocks or the stamp rules differ",
+        v.input->name, std::abs(shift->shift_s), shift->shift_s > 0.0 ? "later" : "earlier",
+        shift->rmse_m, shift->rmse_after_m));
   }
 
   /// Each odometry has a frame of its own: aligned by itself.

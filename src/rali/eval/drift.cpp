@@ -11,6 +11,8 @@ using geometry::Vec3;
 
 namespace {
 
+/// Longer than this a difference of positions is no velocity.
+constexpr double kVelocitySpan_s = 0.5;
 constexpr double kLevelCosMin = 0.984807753;  // 10 degrees
 
 PoseError relative_error(Time t, const SE3& Q, const SE3& P) {
@@ -46,6 +48,28 @@ std::vector<BlindError> blind_errors(const PairList& pairs, const SE3& T_ref_est
     const double along = axis_ref.dot(e);
     out.push_back({i, along, (e - along * axis_ref).norm()});
   }
+  return out;
+}
+
+std::optional<TimeShift> time_shift(const PairList& pairs, const SE3& T_ref_est) {
+  double vv = 0.0, ve = 0.0, ee = 0.0;
+  std::size_t n = 0;
+  for (std::size_t i = 1; i + 1 < pairs.size(); ++i) {
+    const double dt = seconds_between(pairs[i - 1].t, pairs[i + 1].t);
+    if (!(dt > 0.0) || dt > kVelocitySpan_s) continue;
+    const Vec3 v = (pairs[i + 1].ref.p - pairs[i - 1].ref.p) / dt;
+    const Vec3 e = T_ref_est * pairs[i].est.p - pairs[i].ref.p;
+    vv += v.squaredNorm();
+    ve += v.dot(e);
+    ee += e.squaredNorm();
+    ++n;
+  }
+  if (!(vv > 0.0)) return std::nullopt;
+  const double count = static_cast<double>(n);
+  TimeShift out;
+  out.shift_s = ve / vv;
+  out.rmse_m = std::sqrt(ee / count);
+  out.rmse_after_m = std::sqrt(std::max(0.0, ee - ve * ve / vv) / count);
   return out;
 }
 

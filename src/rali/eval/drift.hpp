@@ -34,6 +34,17 @@ struct BlindError {
                                                    const geometry::SE3& T_ref_est,
                                                    const std::vector<geometry::Vec3>& directions);
 
+/// Whether the error looks like one of time: position error = speed times shift.
+struct TimeShift {
+  double shift_s = 0.0;       ///< to be added to the estimate's stamps
+  double rmse_m = 0.0;        ///< of the positions as they are
+  double rmse_after_m = 0.0;  ///< if the stamps were so shifted
+};
+
+/// Least squares of the position errors on the reference's velocity. Nothing without motion.
+[[nodiscard]] std::optional<TimeShift> time_shift(const PairList& pairs,
+                                                  const geometry::SE3& T_ref_est);
+
 /// Relative pose error between two vehicles at equal times, no alignment at all:
 /// E = (Q_a^-1 Q_b)^-1 (P_a^-1 P_b). At each pose of a, b's estimate is taken from the two poses
 /// around it, at most max_gap_s apart.

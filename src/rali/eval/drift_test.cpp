@@ -55,6 +55,23 @@ TEST(BlindErrors, are_split_along_and_across_the_direction_in_map) {
   EXPECT_NEAR(errors[0].across_m, 0.05, 1e-12);
 }
 
+TEST(TimeShift, poses_that_are_stamped_too_early_are_found_by_their_speed) {
+  PairList pairs;
+  for (int i = 0; i < 100; ++i) {
+    const double t = 0.1 * i;
+    const auto place = [](double s) {
+      return at(5.0 * std::sin(0.3 * s), 2.0 * std::cos(0.7 * s), 0.0);
+    };
+    pairs.push_back({Time::from_s(t), place(t + 0.03), place(t), 0});
+  }
+  const auto shift = time_shift(pairs, SE3{});
+  ASSERT_TRUE(shift);
+  EXPECT_NEAR(shift->shift_s, 0.03, 1e-4);
+  EXPECT_GT(shift->rmse_m, 0.02);
+  EXPECT_LT(shift->rmse_after_m, 1e-3);
+  EXPECT_FALSE(time_shift({pairs[0], pairs[0], pairs[0]}, SE3{}));
+}
+
 TEST(ErrorsBetween, do_not_care_about_the_frame_but_about_the_vehicles_places_in_it) {
   const SE3 frame = at(10.0, -3.0, 1.0, 0.8);
   PairList a, b;

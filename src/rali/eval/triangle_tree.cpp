@@ -35,17 +35,31 @@ Vec3 closest_on_edges(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c
 
 }  // namespace
 
+// Which corner, edge or face is nearest follows from six dot products (Ericson, Real-Time Collision
+// Detection, 2005, 5.1.5).
 Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  const Vec3 n = ab.cross(ac);
-  const double n2 = n.squaredNorm();
-  // Slivers: their plane is rounding, their edges are not.
-  if (!(n2 > 1e-24 * ab.squaredNorm() * ac.squaredNorm())) return closest_on_edges(p, a, b, c);
-  // Barycentric coordinates of the foot of the perpendicular (Ericson 2005, 3.4).
-  const double w_c = n.dot(ab.cross(ap)) / n2;
-  const double w_b = n.dot(ap.cross(ac)) / n2;
-  if (w_b >= 0.0 && w_c >= 0.0 && w_b + w_c <= 1.0) return a + w_b * ab + w_c * ac;
-  return closest_on_edges(p, a, b, c);
+  // The plane of a sliver is rounding, its edges are not.
+  const double sine2_min = 1e-16 * ab.squaredNorm() * ac.squaredNorm();
+  if (!(ab.cross(ac).squaredNorm() > sine2_min)) return closest_on_edges(p, a, b, c);
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return a;
+  const Vec3 bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return b;
+  const double w_c = d1 * d4 - d3 * d2;
+  if (w_c <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
+  const Vec3 cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return c;
+  const double w_b = d5 * d2 - d1 * d6;
+  if (w_b <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
+  const double w_a = d3 * d6 - d5 * d4;
+  const double from_b = d4 - d3, from_c = d5 - d6;
+  if (w_a <= 0.0 && from_b >= 0.0 && from_c >= 0.0) {
+    return b + from_b / (from_b + from_c) * (c - b);
+  }
+  return a + (w_b * ab + w_c * ac) / (w_a + w_b + w_c);
 }
 
 void TriangleTree::Box::add(const Box& o) {
