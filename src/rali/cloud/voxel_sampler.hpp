@@ -64,20 +64,26 @@ class VoxelSampler {
                    double spacing_m, std::vector<std::uint32_t>& out);
 
  private:
+  /// A cell that holds a point: which one and how far it is from the cell's centre.
   struct Slot {
-    std::uint64_t key = 0;
-    std::uint32_t generation = 0;
-    std::uint32_t index = 0;
-    float distance2 = 0.0F;
+    std::uint64_t key;
+    std::uint32_t point;
+    float distance2;
   };
+
+  static constexpr std::uint64_t kFree = ~std::uint64_t{0};  ///< no key: those have 63 bits
 
   template <class Scale>
   void run(const PointSpan& points, std::span<const std::uint32_t> candidates, Scale scale,
            std::vector<std::uint32_t>& out);
+  void offer(std::uint64_t key, float distance2, std::uint32_t point);
   void prepare(std::size_t n);
+  void grow();
+  void collect(std::size_t n_points, std::vector<std::uint32_t>& out);
 
-  std::vector<Slot> slots_;
-  std::uint32_t generation_ = 0;
+  std::vector<Slot> slots_, old_slots_;  ///< open addressing, at most half full
+  std::vector<std::uint32_t> used_;      ///< slots in use
+  std::vector<std::uint64_t> chosen_;    ///< one bit per point
 };
 
 }  // namespace rali::cloud
