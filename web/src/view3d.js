@@ -1,10 +1,14 @@
 // The map to turn: points coloured by height, expected error or vehicle, ways, blind stretches.
 import {
-  AxesHelper, Box3, BufferAttribute, BufferGeometry, Color, Line, LineBasicMaterial,
-  PerspectiveCamera, Points, PointsMaterial, Scene, Vector3, WebGLRenderer,
+  AxesHelper, Box3, BufferAttribute, BufferGeometry, Color, ColorManagement, Line,
+  LineBasicMaterial, LinearSRGBColorSpace, PerspectiveCamera, Plane, Points, PointsMaterial, Scene,
+  Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {float32_of, positions_of, uint8_of} from './packed.js';
+
+// The colours are those of the other drawings: as given, without light.
+ColorManagement.enabled = false;
 
 /** Colours for the points, r g b in 0..255. */
 function colours_of(data, by) {
@@ -22,14 +26,19 @@ function make_points(data) {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(data.positions, 3));
   geometry.setAttribute('color', new BufferAttribute(colours_of(data, 'height'), 3, true));
-  const material = new PointsMaterial({size: 1.6, sizeAttenuation: false, vertexColors: true});
+  const material = new PointsMaterial({size: 1.7, sizeAttenuation: false, vertexColors: true});
+  material.clippingPlanes = [new Plane(new Vector3(0, 0, -1), 0)];
   return new Points(geometry, material);
 }
 
 function make_line(values, colour) {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(values, 3));
-  return new Line(geometry, new LineBasicMaterial({color: new Color(colour)}));
+  // Ways are seen through walls: they are what one looks for.
+  const material = new LineBasicMaterial({color: new Color(colour), depthTest: false});
+  const line = new Line(geometry, material);
+  line.renderOrder = 1;
+  return line;
 }
 
 function unpack(json) {
@@ -47,7 +56,7 @@ function place_camera(camera, controls, box) {
   camera.up.set(0, 0, 1);
   camera.near = size / 1000;
   camera.far = size * 20;
-  camera.position.copy(centre).add(new Vector3(-0.35, -0.5, 0.45).multiplyScalar(size));
+  camera.position.copy(centre).add(new Vector3(-0.3, -0.55, 0.62).multiplyScalar(size));
   camera.updateProjectionMatrix();
   controls.target.copy(centre);
   controls.update();
@@ -75,6 +84,8 @@ function fill(scene, json) {
 function make_renderer(holder) {
   // The drawing is kept, or it would be empty on paper.
   const renderer = new WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
+  renderer.outputColorSpace = LinearSRGBColorSpace;
+  renderer.localClippingEnabled = true;
   renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
   holder.replaceChildren(renderer.domElement);
   return renderer;
@@ -116,7 +127,15 @@ export function start_view(holder) {
       new BufferAttribute(colours_of(data, event.target.value), 3, true));
     draw();
   });
+  const cut = document.getElementById('view3d-cut');
+  const lower = () => {
+    const share = cut ? cut.valueAsNumber / 100 : 1;
+    points.material.clippingPlanes[0].constant = share >= 1 ? 1e9 : json.half_height_m * (2 * share - 1);
+    draw();
+  };
+  cut?.addEventListener('input', lower);
   home();
   resize();
+  lower();
   holder.dataset.state = `${data.count} points drawn`;
 }

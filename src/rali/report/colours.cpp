@@ -47,6 +47,12 @@ Rgb viridis(double share) {
   return colour;
 }
 
+Rgb scale_colour(double share, bool reversed) {
+  constexpr double kLightest = 0.86;
+  const double inside = std::clamp(share, 0.0, 1.0);
+  return viridis(kLightest * (reversed ? 1.0 - inside : inside));
+}
+
 std::string css(const Rgb& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);
 }

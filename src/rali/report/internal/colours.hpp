@@ -13,6 +13,10 @@ using Rgb = std::array<std::uint8_t, 3>;
 /// Source: S. van der Walt, N. Smith, matplotlib colormaps (CC0), sampled at 16 places.
 [[nodiscard]] Rgb viridis(double share);
 
+/// The colours of the report's maps: a part of viridis that is seen on white paper.
+/// @param reversed dark for 1 instead of for 0
+[[nodiscard]] Rgb scale_colour(double share, bool reversed);
+
 /// "#rrggbb".
 [[nodiscard]] std::string css(const Rgb& colour);
 

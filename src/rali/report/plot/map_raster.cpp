@@ -26,12 +26,12 @@ const std::vector<float>& axis_of(const MapPoints& map, std::size_t axis) {
   return axis == 0 ? map.x_m : axis == 1 ? map.y_m : map.z_m;
 }
 
-std::vector<std::array<std::uint8_t, 3>> palette() {
+std::vector<std::array<std::uint8_t, 3>> palette(bool reversed) {
   std::vector<std::array<std::uint8_t, 3>> colours = {{255, 255, 255}};
   for (std::size_t c = 0; c <= kColours; ++c) {
     // The last one is for points without a value.
     const double place = static_cast<double>(c) / (kColours - 1);
-    const Rgb full = c == kColours ? Rgb{120, 120, 120} : viridis(0.93 * place);
+    const Rgb full = c == kColours ? Rgb{120, 120, 120} : scale_colour(place, reversed);
     for (std::size_t s = 0; s < kStrengths; ++s) {
       const double alpha = kWeakest + (1.0 - kWeakest) * static_cast<double>(s) / (kStrengths - 1);
       Rgb mixed{};
@@ -94,7 +94,7 @@ Range range_of_points(const MapPoints& map, std::size_t axis) {
 
 std::vector<std::byte> draw_points(const MapPoints& map, const ViewAxes& axes, const Range& right,
                                    const Range& up, std::uint32_t width, std::uint32_t height,
-                                   const PointShare& share) {
+                                   const PointShare& share, bool reversed) {
   std::vector<Pixel> pixels(std::size_t{width} * height);
   const std::vector<float>& a = axis_of(map, axes.right);
   const std::vector<float>& b = axis_of(map, axes.up);
@@ -118,7 +118,7 @@ std::vector<std::byte> draw_points(const MapPoints& map, const ViewAxes& axes, c
   io::IndexedImage image;
   image.width = width;
   image.height = height;
-  image.palette = palette();
+  image.palette = palette(reversed);
   image.index.reserve(pixels.size());
   const std::uint32_t most = many_slices(pixels);
   for (const Pixel& p : pixels) image.index.push_back(index_of(p, most));

@@ -22,11 +22,12 @@ using PointShare = std::function<double(std::size_t)>;
 [[nodiscard]] Range range_of_points(const MapPoints& map, std::size_t axis);
 
 /// The cloud seen along one axis as a PNG (bytes), white where nothing is. What is high along the
-/// depth (walls) is dark, what is flat to the viewer (floors) is faint; colour by `share`.
+/// depth (walls) is dark, what is flat to the viewer (floors) is faint; colour by `share`, dark for
+/// 1 if `reversed`.
 [[nodiscard]] std::vector<std::byte> draw_points(const MapPoints& map, const ViewAxes& axes,
                                                  const Range& right, const Range& up,
                                                  std::uint32_t width, std::uint32_t height,
-                                                 const PointShare& share);
+                                                 const PointShare& share, bool reversed);
 
 /// Expected error as share of the colours: 0 at the 2nd, 1 at the 98th percentile.
 struct ErrorScale {

@@ -40,8 +40,6 @@ Range range_of(const MapView& view, std::size_t axis) {
   return range;
 }
 
-Range grown(const Range& range, double width) { return range.widened(0.0, width); }
-
 /// Equal scale on both axes, as wide as the page or as high as allowed.
 Frame frame_of(const MapView& view) {
   Frame f;
@@ -54,10 +52,10 @@ Frame frame_of(const MapView& view) {
   }
   if (f.up.width() * scale * f.stretch > view.height_max) {
     scale = view.height_max / (f.up.width() * f.stretch);
-    f.right = grown(f.right, f.width / scale);
+    f.right = f.right.widened(0.0, f.width / scale);
   }
   f.height = std::max(f.up.width() * scale * f.stretch, 60.0);
-  f.up = grown(f.up, f.height / (scale * f.stretch));
+  f.up = f.up.widened(0.0, f.height / (scale * f.stretch));
   return f;
 }
 
@@ -67,7 +65,7 @@ void draw_cloud(const MapView& view, const Frame& f, std::string& out) {
   const auto height = static_cast<std::uint32_t>(f.height * kPixelsPerUnit);
   const PointShare share = view.share ? view.share : [](std::size_t) { return kUnknown; };
   const std::vector<std::byte> png =
-      draw_points(*view.map, view.axes, f.right, f.up, width, height, share);
+      draw_points(*view.map, view.axes, f.right, f.up, width, height, share, view.dark_is_high);
   fmt::format_to(std::back_inserter(out),
                  "<image x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
                  "href=\"data:image/png;base64,{}\"/>\n",
@@ -193,7 +191,7 @@ void draw_colour_bar(const MapView& view, const Frame& f, double y, std::string&
   for (std::size_t i = 0; i < kSteps; ++i) {
     fmt::format_to(at, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"6.4\" height=\"9\" fill=\"{}\"/>",
                    f.left + 6.0 * static_cast<double>(i), y,
-                   css(viridis(0.93 * static_cast<double>(i) / (kSteps - 1))));
+                   css(scale_colour(static_cast<double>(i) / (kSteps - 1), view.dark_is_high)));
   }
   fmt::format_to(at,
                  "\n<text x=\"{0:.1f}\" y=\"{1:.1f}\">{2}</text><text x=\"{3:.1f}\" "
@@ -221,7 +219,7 @@ std::string svg_of(const MapView& view) {
   for (const MapWay& way : view.ways) draw_way(view, f, way, out);
   draw_anchors(view, f, out);
   for (const MapWay& way : view.ways) draw_ends(view, f, way, out);
-  draw_scale_bar(f, out);
+  if (!view.stretch_up) draw_scale_bar(f, out);  // a side view has no room; its axis is the same
   if (bar) draw_colour_bar(view, f, f.top + f.height + kBottom, out);
   return out + "</svg>\n";
 }

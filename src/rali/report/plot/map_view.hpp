@@ -26,7 +26,8 @@ struct MapSpot {
 struct MapView {
   const MapPoints* map = nullptr;
   ViewAxes axes;
-  PointShare share;         ///< colour of the points; empty: all grey
+  PointShare share;  ///< colour of the points; empty: all grey
+  bool dark_is_high = false;
   std::string colour_text;  ///< under the colour bar, with both ends: low, high
   std::string colour_low, colour_high;
   std::vector<MapWay> ways;

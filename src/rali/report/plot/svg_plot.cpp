@@ -172,7 +172,7 @@ double draw_legend(const Plot& plot, std::string& out) {
     x += width;
   };
   for (const Series& s : plot.series) {
-    if (s.label.empty()) continue;
+    if (s.label.empty() || !plot.legend) continue;
     const std::string shape = fmt::format(
         "<path class=\"key\" d=\"{}\" stroke=\"{}\" stroke-width=\"{}\" stroke-dasharray=\"{}\"/>",
         s.dots ? "M11 0h0" : "M0 0H24", css(s.style.colour), s.dots ? 5.0 : 2.0,

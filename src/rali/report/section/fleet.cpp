@@ -121,6 +121,12 @@ std::string loops_html(const RunData& run) {
 }  // namespace
 
 Section fleet_section(const RunData& run) {
+  if (run.vehicles.size() < 2 && run.rounds.empty() && run.loops.empty()) {
+    return {
+        "fleet", "Fleet",
+        absent(
+            "One vehicle, no rounds, and no place was found again: nothing to join or to close.")};
+  }
   return {"fleet", "Fleet",
           "<h3>Frames</h3>" + groups_html(run) + "<h3>Rounds and roles</h3>" + rounds_html(run) +
               "<h3>Loops</h3>" + loops_html(run)};

@@ -10,6 +10,15 @@
 namespace rali::report {
 namespace {
 
+bool none_found(const RunData& run) {
+  for (const VehicleView& v : run.vehicles) {
+    for (const auto& [key, value] : v.numbers.gaps) {
+      if (value != 0.0) return false;
+    }
+  }
+  return true;
+}
+
 std::string gaps_table(const RunData& run) {
   std::vector<std::string> keys;
   for (const VehicleView& v : run.vehicles) {
@@ -18,6 +27,13 @@ std::string gaps_table(const RunData& run) {
     }
   }
   if (keys.empty()) return absent("Gaps of the input are not known.");
+  if (none_found(run)) {
+    std::string list;
+    for (const std::string& key : keys) {
+      list += (list.empty() ? "" : ", ") + escaped(gap_words(key));
+    }
+    return "<p>Looked for and not found in any recording: " + list + ".</p>\n";
+  }
   std::vector<std::string> head = {"looked for"};
   for (const VehicleView& v : run.vehicles) head.push_back(escaped(v.name));
   Table table(head);

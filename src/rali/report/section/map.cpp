@@ -48,9 +48,10 @@ void colour_by_error(const RunData& run, MapView& view) {
   view.share = [&map = run.map, scale](std::size_t i) {
     return scale.share(static_cast<double>(map.sigma_m[i]));
   };
+  view.dark_is_high = true;
   view.colour_low = metres(scale.low_m);
   view.colour_high = metres(scale.high_m);
-  view.colour_text = "expected error of the points (1 sigma); lighter is worse";
+  view.colour_text = "expected error of the points (1 sigma); darker is worse";
 }
 
 void colour_by_height(const RunData& run, MapView& view) {

@@ -156,14 +156,12 @@ std::string plots_of(const RunData& run, const VehicleView& v, const Style& styl
   Plot axis = plot_of(run, v, "axis seen worst, heading in map", "deg");
   axis.series.push_back(axis_series(v, false, {Rgb{150, 156, 166}, ""}));
   axis.series.push_back(axis_series(v, true, {kBlindColour, ""}));
-  axis.y_min = -90.0;
-  axis.y_max = 90.0;
+  axis.y_min = -100.0;
+  axis.y_max = 100.0;
   for (Plot* plot : {&z, &speed, &sigma, &degree, &axis}) {
-    // A single line is named by the heading above.
+    plot->legend = plot->series.size() > 1;
     if (plot->series.size() == 1) plot->series.front().label = plot->title;
-    Plot named = *plot;
-    if (named.series.size() == 1) named.title.clear();
-    if (const std::string svg = svg_of(named); !svg.empty()) html += "<figure>" + svg + "</figure>";
+    if (const std::string svg = svg_of(*plot); !svg.empty()) html += "<figure>" + svg + "</figure>";
   }
   return html + "</div>\n";
 }

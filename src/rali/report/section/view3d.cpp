@@ -69,7 +69,7 @@ std::string packed_way(const std::vector<WayPoint>& way, const geometry::Vec3& c
 Json colours() {
   Json list = Json::array();
   for (std::size_t i = 0; i < kColours; ++i) {
-    list.push_back(viridis(0.93 * static_cast<double>(i) / (kColours - 1)));
+    list.push_back(scale_colour(static_cast<double>(i) / (kColours - 1), false));
   }
   return list;
 }
@@ -94,11 +94,12 @@ void pack_points(const MapPoints& map, const std::array<Range, 3>& box,
       put(points, static_cast<std::int16_t>(std::lround(std::clamp(v, -32767.0, 32767.0))));
     }
     height.push_back(level((static_cast<double>(p[2]) - box[2].low()) / box[2].width()));
-    sigma.push_back(level(scale.share(static_cast<double>(map.sigma_m[i]))));
+    sigma.push_back(level(1.0 - scale.share(static_cast<double>(map.sigma_m[i]))));
     vehicle.push_back(std::byte{map.vehicle[i]});
   }
   json["count"] = kept.size();
   json["step_m"] = step_m;
+  json["half_height_m"] = 0.5 * box[2].width();
   json["points"] = base64(points);
   json["height"] = base64(height);
   json["sigma"] = base64(sigma);
@@ -165,7 +166,9 @@ Section view3d_section(const RunData& run) {
       "<p class=\"tools\"><label>colour <select id=\"view3d-colour\"><option "
       "value=\"height\">height"
       "</option><option value=\"sigma\">expected error</option><option value=\"vehicle\">vehicle"
-      "</option></select></label> <button id=\"view3d-home\">whole map</button> <span "
+      "</option></select></label> <label>cut at <input type=\"range\" id=\"view3d-cut\" min=\"1\" "
+      "max=\"100\" value=\"75\"> of the height</label> <button id=\"view3d-home\">whole "
+      "map</button> <span "
       "class=\"note\">drag: turn, right button: move, click and wheel: zoom; {} of {} points</span>"
       "</p>\n<div id=\"view3d\" class=\"view3d\"><p class=\"absent\">The 3-D view needs scripts."
       "</p></div>\n<script type=\"application/json\" id=\"view3d-data\">{}</script>\n",

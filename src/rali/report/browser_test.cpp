@@ -1,0 +1,109 @@
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "rali/report/internal/test_run.hpp"
+#include "rali/report/report.hpp"
+
+namespace rali::report {
+namespace {
+
+std::optional<std::string> browser() {
+  for (const char* name : {"chromium", "chromium-browser", "google-chrome"}) {
+    const std::string command = std::string("command -v ") + name + " >/dev/null 2>&1";
+    if (std::system(command.c_str()) == 0) return name;
+  }
+  return std::nullopt;
+}
+
+/// What a browser makes of a page: the document after its scripts ran, and what they complained of.
+struct Shown {
+  std::string document, complaints;
+};
+
+Shown shown(const io::TestFolder& folder, const std::string& name) {
+  // No shared memory and no profile of the user: works in containers too.
+  const std::string command = fmt::format(
+      "timeout 120 {} --headless --no-sandbox --disable-dev-shm-usage --use-gl=angle "
+      "--use-angle=swiftshader --enable-unsafe-swiftshader --user-data-dir='{}' "
+      "--virtual-time-budget=10000 --enable-logging=stderr --dump-dom 'file://{}' >'{}' 2>'{}'",
+      *browser(), folder.path("profile"), folder.path(name), folder.path("dom"),
+      folder.path("err"));
+  EXPECT_EQ(std::system(command.c_str()), 0) << folder.read("err");
+  return {folder.read("dom"), folder.read("err")};
+}
+
+bool has(const std::string& text, std::string_view part) {
+  return text.find(part) != std::string::npos;
+}
+
+#define RALI_NEEDS_BROWSER() \
+  if (!browser()) GTEST_SKIP() << "NO BROWSER: chromium is not installed, the page was not opened"
+
+TEST(Browser, shows_the_numbers_and_the_map_to_turn_without_an_error) {
+  RALI_NEEDS_BROWSER();
+  const io::TestFolder folder;
+  TestRun run;
+  run.vehicles = test_names(2);
+  run.fleet = run.truth = true;
+  write_test_run(folder, run);
+  ASSERT_TRUE(write_report(folder.path(), folder.path("report.html")));
+  const Shown page = shown(folder, "report.html");
+  EXPECT_TRUE(has(page.document, "data-scripts=\"done\"")) << "the scripts ran to their end";
+  EXPECT_FALSE(has(page.complaints, "Uncaught")) << page.complaints;
+  EXPECT_FALSE(has(page.complaints, "Content Security Policy")) << page.complaints;
+  for (const char* text : {"0.13 m", "24.1 m",
+                           "20\xE2\x80\xAF"
+                           "000",
+                           "all 2 vehicles in one frame", "no line of sight", "46 ms"}) {
+    EXPECT_TRUE(has(page.document, text)) << text;
+  }
+  EXPECT_TRUE(has(page.document, "<canvas")) << "the 3-D view";
+  EXPECT_TRUE(has(page.document, "data-state=\"20000 points drawn\""));
+}
+
+TEST(Browser, takes_hostile_names_as_text) {
+  RALI_NEEDS_BROWSER();
+  const io::TestFolder folder;
+  TestRun run;
+  run.vehicles = {"<img src=x onerror=document.title='broken'>"};
+  run.warning = "</script><script>document.title='broken'</script>";
+  write_test_run(folder, run);
+  ASSERT_TRUE(write_report(folder.path(), folder.path("report.html")));
+  const Shown page = shown(folder, "report.html");
+  EXPECT_TRUE(has(page.document, "data-scripts=\"done\""));
+  EXPECT_FALSE(has(page.document, "<title>broken"));
+  EXPECT_FALSE(has(page.complaints, "Uncaught")) << page.complaints;
+}
+
+TEST(Browser, opens_a_page_without_a_map) {
+  RALI_NEEDS_BROWSER();
+  const io::TestFolder folder;
+  TestRun run;
+  run.points = 0;
+  write_test_run(folder, run);
+  ASSERT_TRUE(write_report(folder.path(), folder.path("report.html")));
+  const Shown page = shown(folder, "report.html");
+  EXPECT_TRUE(has(page.document, "data-scripts=\"done\""));
+  EXPECT_FALSE(has(page.complaints, "Uncaught")) << page.complaints;
+}
+
+/// For looking: with RALI_REPORT_SAMPLES=DIR a page of ten invented vehicles is left there.
+TEST(Samples, are_written_where_asked_for) {
+  const char* dir = std::getenv("RALI_REPORT_SAMPLES");
+  if (dir == nullptr) GTEST_SKIP() << "RALI_REPORT_SAMPLES is not set";
+  const io::TestFolder folder;
+  TestRun run;
+  run.vehicles = test_names(10);
+  run.fleet = run.truth = true;
+  run.points = 200'000;
+  write_test_run(folder, run);
+  EXPECT_TRUE(write_report(folder.path(), std::string(dir) + "/ten.html"));
+}
+
+}  // namespace
+}  // namespace rali::report
