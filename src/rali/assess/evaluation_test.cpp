@@ -264,6 +264,23 @@ TEST(Outputs, json_holds_the_figures_and_is_the_same_each_time) {
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 101);
 }
 
+TEST(Outputs, are_entered_in_the_status_of_the_run_and_nothing_else_changes_there) {
+  const TestFolder f;
+  write_fleet(f);
+  f.write("out/status.json",
+          R"({"schema": 1, "rali": "x", "status": "partial", "files": {"map.pcd": "00"}})");
+  const auto e = evaluated(f);
+  ASSERT_TRUE(e && write_evaluation(f.path("out"), *e, {}));
+  const auto status = nlohmann::json::parse(f.read("out/status.json"));
+  EXPECT_EQ(status["status"], "partial");
+  EXPECT_EQ(status["files"]["map.pcd"], "00");
+  EXPECT_EQ(status["files"].size(), 4U);
+  EXPECT_EQ(status["files"]["errors/v1.csv"].get<std::string>().size(), 64U);
+  f.write("out/status.json", "not json");
+  ASSERT_TRUE(write_evaluation(f.path("out"), *e, {}));
+  EXPECT_EQ(f.read("out/status.json"), "not json");
+}
+
 TEST(Outputs, table_of_ten_vehicles_keeps_to_eighty_columns) {
   Evaluation e;
   e.options.distances_m = {1, 10, 50};

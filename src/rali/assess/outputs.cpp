@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include <Eigen/Geometry>
@@ -11,6 +13,7 @@
 #include "rali/eval/consistency.hpp"
 #include "rali/io/files/atomic_file.hpp"
 #include "rali/io/files/csv_writer.hpp"
+#include "rali/io/files/sha256.hpp"
 
 namespace rali::assess {
 namespace {
@@ -215,16 +218,45 @@ std::string errors_csv(const std::vector<PoseRow>& rows) {
   return text;
 }
 
+namespace {
+
+/// status.json lists the SHA-256 of all outputs: those written here join the list. Without a
+/// status.json of a run there is nothing to keep.
+Status note_in_status(const std::string& folder, const std::vector<std::string>& names) {
+  const std::string path = folder + "/status.json";
+  std::ifstream in(path);
+  if (!in) return {};
+  Json status = Json::parse(in, nullptr, false);
+  if (!status.is_object() || !status.contains("files") || !status["files"].is_object()) return {};
+  std::map<std::string, Json> files;
+  for (const auto& [name, sha] : status["files"].items()) files[name] = sha;
+  for (const std::string& name : names) {
+    const Result<std::string> sha = io::sha256_file(folder + '/' + name);
+    if (!sha) return tl::make_unexpected(sha.error());
+    files[name] = *sha;
+  }
+  status["files"] = Json::object();
+  for (const auto& [name, sha] : files) status["files"][name] = sha;
+  return io::write_file_atomic(path, status.dump(1) + '\n');
+}
+
+}  // namespace
+
 Status write_evaluation(const std::string& folder, const Evaluation& evaluation,
                         const std::vector<Limit>& limits) {
   std::error_code error;
   std::filesystem::create_directories(folder + "/errors", error);
   if (error) return fail(ErrorCode::kMachine, folder + "/errors", error.message());
+  std::vector<std::string> names;
   for (const VehicleScore& v : evaluation.vehicles) {
-    const std::string path = folder + "/errors/" + v.name + ".csv";
-    if (Status s = io::write_file_atomic(path, errors_csv(v.rows)); !s) return s;
+    names.push_back("errors/" + v.name + ".csv");
+    const std::string text = errors_csv(v.rows);
+    if (Status s = io::write_file_atomic(folder + '/' + names.back(), text); !s) return s;
   }
-  return io::write_file_atomic(folder + "/evaluation.json", evaluation_json(evaluation, limits));
+  names.emplace_back("evaluation.json");
+  const std::string text = evaluation_json(evaluation, limits);
+  if (Status s = io::write_file_atomic(folder + "/evaluation.json", text); !s) return s;
+  return note_in_status(folder, names);
 }
 
 }  // namespace rali::assess

@@ -19,7 +19,8 @@ namespace rali::assess {
 /// The table on the terminal, at most 80 columns for up to four vehicles.
 [[nodiscard]] std::string evaluation_table(const Evaluation& evaluation);
 
-/// evaluation.json and errors/<v>.csv in `folder`, each whole or not at all. Errors: kMachine.
+/// evaluation.json and errors/<v>.csv in `folder`, each whole or not at all; the status.json of a
+/// run gets their SHA-256. Errors: kMachine.
 [[nodiscard]] Status write_evaluation(const std::string& folder, const Evaluation& evaluation,
                                       const std::vector<Limit>& limits);
 
