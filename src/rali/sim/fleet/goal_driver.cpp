@@ -36,6 +36,11 @@ std::vector<Vec3> GoalDriver::others_in_the_way() const {
 void GoalDriver::set_out() {
   std::vector<Vec3> others;
   if (around_) others = others_in_the_way();
+  if (tries_ > options_->blocked_tries) {
+    places_.clear();
+    report_.status = DriveStatus::kUnreachable;
+    return;
+  }
   const Result<PlannedWay> way = planner_->plan(rover().ground(), places_, others);
   if (way) {
     rover().follow(way->corners, way->rounding_m);
@@ -43,7 +48,7 @@ void GoalDriver::set_out() {
     return;
   }
   // A way that another vehicle blocks may become free; a wall stays.
-  if (around_ && ++tries_ <= options_->blocked_tries) {
+  if (around_) {
     around_ = false;
     wait_until_s_ = fleet_->time_s() + options_->blocked_s;
     return;
@@ -59,10 +64,12 @@ void GoalDriver::update() {
       places_.clear();
       on_way_ = false;
       report_.status = DriveStatus::kArrived;
-    } else if (fleet_->waited_s(vehicle_) > options_->blocked_s) {
+    } else if (fleet_->waited_s(vehicle_) > options_->blocked_s * (1.0 + 0.3 * vehicle_)) {
+      // Not all at once: two that stand before each other would try the same side.
       rover().halt();
       on_way_ = false;
       around_ = true;
+      ++tries_;
     }
     return;
   }

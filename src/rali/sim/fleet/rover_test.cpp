@@ -83,7 +83,7 @@ TEST(Rover, slips_to_no_side) {
 
 TEST(Rover, a_way_that_ends_where_it_stands_is_none) {
   Rover rover = cart();
-  rover.follow({{0.1, 0.0, 0.0}}, 1.0);
+  rover.follow({{0.08, 0.0, 0.0}}, 1.0);
   EXPECT_TRUE(rover.idle());
   rover.follow({}, 1.0);
   EXPECT_TRUE(rover.idle());
