@@ -21,17 +21,17 @@ std::string way(double bump_m, double begin_s = 100.0) {
   return text;
 }
 
-struct Run {
+struct Outcome {
   int code = 0;
   std::string out, err;
 };
 
-Run evaluate(std::vector<std::string> words) {
+Outcome evaluate(std::vector<std::string> words) {
   Session session;
   words.insert(words.begin(), "evaluate");
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  Run run;
+  Outcome run;
   run.code = run_app(words, session);
   run.out = testing::internal::GetCapturedStdout();
   run.err = testing::internal::GetCapturedStderr();
@@ -40,7 +40,7 @@ Run evaluate(std::vector<std::string> words) {
 
 TEST(Evaluate, two_trajectories_give_a_table_and_exit_code_0) {
   const io::TestFolder f;
-  const Run run = evaluate({f.write("est.tum", way(0.3)), f.write("ref.tum", way(0.0))});
+  const Outcome run = evaluate({f.write("est.tum", way(0.3)), f.write("ref.tum", way(0.0))});
   EXPECT_EQ(run.code, kExitDone) << run.err;
   EXPECT_NE(run.out.find("APE, rmse [m]"), std::string::npos);
   EXPECT_EQ(f.files(), 2U);  // nothing is written beside the input
@@ -50,7 +50,7 @@ TEST(Evaluate, a_broken_limit_is_named_and_gives_exit_code_1) {
   const io::TestFolder f;
   const std::string est = f.write("est.tum", way(0.3)), ref = f.write("ref.tum", way(0.0));
   EXPECT_EQ(evaluate({est, ref, "--limit", "ape_max_m=0.5"}).code, kExitDone);
-  const Run run = evaluate({est, ref, "--limit", "ape_max_m=0.1", "--limit", "est:ape_rmse_m=1"});
+  const Outcome run = evaluate({est, ref, "--limit", "ape_max_m=0.1", "--limit", "est:ape_rmse_m=1"});
   EXPECT_EQ(run.code, kExitBelowAsked);
   EXPECT_NE(run.err.find("limit ape_max_m=0.1: it is 0.29"), std::string::npos) << run.err;
   EXPECT_EQ(run.err.find("est:ape_rmse_m"), std::string::npos);
@@ -62,7 +62,7 @@ TEST(Evaluate, a_folder_gets_its_files_and_json_is_one_document) {
   std::filesystem::create_directories(f.path("truth"));
   f.write("out/trajectory/v1.tum", way(0.1));
   f.write("truth/v1.tum", way(0.0));
-  const Run run = evaluate({f.path("out") + "/", "--truth", f.path("truth"), "--json", "-q"});
+  const Outcome run = evaluate({f.path("out") + "/", "--truth", f.path("truth"), "--json", "-q"});
   EXPECT_EQ(run.code, kExitDone) << run.err;
   EXPECT_EQ(run.out, f.read("out/evaluation.json"));
   EXPECT_TRUE(f.read("out/errors/v1.csv").starts_with("stamp_s,ape_m"));
@@ -71,7 +71,7 @@ TEST(Evaluate, a_folder_gets_its_files_and_json_is_one_document) {
 TEST(Evaluate, unfit_input_and_words_give_exit_code_2) {
   const io::TestFolder f;
   const std::string est = f.write("est.tum", way(0.0)), late = f.write("late.tum", way(0.0, 4000));
-  const Run run = evaluate({est, late});
+  const Outcome run = evaluate({est, late});
   EXPECT_EQ(run.code, kExitNotStarted);
   EXPECT_NE(run.err.find("100.000 .. 105.980 s against 4000.000 .. 4005.980 s"), std::string::npos)
       << run.err;
