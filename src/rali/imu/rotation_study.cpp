@@ -13,6 +13,8 @@ namespace {
 constexpr double kGap_s = 0.1;
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kUnexplainedMax = 0.5;
+/// Between 1 and 57.3: a gyro off by more has another unit.
+constexpr double kScaleMax = 7.5;
 
 /// Pairs of turns seen by both sensors, bias taken out.
 struct Pairs {
@@ -73,9 +75,9 @@ double unexplained(const Kabsch& fit) {
   return product > 0.0 ? 1.0 - fit.explained * fit.explained / product : 1.0;
 }
 
-double second_axis(const std::vector<geometry::Vec3>& turns) {
+double second_axis(const std::vector<LidarTurn>& turns) {
   geometry::Mat3 S = geometry::Mat3::Zero();
-  for (const geometry::Vec3& turn : turns) S += turn * turn.transpose();
+  for (const LidarTurn& t : turns) S += t.turn_lidar_rad * t.turn_lidar_rad.transpose();
   const geometry::Vec3 values = Eigen::JacobiSVD<geometry::Mat3>(S).singularValues();
   return values(0) > 0.0 ? std::sqrt(values(1) / values(0)) : 0.0;
 }
@@ -83,11 +85,18 @@ double second_axis(const std::vector<geometry::Vec3>& turns) {
 struct Offset {
   double offset_s = 0.0, sigma_s = 0.0;
   double unexplained = 1.0;
+  double scale = 0.0;  ///< of the gyro against the LiDAR
   bool at_border = false;
+
+  /// Whether the gyro may have the unit that was assumed.
+  [[nodiscard]] bool plausible() const {
+    return unexplained <= kUnexplainedMax && scale > 1.0 / kScaleMax && scale < kScaleMax;
+  }
 };
 
 /// Minimum of the unexplained share over the offset, with its own uncertainty.
-Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
+/// @param alike neighbouring turns that share most of their data and count as one
+Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro, std::size_t alike,
                      const RotationStudyLimits& limits) {
   const int half = static_cast<int>(limits.offset_max_s / limits.offset_step_s);
   std::vector<double> share;
@@ -105,6 +114,7 @@ Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
   out.at_border = k == 0 || k == 2 * half;
   out.sigma_s = limits.offset_max_s;
   out.unexplained = *best;
+  out.scale = kabsch(pairs_at(lidar, gyro, out.offset_s)).scale;
   if (out.at_border) return out;
   // A parabola over +-4 steps: interpolation makes the curve's tip itself uneven.
   const int reach = std::min({4, k, 2 * half - k});
@@ -114,9 +124,79 @@ Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
   const double curvature = (left + right - 2.0 * *best) / (width_s * width_s);
   if (!(curvature > 0.0)) return out;
   out.offset_s += -0.5 * (right - left) / width_s / curvature;
-  const double freedom = std::max(1.0, 3.0 * static_cast<double>(pairs) - 7.0);
+  const double freedom =
+      std::max(1.0, 3.0 * static_cast<double>(pairs) / static_cast<double>(alike) - 7.0);
   out.sigma_s = std::min(out.sigma_s, std::sqrt(2.0 * *best / freedom / curvature));
   return out;
+}
+
+/// Turns over `count` sweeps, averaged over as many: what is left of the motion below about 1 Hz.
+struct SlowTurns {
+  std::vector<LidarTurn> turns;
+  std::size_t count = 1;
+  double sweep_s = 0.1;  ///< median period
+};
+
+Time middle(Time a, Time b) { return a + Duration{(b - a).ns / 2}; }
+
+/// Adds what a stretch of sweeps without a break tells.
+void add_slow_turns(std::span<const LidarTurn> stretch, SlowTurns& out) {
+  // A sweep shows the mean orientation while it was taken: that of its middle.
+  std::vector<Time> t;
+  std::vector<geometry::Mat3> R_middle;
+  geometry::Mat3 R = geometry::Mat3::Identity();
+  for (const LidarTurn& turn : stretch) {
+    t.push_back(middle(turn.begin, turn.end));
+    R_middle.push_back(R * geometry::so3_exp(0.5 * turn.turn_lidar_rad));
+    R = R * geometry::so3_exp(turn.turn_lidar_rad);
+  }
+  const std::size_t n = out.count;
+  for (std::size_t i = 0; i + 2 * n <= t.size(); ++i) {
+    LidarTurn mean;
+    for (std::size_t k = i; k < i + n; ++k) {
+      mean.turn_lidar_rad += geometry::so3_log(R_middle[k].transpose() * R_middle[k + n]);
+    }
+    mean.turn_lidar_rad /= static_cast<double>(n);
+    mean.begin = middle(t[i], t[i + n - 1]);
+    mean.end = middle(t[i + n], t[i + 2 * n - 1]);
+    out.turns.push_back(mean);
+  }
+}
+
+SlowTurns slow_turns(const std::vector<LidarTurn>& turns, double slow_s) {
+  SlowTurns out;
+  std::vector<double> periods_s;
+  for (const LidarTurn& turn : turns) periods_s.push_back(seconds_between(turn.begin, turn.end));
+  const auto median = periods_s.begin() + static_cast<std::ptrdiff_t>(periods_s.size() / 2);
+  std::nth_element(periods_s.begin(), median, periods_s.end());
+  if (!(*median > 0.0)) return out;
+  out.sweep_s = *median;
+  out.count = static_cast<std::size_t>(std::clamp(std::round(slow_s / *median), 1.0, 1000.0));
+  const std::span<const LidarTurn> all(turns);
+  for (std::size_t begin = 0, end = 1; begin < all.size(); begin = end, end = begin + 1) {
+    while (end < all.size() && all[end].begin == all[end - 1].end) ++end;
+    add_slow_turns(all.subspan(begin, end - begin), out);
+  }
+  return out;
+}
+
+/// Samples of the mean rate over `width_s` around each; none where the window is not filled.
+std::vector<sensor::ImuSample> mean_rates(const GyroTrack& gyro, double width_s,
+                                          std::span<const sensor::ImuSample> at) {
+  std::vector<sensor::ImuSample> out;
+  const Duration half = Duration::from_s(0.5 * width_s);
+  for (const sensor::ImuSample& sample : at) {
+    const auto turn = gyro.turn(sample.t - half, sample.t + half);
+    if (turn) out.push_back({sample.t, *turn / width_s, sample.accel_mps2});
+  }
+  return out;
+}
+
+/// The gyro as slow as the LiDAR's slow turns: over a sweep, then over as many sweeps.
+GyroTrack slow_gyro(std::span<const sensor::ImuSample> imu, double scale, const SlowTurns& slow) {
+  const auto per_sweep = mean_rates(GyroTrack(imu, scale), slow.sweep_s, imu);
+  const double width_s = static_cast<double>(slow.count) * slow.sweep_s;
+  return GyroTrack(mean_rates(GyroTrack(per_sweep), width_s, per_sweep));
 }
 
 double misfit(const Pairs& pairs, const geometry::Mat3& R) {
@@ -174,13 +254,13 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
                               const RotationStudyLimits& limits) {
   RotationStudy out;
   double duration_s = 0.0, square = 0.0;
-  std::vector<geometry::Vec3> turns;
+  std::vector<LidarTurn> turns;
   for (const LidarTurn& turn : lidar) {
     if (!turn.turn_lidar_rad.allFinite()) continue;
     out.turned_rad += turn.turn_lidar_rad.norm();
     square += turn.turn_lidar_rad.squaredNorm();
     duration_s += seconds_between(turn.begin, turn.end);
-    turns.push_back(turn.turn_lidar_rad);
+    turns.push_back(turn);
   }
   out.pairs = turns.size();
   out.time_offset_sigma_s = limits.offset_max_s;
@@ -191,12 +271,15 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   out.second_axis_share = second_axis(turns);
   if (out.pairs < limits.pairs_min || out.turned_rad < limits.turned_min_rad) return out;
 
-  const GyroTrack gyro_radps(imu);
-  const GyroTrack gyro_degps(imu, kRadPerDeg);
-  const Offset in_radps = search_offset(lidar, gyro_radps, limits);
-  const Offset in_degps = search_offset(lidar, gyro_degps, limits);
-  const bool degrees = in_degps.unexplained < in_radps.unexplained;
-  const GyroTrack& gyro = degrees ? gyro_degps : gyro_radps;
+  const SlowTurns slow = slow_turns(turns, limits.slow_s);
+  if (slow.turns.size() < limits.pairs_min) return out;
+  const Offset in_radps = search_offset(slow.turns, slow_gyro(imu, 1.0, slow), slow.count, limits);
+  const Offset in_degps =
+      search_offset(slow.turns, slow_gyro(imu, kRadPerDeg, slow), slow.count, limits);
+  // Small turns fit in either unit, but for the scale; large ones wrap around in the wrong one.
+  const bool degrees = in_degps.plausible() &&
+                       (!in_radps.plausible() || in_degps.unexplained < 0.5 * in_radps.unexplained);
+  const GyroTrack gyro(imu, degrees ? kRadPerDeg : 1.0);
   const Offset& offset = degrees ? in_degps : in_radps;
   out.offset_at_border = offset.at_border;
   // Where less than half is explained, minimum and scale are those of noise.
@@ -210,7 +293,7 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   const Kabsch fit = kabsch(pairs);
   out.best.R_imu_lidar = fit.R;
   out.best.misfit = misfit(pairs, fit.R);
-  out.gyro_ratio = fit.scale / (degrees ? kRadPerDeg : 1.0);
+  out.gyro_ratio = offset.scale / (degrees ? kRadPerDeg : 1.0);
   return out;
 }
 

@@ -51,7 +51,7 @@ struct RotationStudy {
   std::size_t pairs = 0;
   double turned_rad = 0.0;     ///< sum of the LiDAR's turns
   double turn_rate_rms = 0.0;  ///< rad/s
-  double gyro_ratio = 0.0;     ///< gyro / LiDAR; 57.3: deg/s. 0: not observable
+  double gyro_ratio = 0.0;     ///< gyro / LiDAR of slow turns; 57.3: deg/s. 0: not observable
   /// Share of turning about the second axis (0..1): near 0, the vehicle turned about one axis
   /// only and the rotation about it is not observable.
   double second_axis_share = 0.0;
@@ -67,9 +67,15 @@ struct RotationStudyLimits {
   double offset_sigma_max_s = 0.01;  ///< a less certain offset is not given
   double turned_min_rad = 0.5;       ///< less turning tells nothing
   std::size_t pairs_min = 10;
+  double slow_s = 1.0;  ///< offset and ratio come from motion slower than this
 };
 
 /// Finds gyro unit, time offset and rotation from the turns both sensors saw.
+///
+/// A sweep sees the shaking of a vehicle only as a mean over its points, at an instant that depends
+/// on where the walls are: up to 30 ms of apparent delay. Offset and unit are therefore found from
+/// slow turns, over slow_s and averaged over slow_s, of both sensors; the rotation from all turns,
+/// since the shaking is often the only turning about a second axis.
 ///
 /// With phi_I the gyro's turn over the LiDAR's interval shifted by the offset d, the model is
 /// phi_I = R phi_L + b dt. For each d on a grid, b is taken out by the mean and R by Kabsch's

@@ -111,5 +111,35 @@ TEST(RotationStudy, rubbish_gives_no_answer_and_no_crash) {
   EXPECT_FALSE(study_rotations(pair.lidar(), imu).time_offset_s.has_value());
 }
 
+/// A pitch of 7 Hz that the LiDAR sees 40 ms late, as a sweep does that looks forward early on.
+TEST(RotationStudy, shaking_that_the_lidar_sees_late_is_no_time_offset) {
+  TurningPair pair;
+  const auto shake = [](double t_s) {
+    return 0.004 * std::sin(2.0 * std::numbers::pi * 7.3 * t_s);
+  };
+  std::vector<LidarTurn> lidar = pair.lidar();
+  for (LidarTurn& turn : lidar) {
+    turn.turn_lidar_rad.y() += shake(turn.end.s() - 0.04) - shake(turn.begin.s() - 0.04);
+  }
+  std::vector<sensor::ImuSample> imu = pair.imu();
+  for (sensor::ImuSample& sample : imu) {
+    const double t = sample.t.s();
+    sample.gyro_radps.y() += (shake(t + 1e-4) - shake(t - 1e-4)) / 2e-4;
+  }
+  const auto study = study_rotations(lidar, imu);
+  ASSERT_TRUE(study.time_offset_s.has_value());
+  EXPECT_NEAR(*study.time_offset_s, 0.0, 0.002);
+  EXPECT_NEAR(study.gyro_ratio, 1.0, 0.02);
+}
+
+TEST(RotationStudy, slow_turning_alone_does_not_make_a_gyro_count_in_degrees) {
+  TurningPair pair;
+  pair.rate_radps = 0.03;
+  pair.tilt_radps = 0.0;
+  const auto study = study_rotations(pair.lidar(), pair.imu());
+  EXPECT_NEAR(study.gyro_ratio, 1.0, 0.1);
+  EXPECT_LT(study.best.misfit, 1.0) << "of the unit that was chosen";
+}
+
 }  // namespace
 }  // namespace rali::imu

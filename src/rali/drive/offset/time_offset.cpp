@@ -15,8 +15,8 @@ namespace {
 
 /// Looked at before the first answer, between answers, and at most [s of data].
 constexpr double kFirst_s = 20.0, kStep_s = 10.0, kMost_s = 60.0;
-/// More data would not change what is done with the offset.
-constexpr double kCertain_s = 0.001;
+/// Four of these are kOffsetLeast_s: more data would hardly change what is done with the offset.
+constexpr double kCertain_s = 0.0025;
 /// A gyro at 3 kHz over kMost_s; what is faster ends the search early.
 constexpr std::size_t kImuMax = 200'000;
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;

@@ -17,7 +17,7 @@ namespace rali::drive {
                                                 double looked_at_s);
 
 inline constexpr double kOffsetLeast_s = 0.010;
-inline constexpr double kOffsetSigmaMax_s = 0.005;
+inline constexpr double kOffsetSigmaMax_s = 0.010;
 
 /// `lidar.time_offset_s: auto`: plays the beginning of a vehicle's input, compares the turning of a
 /// LiDAR odometry with the gyro's and judges the offset. Ends as soon as the answer is certain, at

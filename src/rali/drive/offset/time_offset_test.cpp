@@ -26,7 +26,7 @@ TEST(TimeOffset, is_taken_only_where_it_is_certain_and_significant) {
   EXPECT_EQ(small.estimate_s, 0.0099);
   EXPECT_NE(small.origin.find("not significant"), std::string::npos) << small.origin;
   EXPECT_EQ(judge_time_offset(study_of(0.015, 0.004), 20.0).value_s, 0.0) << "below 4 sigma";
-  EXPECT_EQ(judge_time_offset(study_of(0.1, 0.006), 20.0).value_s, 0.0) << "sigma too large";
+  EXPECT_EQ(judge_time_offset(study_of(0.1, 0.011), 20.0).value_s, 0.0) << "sigma too large";
 }
 
 TEST(TimeOffset, says_why_there_is_none) {
