@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <fstream>
+#include <span>
 
 #include <fmt/format.h>
 
 #include "rali/config/imu_models.hpp"
 #include "rali/config/load_fleet.hpp"
+#include "rali/io/files/csv_reader.hpp"
 
 namespace rali::cli {
 namespace {
@@ -79,6 +83,50 @@ Status check_possible(const FleetConfig& fleet) {
   return {};
 }
 
+/// A file of the settings must be there and readable before anything is computed.
+Status check_file(const FleetConfig& fleet, const std::string& key, const std::string& path) {
+  if (path.empty()) return {};
+  const std::string named = origin_of(fleet, key);
+  const std::string remedy =
+      named == "command line" || named == key ? "" : fmt::format("It is named at {}.", named);
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    return fail(ErrorCode::kInput, path, "there is no such file", remedy);
+  }
+  if (std::filesystem::is_directory(path, error)) {
+    return fail(ErrorCode::kInput, path, "is a folder, not a file", remedy);
+  }
+  if (!std::ifstream(path)) return fail(ErrorCode::kInput, path, "cannot be read", remedy);
+  return {};
+}
+
+/// The columns that a CSV must have; its rows are judged by whoever uses them.
+Status check_columns(const std::string& path, std::span<const char* const> columns) {
+  if (path.empty()) return {};
+  const Result<io::CsvReader> csv = io::CsvReader::open(path);
+  if (!csv) return tl::make_unexpected(csv.error());
+  for (const char* const column : columns) {
+    const Result<int> found = csv->require(column);
+    if (!found) return tl::make_unexpected(found.error());
+  }
+  return {};
+}
+
+Status check_side_files(const FleetConfig& fleet) {
+  constexpr std::array<const char*, 4> kRangeColumns = {"stamp_s", "from", "to", "range_m"};
+  constexpr std::array<const char*, 4> kRadioColumns = {"stamp_s", "from", "to", "rssi_dbm"};
+  for (const config::RangeSource& source : fleet.ranges.sources) {
+    for (const std::string& path : {source.file, source.serial_log}) {
+      if (Status s = check_file(fleet, "ranges.sources", path); !s) return s;
+    }
+    if (Status s = check_columns(source.file, kRangeColumns); !s) return s;
+  }
+  if (Status s = check_file(fleet, "radio.file", fleet.radio_file); !s) return s;
+  if (Status s = check_columns(fleet.radio_file, kRadioColumns); !s) return s;
+  const bool file = fleet.rounds != "auto" && fleet.rounds != "off";
+  return file ? check_file(fleet, "rounds", fleet.rounds) : Status{};
+}
+
 drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig& vehicle) {
   drive::InputOptions input;
   input.vehicle = vehicle.name;
@@ -99,6 +147,7 @@ drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig&
   }
   input.lidar_tf_frame = vehicle.lidar.T_body_lidar.tf_frame;
   input.T_body_imu = vehicle.imu.T_body_imu.T;
+  input.imu_from_tf = vehicle.imu.T_body_imu.source != Extrinsics::Source::kGiven;
   input.imu_tf_frame = vehicle.imu.T_body_imu.tf_frame;
   input.lidar_time_offset.value_s = vehicle.lidar.time_offset_s.value_or(0.0);
   input.start_s = vehicle.start_s;
@@ -152,6 +201,7 @@ void fix_noise(FleetConfig& fleet, VehicleConfig& vehicle) {
 
 Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& options) {
   if (Status status = check_possible(fleet); !status) return tl::make_unexpected(status.error());
+  if (Status status = check_side_files(fleet); !status) return tl::make_unexpected(status.error());
   drive::MapJob job;
   for (const VehicleConfig& vehicle : fleet.vehicles) {
     job.vehicles.push_back(vehicle_job(fleet, vehicle, options));
@@ -209,9 +259,9 @@ FleetConfig with_findings(const FleetConfig& fleet,
       vehicle->lidar.T_body_lidar = {Extrinsics::Source::kGiven, report.T_body_lidar, {}, {}};
       note_found(found, *vehicle, "lidar.T_body_lidar", "found: " + report.T_body_lidar_origin);
     }
-    if (vehicle->imu.T_body_imu.source == Extrinsics::Source::kFromTf) {
+    if (vehicle->imu.T_body_imu.source != Extrinsics::Source::kGiven) {
       vehicle->imu.T_body_imu = {Extrinsics::Source::kGiven, report.T_body_imu, {}, {}};
-      note_found(found, *vehicle, "imu.T_body_imu", "found: /tf_static");
+      note_found(found, *vehicle, "imu.T_body_imu", "found: " + report.T_body_imu_origin);
     }
     // A plan has not looked for it: it stays auto.
     if (!vehicle->lidar.time_offset_s && !report.lidar_time_offset.origin.empty()) {

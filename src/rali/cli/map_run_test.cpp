@@ -8,6 +8,7 @@
 #include "rali/cli/map_summary.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/load_fleet.hpp"
+#include "rali/io/files/test_folder.hpp"
 
 namespace rali::cli {
 namespace {
@@ -76,6 +77,27 @@ TEST(MapJob, refuses_what_this_version_cannot_obey) {
   EXPECT_NE(error_of("vehicles: {v1: {recording: a, self_box_m: [0, 1, 0, 1, 0, 1]}}"), "");
   EXPECT_NE(error_of("vehicles: {v1: {recording: a}}\noutput: {frame: lidar}"), "");
   EXPECT_NE(error_of("vehicles: {v1: {recording: a}}\noutput: {georeference: marks.csv}"), "");
+}
+
+TEST(MapJob, misses_side_files_before_anything_is_computed) {
+  const io::TestFolder folder;
+  const std::string good = folder.write("good.csv", "stamp_s,from,to,range_m\n1,v1,v2,3\n");
+  const std::string bad = folder.write("bad.csv", "stamp_s,from\n1,v1\n");
+  const auto error_of = [](const std::string& more) {
+    const auto job =
+        make_map_job(fleet_of("vehicles: {v1: {recording: a}}\n" + more), MapOptions{});
+    return job ? std::string() : job.error().message();
+  };
+  EXPECT_EQ(error_of("ranges: {sources: [{file: " + good + "}]}\n"), "");
+  EXPECT_NE(error_of("ranges: {sources: [{file: " + good + "}, {file: /none.csv}]}\n")
+                .find("/none.csv: there is no such file. It is named at fleet.yaml:2"),
+            std::string::npos);
+  EXPECT_NE(error_of("ranges: {sources: [{file: " + folder.path() + "}]}\n").find("is a folder"),
+            std::string::npos);
+  EXPECT_NE(error_of("ranges: {sources: [{file: " + bad + "}]}\n"), "");
+  EXPECT_NE(error_of("radio: {file: /none.csv}\n"), "");
+  EXPECT_NE(error_of("radio: {file: " + good + "}\n"), "") << "no column rssi_dbm";
+  EXPECT_NE(error_of("rounds: /none.csv\n"), "");
 }
 
 TEST(MapJob, names_the_keys_that_have_no_effect) {

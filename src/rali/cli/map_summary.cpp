@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/cli/command.hpp"
 #include "rali/config/extrinsics.hpp"
 #include "rali/config/suggest.hpp"
@@ -42,23 +43,24 @@ std::string sigma_line(const MapSummary& summary) {
       *std::max_element(medians.begin(), medians.end()), worst->sigma_max_m, worst->name, at_s);
 }
 
-void add(std::vector<std::string>& parts, std::uint64_t n, std::string_view what) {
-  if (n > 0) parts.push_back(fmt::format("{} {}", n, what));
+void add(std::vector<std::string>& parts, std::uint64_t n, std::string_view what,
+         std::string_view more) {
+  if (n > 0) parts.push_back(fmt::format("{} {}", counted(n, what), more));
 }
 
 std::string gaps_of(const VehicleSummary& vehicle) {
   const drive::InputGaps& gaps = vehicle.input.gaps;
   std::vector<std::string> parts;
-  add(parts, gaps.jumps, "clock jumps closed");
+  add(parts, gaps.jumps, "clock jump", "closed");
   if (gaps.missing_s > 0.0) parts.push_back(fmt::format("{:.1f} s without sweeps", gaps.missing_s));
   if (gaps.imu_missing_s > 0.0) {
     parts.push_back(fmt::format("{:.1f} s without inertial data", gaps.imu_missing_s));
   }
-  add(parts, gaps.late, "messages late");
-  add(parts, gaps.imu_invalid, "inertial samples not usable");
-  add(parts, gaps.undecodable, "messages unreadable");
-  add(parts, gaps.bytes_lost, "bytes lost at the end");
-  add(parts, vehicle.sweeps_dropped, "sweeps left out");
+  add(parts, gaps.late, "message", "late");
+  add(parts, gaps.imu_invalid, "inertial sample", "not usable");
+  add(parts, gaps.undecodable, "message", "unreadable");
+  add(parts, gaps.bytes_lost, "byte", "lost at the end");
+  add(parts, vehicle.sweeps_dropped, "sweep", "left out");
   if (vehicle.diverged_s > 0.0) {
     parts.push_back(
         fmt::format("{:.1f} s cut out where the odometry diverged", vehicle.diverged_s));
@@ -89,8 +91,8 @@ std::string summary_text(const MapSummary& summary) {
   std::size_t keyframes = 0;
   for (const VehicleSummary& vehicle : summary.vehicles) keyframes += vehicle.keyframes;
   std::string text = summary.out_dir + '\n' + vehicles_line(summary) + '\n';
-  text +=
-      fmt::format("path {} m, {} keyframes, {} map points", paths, keyframes, summary.map_points);
+  text += fmt::format("path {} m, {}, {}", paths, counted(keyframes, "keyframe"),
+                      counted(summary.map_points, "map point"));
   if (summary.removed_points > 0)
     text += fmt::format(", {} moving removed", summary.removed_points);
   text += fmt::format("\nblind: {} of the way\n", blind) + sigma_line(summary) + gaps_line(summary);
@@ -105,10 +107,10 @@ std::string input_text(const drive::InputReport& report) {
     text += fmt::format("\nclouds of {}: {}", report.vehicle, report.cloud_format.summary);
   }
   if (report.lidar_time_offset.value_s != 0.0) {
-    text += fmt::format("\ntime offset of {}: {:+.4f} s added to LiDAR stamps ({})", report.vehicle,
-                        report.lidar_time_offset.value_s,
-                        report.lidar_time_offset.origin.empty() ? "settings"
-                                                                : report.lidar_time_offset.origin);
+    text += fmt::format(
+        "\ntime offset of {}: {:+.4f} s added to LiDAR stamps ({})", report.vehicle,
+        report.lidar_time_offset.value_s,
+        report.lidar_time_offset.origin.empty() ? "settings" : report.lidar_time_offset.origin);
   }
   if (!report.has_imu) text += fmt::format("\n{}: no inertial data, LiDAR alone", report.vehicle);
   return text;

@@ -32,7 +32,7 @@ void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
   v.custom("T_body_lidar", extrinsics_target(lidar.T_body_lidar, true),
            "pose of the LiDAR in the body; auto: /tf_static, the maker's figure, or the data");
   v.custom("time_offset_s", number_or(lidar.time_offset_s, "auto", -10.0, 10.0),
-           "added to LiDAR stamps [s]; auto: 0, `rali map` does not estimate it yet");
+           "added to LiDAR stamps [s]; auto: estimated from turning, 0 if not certain");
 }
 
 void noise_fields(ImuNoiseConfig& noise, FieldCollector& v) {
@@ -64,8 +64,8 @@ void imu_fields(ImuConfig& imu, const std::string& prefix, const std::string& ba
   noise_fields(imu.noise, noise);
   v.custom("vibration_factor", number_or(imu.vibration_factor, "auto", 1.0, 100.0),
            "noise while driving / at rest; auto: 3");
-  v.custom("T_body_imu", extrinsics_target(imu.T_body_imu, false),
-           "pose of the IMU in the body; body = IMU unless given");
+  v.custom("T_body_imu", extrinsics_target(imu.T_body_imu, true),
+           "pose of the IMU in the body; body = IMU unless given; auto: base_link of /tf_static");
 }
 
 void vehicle_fields(VehicleConfig& vehicle, const std::string& prefix, const std::string& base_dir,

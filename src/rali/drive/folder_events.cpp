@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/drive/input/event_outlet.hpp"
 #include "rali/drive/input/imu_intake.hpp"
 #include "rali/drive/input/recording_probe.hpp"
@@ -169,7 +170,7 @@ tl::unexpected<Error> none_readable(const io::ScanFolder& folder) {
     if (why.empty() && f.id == "scans.damaged") why = f.text;
   }
   return fail(ErrorCode::kInput, folder.path(),
-              fmt::format("none of its {} clouds can be read", folder.skipped()),
+              fmt::format("none of its {} can be read", counted(folder.skipped(), "cloud")),
               why.empty() ? "" : "The first: " + why + '.');
 }
 
@@ -239,8 +240,8 @@ Result<std::vector<sensor::ImuSample>> first_imu(const std::string& path,
   }
   if (advancing < 2) {
     return fail(ErrorCode::kInput, path,
-                fmt::format("{} of its {} rows are usable inertial samples in order of time",
-                            advancing, csv->stats().rows),
+                fmt::format("{} of its {} can be used as inertial samples in order of time",
+                            advancing, counted(csv->stats().rows, "row")),
                 "Correct it, or map with LiDAR alone by imu.topic: none.");
   }
   if (newest < t_first) {

@@ -24,6 +24,7 @@ struct HallRecording {
   double gyro_factor = 1.0;
   double accel_factor = 1.0;
   int gap_from = 0, gap_sweeps = 0;
+  double jump_at_s = 0.0, jump_s = 0.0;  ///< both sensors' stamps jump, the recorder's do not
   double nan_share = 0.0;
   geometry::Mat3 R_body_lidar = geometry::Mat3::Identity();
   std::string second_cloud_topic;
@@ -140,13 +141,18 @@ inline std::string HallRecording::write(const std::string& path) const {
   for (int tick = 0; tick < static_cast<int>(duration_s * 200.0); ++tick) {
     const double t = tick / 200.0;
     const Time now = Time::from_s(kStart_s) + Duration::from_s(t + 0.001);
-    const auto sample = wire::encode(imu(t, imu_noise), wire::Encoding::kRos1);
+    const Duration jumped = Duration::from_s(jump_s != 0.0 && t > jump_at_s ? jump_s : 0.0);
+    wire::ImuMessage message_imu = imu(t, imu_noise);
+    message_imu.sample.t = message_imu.sample.t + jumped;
+    const auto sample = wire::encode(message_imu, wire::Encoding::kRos1);
     whole = whole && bag.write(inertial, now, sample).has_value();
     if (tick % 20 != 0 || tick == 0) continue;
     const int index = tick / 20 - 1;
     if (index >= gap_from && index < gap_from + gap_sweeps) continue;
-    const wire::PackedCloud packed =
-        wire::pack_cloud(sweep(index, lidar_noise), "lidar", wire::CloudStyle::kVelodyne);
+    sensor::LidarScan scan = sweep(index, lidar_noise);
+    scan.t_begin = scan.t_begin + jumped;
+    scan.t_end = scan.t_end + jumped;
+    const wire::PackedCloud packed = wire::pack_cloud(scan, "lidar", wire::CloudStyle::kVelodyne);
     const auto message = wire::encode(packed.view, wire::Encoding::kRos1);
     whole = whole && bag.write(clouds, now, message).has_value();
     if (!second_cloud_topic.empty()) whole = whole && bag.write(other, now, message).has_value();

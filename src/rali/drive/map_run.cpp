@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/drive/event_loop.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
@@ -143,10 +144,11 @@ Status MapRun::run_vehicles() {
     const FindingList& all = source.report().findings;
     for (std::size_t k = first.findings.size(); k < all.size(); ++k) report(all[k]);
     finish_vehicle(i, end);
-    if (Status s = runs_.back().finish(); !s) return s;
+    const Status finished = runs_.back().finish();
     runs_.back().summarise(summary_.vehicles.back());
     log_.stage("odometry " + first.vehicle);
     if (end.error) return tl::make_unexpected(*end.error);
+    if (!finished) return finished;
     if (end.interrupted) break;
   }
   return {};
@@ -186,7 +188,7 @@ Status MapRun::write_results() {
       f.id = "map.no_pose";
       f.severity = Severity::kError;
       f.vehicle = runs_[i].name();
-      f.text = fmt::format("no pose from {} sweeps", summary_.vehicles[i].input.sweeps);
+      f.text = fmt::format("no pose from {}", counted(summary_.vehicles[i].input.sweeps, "sweep"));
       f.remedy = summary_.vehicles[i].input.sweeps == 0
                      ? "Do start_s and duration_s leave a part of the recording?"
                      : "See run.log for what was refused.";
@@ -303,6 +305,7 @@ Result<MapSummary> MapRun::run() {
   if (status) status = write_results();
   if (status && session_) status = session_->finish();
   if (status) forget_keyframes();
+  if (!status) session_.reset();  // its unfinished file gives room for what is small
   const Status closed = close(status);
   if (!status) return tl::make_unexpected(status.error());
   if (!closed) return tl::make_unexpected(closed.error());

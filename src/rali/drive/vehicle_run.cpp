@@ -123,10 +123,10 @@ Status VehicleRun::finish() {
     const double variance = (across * gravity_->covariance * across).trace();
     tilt_sigma_rad_ = std::sqrt(std::max(0.0, variance)) / g_odom.norm();
   }
-  if (session_ != nullptr) {
-    if (Status s = session_->add_path(name_, poses_, T_map_odom_); !s) return s;
-  }
-  return odometry_.close();
+  // The odometry is closed whatever the session says: it is kept when the disk is full.
+  Status shown = session_ != nullptr ? session_->add_path(name_, poses_, T_map_odom_) : Status{};
+  Status closed = odometry_.close();
+  return closed ? shown : closed;
 }
 
 void VehicleRun::summarise(VehicleSummary& summary) const {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/inspect/make_finding.hpp"
 
 namespace rali::inspect {
@@ -65,7 +66,7 @@ void CloudStudy::report(const wire::CloudFormat& format, const std::string& topi
   if (empty_ > 0) {
     out.push_back(make_finding(
         "D01", share_of(empty_, sweeps_) > 0.2 ? Severity::kError : Severity::kWarning, topic,
-        {fmt::format("{} sweeps hold no usable point", empty_), "the pose is only predicted there",
+        {counted(empty_, "sweep") + " without a usable point", "the pose is only predicted there",
          "Check the LiDAR's cover."},
         {static_cast<double>(empty_), 0.0}));
   }

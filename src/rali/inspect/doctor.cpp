@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/drive/input/tf_tree.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/inspect/examination.hpp"
@@ -199,17 +200,17 @@ class RecordingReading {
     }
     const bool damaged = health.truncated || health.messages_skipped > 0 || health.bytes_lost > 0;
     if (damaged && health.findings.empty()) {
-      report_.findings.push_back(
-          make_finding("D19", Severity::kWarning, "",
-                       {fmt::format("damaged: {} messages skipped, {} bytes lost",
-                                    health.messages_skipped, health.bytes_lost),
-                        "the map ends where the file does", ""},
-                       {static_cast<double>(health.bytes_lost), 0.0}));
+      report_.findings.push_back(make_finding(
+          "D19", Severity::kWarning, "",
+          {fmt::format("damaged: {} skipped, {} lost", counted(health.messages_skipped, "message"),
+                       counted(health.bytes_lost, "byte")),
+           "the map ends where the file does", ""},
+          {static_cast<double>(health.bytes_lost), 0.0}));
     }
     report_.findings.push_back(make_finding(
         "D19", Severity::kInfo, "",
-        {fmt::format("{} messages read over {:.1f} s, compression {}{}", health.messages, data_s(),
-                     health.compression.empty() ? "none" : health.compression,
+        {fmt::format("{} read over {:.1f} s, compression {}{}", counted(health.messages, "message"),
+                     data_s(), health.compression.empty() ? "none" : health.compression,
                      health.unindexed ? ", no index" : ""),
          "", ""}));
   }

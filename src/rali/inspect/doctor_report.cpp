@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "rali/base/counted.hpp"
 #include "rali/inspect/doctor.hpp"
 
 namespace rali::inspect {
@@ -67,16 +68,12 @@ std::size_t count(const DoctorReport& r, Severity severity) {
                     [severity](const Finding& f) { return f.severity == severity; }));
 }
 
-std::string plural(std::size_t n, const char* word) {
-  return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
-}
-
 std::string verdict(const DoctorReport& r) {
   const std::size_t errors = count(r, Severity::kError), warnings = count(r, Severity::kWarning);
   if (errors > 0) {
-    return fmt::format("not fit: {}, {}", plural(errors, "error"), plural(warnings, "warning"));
+    return fmt::format("not fit: {}, {}", counted(errors, "error"), counted(warnings, "warning"));
   }
-  return warnings > 0 ? fmt::format("fit, with {}", plural(warnings, "warning")) : "fit";
+  return warnings > 0 ? fmt::format("fit, with {}", counted(warnings, "warning")) : "fit";
 }
 
 std::string pose_yaml(const geometry::SE3& T) {

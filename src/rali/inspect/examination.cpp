@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/inspect/ground_normal.hpp"
 #include "rali/inspect/imu_study.hpp"
 #include "rali/inspect/make_finding.hpp"
@@ -97,11 +98,11 @@ void Examination::judge_rates(const DoctorReport& report, FindingList& out) cons
     }
   }
   if (undecodable_ == 0) return;
-  out.push_back(make_finding(
-      "D19", Severity::kWarning, undecodable_topic_,
-      {fmt::format("{} messages cannot be read, the first: {}", undecodable_, undecodable_reason_),
-       "they are left out", ""},
-      {static_cast<double>(undecodable_), 0.0}));
+  out.push_back(make_finding("D19", Severity::kWarning, undecodable_topic_,
+                             {fmt::format("{} cannot be read, the first: {}",
+                                          counted(undecodable_, "message"), undecodable_reason_),
+                              "they are left out", ""},
+                             {static_cast<double>(undecodable_), 0.0}));
 }
 
 void Examination::judge_rotations(DoctorReport& report, FindingList& out) {

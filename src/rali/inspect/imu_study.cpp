@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/imu/rest.hpp"
 #include "rali/inspect/make_finding.hpp"
 
@@ -172,7 +173,7 @@ void report_counts(const ImuStudy& study, std::size_t samples, const std::string
   if (study.invalid > 0) {
     out.push_back(make_finding(
         "D10", share(study.invalid) > 0.2 ? Severity::kError : Severity::kWarning, topic,
-        {fmt::format("{} samples ({:.2g} %) are not numbers", study.invalid,
+        {fmt::format("{} without numbers ({:.2g} %)", counted(study.invalid, "sample"),
                      100.0 * share(study.invalid)),
          "they are left out", "Check the IMU's driver."},
         {share(study.invalid), 0.2}));

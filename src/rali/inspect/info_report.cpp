@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "rali/base/counted.hpp"
 #include "rali/inspect/doctor.hpp"
 #include "rali/inspect/info.hpp"
 #include "rali/io/files/text.hpp"
@@ -94,9 +95,9 @@ std::string info_text(const FileInfo& info) {
   std::string out =
       fmt::format("{}: {}, {}, {}\n", info.path, info.kind, size_text(info.bytes),
                   info.kind == "recording" ? "compression " + info.compression : info.compression);
-  if (info.kind == "folder of scans") out += fmt::format("{} scans\n", info.messages);
+  if (info.kind == "folder of scans") out += counted(info.messages, "scan") + '\n';
   if (info.has_span) {
-    out += fmt::format("{} messages, {:.3f} s from {} to {}\n", info.messages,
+    out += fmt::format("{}, {:.3f} s from {} to {}\n", counted(info.messages, "message"),
                        seconds_between(info.t_begin, info.t_end), io::format_stamp(info.t_begin),
                        io::format_stamp(info.t_end));
   }

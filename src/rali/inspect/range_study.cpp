@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/inspect/make_finding.hpp"
 #include "rali/io/files/csv_reader.hpp"
 #include "rali/io/files/text.hpp"
@@ -87,12 +88,12 @@ void RangeStudy::report_pair(const std::string& name, const Series& series,
   }
   const double period_s = median(steps_s);
   const bool gap = longest_s > std::max(2.0, 10.0 * period_s);
-  out.push_back(
-      make_finding("D14", gap ? Severity::kWarning : Severity::kInfo, topic,
-                   {fmt::format("{}: {} ranges, {:.1f} Hz, longest gap {:.1f} s", name,
-                                series.count, period_s > 0.0 ? 1.0 / period_s : 0.0, longest_s),
-                    gap ? "nothing holds the vehicles together meanwhile" : "", ""},
-                   {longest_s, 2.0}));
+  out.push_back(make_finding(
+      "D14", gap ? Severity::kWarning : Severity::kInfo, topic,
+      {fmt::format("{}: {}, {:.1f} Hz, longest gap {:.1f} s", name, counted(series.count, "range"),
+                   period_s > 0.0 ? 1.0 / period_s : 0.0, longest_s),
+       gap ? "nothing holds the vehicles together meanwhile" : "", ""},
+      {longest_s, 2.0}));
   if (frozen >= kFrozenMin) {
     out.push_back(make_finding("D14", Severity::kWarning, topic,
                                {fmt::format("{}: the same value {} times in a row", name, frozen),

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/inspect/make_finding.hpp"
 
 namespace rali::inspect {
@@ -117,17 +118,17 @@ void report_stamps(const StampStatistics& s, const std::string& topic, FindingLi
         {static_cast<double>(s.zero), 0.0}));
     return;
   }
-  const auto count = [&](std::uint64_t n, const char* text, const char* effect) {
+  const auto count = [&](std::uint64_t n, const char* what, const char* text, const char* effect) {
     if (n == 0) return;
     out.push_back(make_finding("D04", Severity::kWarning, topic,
-                               {fmt::format(fmt::runtime(text), n), effect, ""},
+                               {counted(n, what) + text, effect, ""},
                                {static_cast<double>(n), 0.0}));
   };
-  count(s.zero, "{} stamps are zero", "these messages are left out");
-  count(s.repeated, "{} stamps repeat the one before", "repeats are left out");
-  count(s.backward, "{} stamps are older than the one before",
+  count(s.zero, "stamp", " of zero", "these messages are left out");
+  count(s.repeated, "stamp", " equal to the one before", "repeats are left out");
+  count(s.backward, "stamp", " older than the one before",
         "they are sorted within 0.5 s, later ones are left out");
-  count(s.jumps, "the clock jumps {} times against the record time",
+  count(s.jumps, "jump", " of the clock against the record time",
         "jumps are closed by the record time");
   if (std::abs(s.clock_offset_s) > drive::kClockSplitS) {
     out.push_back(make_finding(

@@ -66,7 +66,7 @@ class MapCommand final : public Command {
   std::vector<std::string> inputs_, assignments_, requirements_;
   MapOptions map_;
   std::string preset_, formats_ = "pcd,ply";
-  std::string ranges_, lidar_topic_, imu_topic_, lidar_model_, imu_file_;
+  std::string ranges_, radio_, lidar_topic_, imu_topic_, lidar_model_, imu_file_;
   std::string start_s_, duration_s_, map_voxel_m_;
   bool no_mcap_ = false, no_keyframes_ = false, no_report_ = false, dry_run_ = false;
 };
@@ -91,6 +91,7 @@ std::vector<Option> MapCommand::options() {
       {"--lidar-model", "NAME", "for point times that are missing", &lidar_model_, true, {}},
       {"--imu", "FILE", "CSV of inertial data of a scan folder", &imu_file_, false, {}},
       {"--ranges", "FILE", "CSV of ranges: checked and reported, not used yet", &ranges_, true, {}},
+      {"--radio", "FILE", "CSV of signal strengths: checked, not used yet", &radio_, true, {}},
       {"--start", "S", "leave out so much data [s]", &start_s_, false, {}},
       {"--duration", "S", "use so much data [s]; 0: all", &duration_s_, false, {}},
       {"--require", "COND", "max_sigma_m=M, connected; else exit 1", &requirements_, true, {}},
@@ -137,6 +138,9 @@ Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
   if (!ranges_.empty()) {
     overrides.assignments.push_back(
         fmt::format("ranges.sources=[{{file: {}}}]", config::yaml_quoted(ranges_)));
+  }
+  if (!radio_.empty()) {
+    overrides.assignments.push_back("radio.file=" + config::yaml_quoted(radio_));
   }
   Result<config::FleetConfig> fleet = load(overrides);
   if (!fleet) return fleet;

@@ -1,6 +1,8 @@
+#include <array>
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "rali/drive/input/extrinsics_check.hpp"
 #include "rali/drive/input/recording_probe.hpp"
@@ -21,18 +23,71 @@ Finding origin_finding(const InputReport& report, Severity severity, std::string
   return f;
 }
 
+/// Names of the body in /tf_static, the usual ones first (REP-105).
+constexpr std::array<const char*, 4> kBodyFrames = {"base_link", "body", "base", "base_footprint"};
+
+struct InBody {
+  std::string body_frame;
+  geometry::SE3 T_body_sensor;
+};
+
+std::optional<InBody> find_in_body(const TfTree& tf, const std::string& frame) {
+  for (const char* const body : kBodyFrames) {
+    const std::optional<geometry::SE3> T = tf.find(body, frame);
+    if (T) return InBody{body, *T};
+  }
+  return std::nullopt;
+}
+
+/// T_body_imu as given, or out of /tf_static. What was asked for by `auto` may be missing.
+Status decide_imu_pose(const InputOptions& options, const TfTree& tf, InputReport& report) {
+  report.T_body_imu = options.T_body_imu;
+  if (!options.imu_from_tf || !report.has_imu) return {};
+  const bool named = !options.imu_tf_frame.empty();
+  const std::string frame = named ? options.imu_tf_frame : report.imu_frame;
+  if (const std::optional<InBody> found = find_in_body(tf, frame)) {
+    report.T_body_imu = found->T_body_sensor;
+    report.T_body_imu_origin = fmt::format("/tf_static, {} in {}", frame, found->body_frame);
+    report.findings.push_back(origin_finding(
+        report, Severity::kInfo,
+        fmt::format("body of {} is {}; the IMU: {}", options.vehicle, found->body_frame,
+                    extrinsics_in_words(report.T_body_imu, "body"))));
+    return {};
+  }
+  const std::string missing =
+      fmt::format("/tf_static has '{}' (IMU) in none of {}", frame, fmt::join(kBodyFrames, ", "));
+  if (named) {
+    return fail(ErrorCode::kInput,
+                fmt::format("vehicles.{}.imu.T_body_imu.from_tf", options.vehicle), missing,
+                "Give T_body_imu in numbers, or leave it out: body = IMU.");
+  }
+  report.T_body_imu = {};
+  report.T_body_imu_origin = "body = IMU: " + missing;
+  report.findings.push_back(
+      origin_finding(report, Severity::kWarning, missing + ": the IMU is the body"));
+  return {};
+}
+
 Status from_tf(const InputOptions& options, const TfTree& tf, InputReport& report) {
   const std::string imu_frame =
       options.imu_tf_frame.empty() ? report.imu_frame : options.imu_tf_frame;
   const std::string lidar_frame =
       options.lidar_tf_frame.empty() ? report.lidar_frame : options.lidar_tf_frame;
   const std::optional<geometry::SE3> T_imu_lidar = tf.find(imu_frame, lidar_frame);
-  if (T_imu_lidar) {
-    report.T_body_lidar = options.T_body_imu * *T_imu_lidar;
+  const std::optional<InBody> in_body =
+      report.has_imu ? std::nullopt : find_in_body(tf, lidar_frame);
+  if (T_imu_lidar || in_body) {
+    report.T_body_lidar = in_body ? in_body->T_body_sensor : report.T_body_imu * *T_imu_lidar;
     report.T_body_lidar_origin = "/tf_static";
     return {};
   }
   if (options.lidar_tf_frame.empty()) return {};
+  if (!report.has_imu) {
+    return fail(ErrorCode::kInput,
+                fmt::format("vehicles.{}.lidar.T_body_lidar.from_tf", options.vehicle),
+                fmt::format("/tf_static has '{}' (LiDAR) in none of {}", lidar_frame,
+                            fmt::join(kBodyFrames, ", ")));
+  }
   return fail(ErrorCode::kInput,
               fmt::format("vehicles.{}.lidar.T_body_lidar.from_tf", options.vehicle),
               fmt::format("/tf_static does not connect '{}' (IMU) with '{}' (LiDAR)", imu_frame,
@@ -59,7 +114,8 @@ void upright_by_ground(std::span<const PlaneDirection> planes, const geometry::V
 }
 
 void say_what_was_assumed(const InputOptions& options, InputReport& report) {
-  const std::string words = extrinsics_in_words(report.T_body_lidar);
+  const std::string words = extrinsics_in_words(
+      report.T_body_lidar, report.T_body_imu_origin.starts_with('/') ? "body" : "IMU");
   const bool known = options.T_body_lidar || !report.has_imu ||
                      report.T_body_lidar_origin == "/tf_static" ||
                      report.T_body_lidar_origin == "maker";
@@ -79,7 +135,7 @@ Status decide_extrinsics(const InputOptions& options, const TfTree& tf,
                          std::span<const sensor::LidarScan> scans,
                          std::span<const sensor::ImuSample> imu, const ImuUnits& units,
                          InputReport& report) {
-  report.T_body_imu = options.T_body_imu;
+  if (Status status = decide_imu_pose(options, tf, report); !status) return status;
   report.T_body_lidar_origin = "assumed zero";
   if (options.T_body_lidar) {
     report.T_body_lidar = *options.T_body_lidar;
@@ -88,7 +144,7 @@ Status decide_extrinsics(const InputOptions& options, const TfTree& tf,
     if (Status status = from_tf(options, tf, report); !status) return status;
     const auto maker = maker_extrinsics(report.cloud_format.model, report.imu_topic);
     if (maker && report.T_body_lidar_origin == "assumed zero") {
-      report.T_body_lidar = options.T_body_imu * *maker;
+      report.T_body_lidar = report.T_body_imu * *maker;
       report.T_body_lidar_origin = "maker";
     }
   }

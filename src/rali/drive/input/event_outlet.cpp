@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
+
 namespace rali::drive {
 
 void EventOutlet::push(const sensor::ImuSample& sample) {
@@ -64,7 +66,7 @@ void EventOutlet::close(InputReport& report) const {
   Finding f;
   f.id = "D19";
   f.vehicle = report.vehicle;
-  f.text = fmt::format("{} messages came more than 0.5 s late and were left out", report.gaps.late);
+  f.text = fmt::format("{} more than 0.5 s late: left out", counted(report.gaps.late, "message"));
   f.value = static_cast<double>(report.gaps.late);
   report.findings.push_back(std::move(f));
 }

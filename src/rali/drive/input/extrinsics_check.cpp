@@ -209,7 +209,7 @@ Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
   return findings;
 }
 
-std::string extrinsics_in_words(const geometry::SE3& T) {
+std::string extrinsics_in_words(const geometry::SE3& T, const std::string& origin) {
   std::vector<std::string> parts;
   const std::array<std::array<const char*, 2>, 3> names = {
       {{"forward", "back"}, {"left", "right"}, {"up", "down"}}};
@@ -218,8 +218,8 @@ std::string extrinsics_in_words(const geometry::SE3& T) {
     parts.push_back(fmt::format("{:.3g} m {}", std::abs(T.p[axis]),
                                 names[static_cast<std::size_t>(axis)][T.p[axis] < 0.0 ? 1 : 0]));
   }
-  std::string text = parts.empty() ? "at the place of the IMU"
-                                   : fmt::format("{} of the IMU", fmt::join(parts, ", "));
+  std::string text = parts.empty() ? "at the place of the " + origin
+                                   : fmt::format("{} of the {}", fmt::join(parts, ", "), origin);
   const Vec3 rpy = kRadToDeg * geometry::rpy_from_rotation(T.R);
   const std::array<std::array<const char*, 2>, 3> turns = {
       {{"rolled right", "rolled left"}, {"pitched down", "pitched up"}, {"left", "right"}}};

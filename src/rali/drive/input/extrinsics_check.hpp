@@ -39,7 +39,9 @@ struct PlaneDirection {
                                                    const InputOptions& options);
 
 /// "0.08 m forward, 0.25 m up of the IMU, turned 1.5 deg left".
-[[nodiscard]] std::string extrinsics_in_words(const geometry::SE3& T_body_lidar);
+/// @param origin what stands at the body's origin
+[[nodiscard]] std::string extrinsics_in_words(const geometry::SE3& T_body_sensor,
+                                              const std::string& origin = "IMU");
 
 /// The maker's T_body_lidar for LiDARs with an IMU inside (body = that IMU); empty if unknown or
 /// if the IMU topic is not the LiDAR's own.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
+
 namespace rali::drive {
 
 void GapWatch::see(Time t) {
@@ -35,9 +37,9 @@ std::optional<Finding> gap_finding(const GapWatch& watch, const std::string& id,
   Finding f;
   f.id = id;
   f.t = watch.t_longest();
-  f.text = fmt::format("{} gap{} in the {}: {:.2f} s missing, longest {:.2f} s, ends at {:.3f} s",
-                       watch.gaps(), watch.gaps() == 1 ? "" : "s", what, watch.missing_s(),
-                       watch.longest_s(), watch.t_longest().s());
+  f.text = fmt::format("{} in the {}: {:.2f} s missing, longest {:.2f} s, ends at {:.3f} s",
+                       counted(watch.gaps(), "gap"), what, watch.missing_s(), watch.longest_s(),
+                       watch.t_longest().s());
   f.value = watch.longest_s();
   return f;
 }

@@ -36,11 +36,12 @@ struct InputOptions {
   GyroUnit gyro_unit = GyroUnit::kAuto;
   std::optional<geometry::SE3> T_body_lidar;  ///< empty: auto
   std::string lidar_tf_frame;                 ///< from_tf of T_body_lidar; empty: not asked for
-  geometry::SE3 T_body_imu;
-  std::string imu_tf_frame;          ///< from_tf of T_body_imu; empty: not asked for
+  geometry::SE3 T_body_imu;                   ///< taken unless imu_from_tf
+  bool imu_from_tf = false;                   ///< T_body_imu from /tf_static
+  std::string imu_tf_frame;  ///< the IMU's frame there; empty: that of its messages
   LidarTimeOffset lidar_time_offset;
-  double start_s = 0.0;              ///< after the first event
-  double duration_s = 0.0;           ///< 0: to the end
+  double start_s = 0.0;     ///< after the first event
+  double duration_s = 0.0;  ///< 0: to the end
   ExtrinsicsCheck extrinsics = ExtrinsicsCheck::kError;
   bool strict = false;  ///< end at the first damage
 };
@@ -74,6 +75,7 @@ struct InputReport {
   geometry::SE3 T_body_lidar;
   std::string T_body_lidar_origin;  ///< "settings", "/tf_static", "maker", "ground", "assumed zero"
   geometry::SE3 T_body_imu;
+  std::string T_body_imu_origin;       ///< empty: settings; else the frames, or why body = IMU
   std::string lidar_stamp = "header";  ///< or "record"
   std::string imu_stamp = "header";
   LidarTimeOffset lidar_time_offset;

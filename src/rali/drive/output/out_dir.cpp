@@ -79,6 +79,17 @@ bool is_made_by_rali(const fs::path& out) {
   return status.is_object() && status.contains("rali") && status.contains("status");
 }
 
+/// The part of the path that is there and no folder; empty if there is none.
+std::string file_on_the_way(const std::string& path) {
+  std::error_code error;
+  for (fs::path part = path; !part.empty(); part = part.parent_path()) {
+    const fs::file_status status = fs::status(part, error);
+    if (fs::exists(status)) return fs::is_directory(status) ? std::string() : part.string();
+    if (part == part.parent_path()) break;
+  }
+  return {};
+}
+
 /// On a full disk there is no room for a second file, but the block of the first one is there: a
 /// run that ended must not leave the word "running".
 void write_in_place(const std::string& file, const std::string& text) {
@@ -130,11 +141,13 @@ Result<std::vector<std::string>> list_outputs(const std::string& path) {
 }
 
 Status prepare_out_dir(const std::string& path, bool overwrite) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (fs::exists(status) && !fs::is_directory(status)) {
-    return fail(ErrorCode::kUsage, path, "is a file, not a folder", "Choose another with -o.");
+  const std::string file = file_on_the_way(path);
+  if (!file.empty()) {
+    return fail(ErrorCode::kUsage, path,
+                file == path ? "is a file, not a folder" : file + " is a file, not a folder",
+                "Choose another with -o.");
   }
+  std::error_code error;
   fs::create_directories(path, error);
   if (error) return machine_error(path, error);
   const bool empty = fs::is_empty(path, error);

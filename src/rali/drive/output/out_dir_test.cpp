@@ -83,6 +83,21 @@ TEST(OutDir, that_is_a_file_is_refused) {
   EXPECT_FALSE(prepare_out_dir(folder.write("out", "x"), true));
 }
 
+TEST(OutDir, below_a_file_is_a_mistake_of_the_command_line) {
+  const io::TestFolder folder;
+  folder.write("notes.txt", "mine");
+  const Status status = prepare_out_dir(folder.path("notes.txt/out/deep"), true);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::kUsage);
+  EXPECT_NE(status.error().what.find("notes.txt is a file, not a folder"), std::string::npos);
+}
+
+TEST(OutDir, where_the_machine_lets_nobody_write_is_a_fault_of_the_machine) {
+  const Status status = prepare_out_dir("/proc/rali/out", false);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::kMachine);
+}
+
 TEST(Status, holds_the_hash_of_every_output_but_the_exempt_ones) {
   const io::TestFolder folder;
   folder.write("map.pcd", "abc");

@@ -67,7 +67,6 @@ class BagReader final : public MessageSource {
   Result<bool> take_record(const TopRecord& record, std::uint64_t available, RawMessage& out);
   Result<bool> take_top_message(const TopRecord& record, RawMessage& out);
   Status take_top_connection(const TopRecord& record);
-  Status recover();
   Status take_chunk(const TopRecord& record, std::uint64_t available);
   void lose_messages(std::uint64_t chunk_offset, std::uint64_t seen, std::uint64_t offset,
                      std::string why);
@@ -204,25 +203,11 @@ Result<bool> BagReader::advance(RawMessage& out) {
     if (!cut_at_) last_whole_ = position_;
     return got;
   }
-  const Status status = recover();
+  const Status status = state_.skip_damage(find_bag_chunk(*source_, window_, position_ + 1),
+                                           source_->size(), position_, cut_at_);
   if (!status) return tl::make_unexpected(status.error());
   if (!readable || (*record)->op != BagOp::kChunk) return false;
   return take_record(**record, position_ - (*record)->data_offset, out);
-}
-
-/// Moves position_ behind damage: to the next chunk, or to the end of a cut file.
-Status BagReader::recover() {
-  const auto chunk = find_bag_chunk(*source_, window_, position_ + 1);
-  if (!chunk) return tl::make_unexpected(chunk.error());
-  if (*chunk) {
-    state_.find(Severity::kWarning, "io.damaged", position_,
-                fmt::format("damaged record; reading goes on at offset {}", **chunk));
-    position_ = **chunk;
-    return {};
-  }
-  cut_at_ = position_;
-  position_ = source_->size();
-  return {};
 }
 
 Result<bool> BagReader::take_record(const TopRecord& record, std::uint64_t available,
@@ -293,8 +278,7 @@ std::uint64_t BagReader::messages_in_chunk(std::uint64_t offset) const {
 void BagReader::lose_messages(std::uint64_t chunk_offset, std::uint64_t seen, std::uint64_t offset,
                               std::string why) {
   const std::uint64_t held = messages_in_chunk(chunk_offset);
-  state_.health.messages_skipped += held > seen ? held - seen : 1;
-  state_.find(Severity::kWarning, "io.damaged", offset, std::move(why));
+  state_.lose(held > seen ? held - seen : 1, offset, std::move(why));
 }
 
 bool BagReader::next_in_chunk(RawMessage& out) {
@@ -336,19 +320,10 @@ bool BagReader::take_message(const BagFields& fields, std::uint64_t offset,
   const auto topic =
       connection ? topic_of_connection_.find(*connection) : topic_of_connection_.end();
   if (topic == topic_of_connection_.end() || !time) {
-    ++state_.health.messages_skipped;
-    state_.find(Severity::kWarning, "io.damaged", offset,
-                "message without a known connection or time; left out");
+    state_.lose(1, offset, "message without a known connection or time; left out");
     return false;
   }
-  state_.saw(*time);
-  if (!state_.wanted(topic->second)) return false;
-  out.topic = topic->second;
-  out.t_record = *time;
-  out.data = data;
-  out.offset = offset;
-  state_.handed_out();
-  return true;
+  return state_.hand_out(topic->second, *time, offset, data, out);
 }
 
 void BagReader::finish() {

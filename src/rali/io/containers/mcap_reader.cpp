@@ -74,7 +74,6 @@ class McapReader final : public MessageSource {
   Result<bool> take_record(const TopRecord& record, std::uint64_t available, RawMessage& out);
   Result<bool> take_top_message(const TopRecord& record, RawMessage& out);
   Status take_top_definition(const TopRecord& record);
-  Status recover();
   Status take_chunk(const TopRecord& record, std::uint64_t available);
   Status lose_chunk(const TopRecord& record, std::string why);
   bool next_in_chunk(RawMessage& out);
@@ -223,24 +222,11 @@ Result<bool> McapReader::advance(RawMessage& out) {
     if (!cut_at_) last_whole_ = position_;
     return got;
   }
-  if (const Status status = recover(); !status) return tl::make_unexpected(status.error());
+  const Status status = state_.skip_damage(find_mcap_chunk(*source_, window_, position_ + 1),
+                                           source_->size(), position_, cut_at_);
+  if (!status) return tl::make_unexpected(status.error());
   if (!readable || (*record)->op != McapOp::kChunk) return false;
   return take_record(**record, position_ - (*record)->content(), out);
-}
-
-/// Moves position_ behind damage: to the next chunk, or to the end of a cut file.
-Status McapReader::recover() {
-  const auto chunk = find_mcap_chunk(*source_, window_, position_ + 1);
-  if (!chunk) return tl::make_unexpected(chunk.error());
-  if (*chunk) {
-    state_.find(Severity::kWarning, "io.damaged", position_,
-                fmt::format("damaged record; reading goes on at offset {}", **chunk));
-    position_ = **chunk;
-    return {};
-  }
-  cut_at_ = position_;
-  position_ = source_->size();
-  return {};
 }
 
 Result<bool> McapReader::take_record(const TopRecord& record, std::uint64_t available,
@@ -259,8 +245,7 @@ Result<bool> McapReader::take_record(const TopRecord& record, std::uint64_t avai
 Result<bool> McapReader::take_top_message(const TopRecord& record, RawMessage& out) {
   state_.met_compression("none");
   if (record.content_bytes > state_.limits().chunk_bytes) {
-    ++state_.health.messages_skipped;
-    state_.find(Severity::kWarning, "io.damaged", record.offset,
+    state_.lose(1, record.offset,
                 fmt::format("message of {} bytes is larger than the {} that are accepted",
                             record.content_bytes, state_.limits().chunk_bytes));
     return false;
@@ -316,8 +301,7 @@ Status McapReader::take_chunk(const TopRecord& record, std::uint64_t available) 
 Status McapReader::lose_chunk(const TopRecord& record, std::string why) {
   const auto messages = count_mcap_index(*source_, window_, position_);
   if (!messages) return tl::make_unexpected(messages.error());
-  state_.health.messages_skipped += std::max<std::uint64_t>(1, *messages);
-  state_.find(Severity::kWarning, "io.damaged", record.offset, std::move(why));
+  state_.lose(std::max<std::uint64_t>(1, *messages), record.offset, std::move(why));
   return {};
 }
 
@@ -329,8 +313,7 @@ bool McapReader::next_in_chunk(RawMessage& out) {
     const auto record = read_mcap_record(chunk.cursor);
     if (!record) {
       if (!chunk.cut) {
-        ++state_.health.messages_skipped;
-        state_.find(Severity::kWarning, "io.damaged", offset,
+        state_.lose(1, offset,
                     "record is longer than its chunk; the rest of the chunk is left out");
       }
       break;
@@ -351,20 +334,13 @@ bool McapReader::take_message(std::span<const std::byte> content, std::uint64_t 
   const auto message = mcap_message(content);
   const auto topic = message ? topic_of_channel_.find(message->channel) : topic_of_channel_.end();
   if (topic == topic_of_channel_.end()) {
-    ++state_.health.messages_skipped;
-    state_.find(Severity::kWarning, "io.damaged", offset,
+    state_.lose(1, offset,
                 message ? fmt::format("message of unknown channel {}; left out", message->channel)
                         : std::string("message too short for its header; left out"));
     return false;
   }
-  out.t_record = time_of_ns(message->log_ns);
-  state_.saw(out.t_record);
-  if (!state_.wanted(topic->second)) return false;
-  out.topic = topic->second;
-  out.data = content.subspan(McapMessageHeader::kBytes);
-  out.offset = offset;
-  state_.handed_out();
-  return true;
+  return state_.hand_out(topic->second, time_of_ns(message->log_ns), offset,
+                         content.subspan(McapMessageHeader::kBytes), out);
 }
 
 void McapReader::finish() {

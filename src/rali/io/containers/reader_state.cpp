@@ -56,6 +56,38 @@ void ReaderState::expect(std::uint64_t messages) {
        fmt::format("the index lists {} messages, {} were found", messages, seen_messages_));
 }
 
+Status ReaderState::skip_damage(const Result<std::optional<std::uint64_t>>& next_chunk,
+                                std::uint64_t file_bytes, std::uint64_t& position,
+                                std::optional<std::uint64_t>& cut_at) {
+  if (!next_chunk) return tl::make_unexpected(next_chunk.error());
+  if (*next_chunk) {
+    find(Severity::kWarning, "io.damaged", position,
+         fmt::format("damaged record; reading goes on at offset {}", **next_chunk));
+    position = **next_chunk;
+    return {};
+  }
+  cut_at = position;
+  position = file_bytes;
+  return {};
+}
+
+void ReaderState::lose(std::uint64_t messages, std::uint64_t offset, std::string why) {
+  health.messages_skipped += messages;
+  find(Severity::kWarning, "io.damaged", offset, std::move(why));
+}
+
+bool ReaderState::hand_out(std::size_t topic, Time t_record, std::uint64_t offset,
+                           std::span<const std::byte> data, RawMessage& out) {
+  saw(t_record);
+  if (!wanted(topic)) return false;
+  out.topic = topic;
+  out.t_record = t_record;
+  out.data = data;
+  out.offset = offset;
+  handed_out();
+  return true;
+}
+
 void ReaderState::saw(Time t) {
   ++seen_messages_;
   if (!seen_) seen_ = {t, t};

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -42,6 +43,19 @@ class ReaderState {
 
   /// Where not every part of a recording knows its counts.
   void forget_counts();
+
+  /// Goes on behind damage at `position`: with the chunk found behind it, or, without one, at the
+  /// end of a file whose end is missing; then `cut_at` is where the damage was.
+  Status skip_damage(const Result<std::optional<std::uint64_t>>& next_chunk,
+                     std::uint64_t file_bytes, std::uint64_t& position,
+                     std::optional<std::uint64_t>& cut_at);
+
+  /// Counts messages that are damaged, with the reason.
+  void lose(std::uint64_t messages, std::uint64_t offset, std::string why);
+
+  /// Fills `out` and counts, if somebody wants this topic. @return whether it was wanted
+  bool hand_out(std::size_t topic, Time t_record, std::uint64_t offset,
+                std::span<const std::byte> data, RawMessage& out);
 
   /// Each whole message, wanted or not: tells how much of a cut file was read.
   void saw(Time t);

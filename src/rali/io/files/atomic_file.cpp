@@ -1,8 +1,10 @@
 #include "rali/io/files/atomic_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include <fcntl.h>
@@ -29,6 +31,25 @@ void sync_folder_of(const std::string& path) {
   ::close(fd);
 }
 
+/// Bytes up to and with the last line end; 0 if there is none or the file cannot be read.
+std::uint64_t end_of_whole_lines(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  constexpr std::streamoff kBlock = 1 << 16;
+  std::vector<char> block(static_cast<std::size_t>(kBlock));
+  for (std::streamoff end = file ? static_cast<std::streamoff>(file.tellg()) : 0; end > 0;) {
+    const std::streamoff begin = std::max<std::streamoff>(0, end - kBlock);
+    file.seekg(begin);
+    if (!file.read(block.data(), end - begin)) return 0;
+    for (std::streamoff i = end; i > begin; --i) {
+      if (block[static_cast<std::size_t>(i - begin - 1)] == '\n') {
+        return static_cast<std::uint64_t>(i);
+      }
+    }
+    end = begin;
+  }
+  return 0;
+}
+
 }  // namespace
 
 std::string temporary_path_of(const std::string& path) {
@@ -45,7 +66,8 @@ AtomicFile::AtomicFile(AtomicFile&& other) noexcept
       fd_(std::exchange(other.fd_, -1)),
       on_abandon_(other.on_abandon_),
       buffer_(std::move(other.buffer_)),
-      written_(other.written_) {}
+      written_(other.written_),
+      broken_(std::move(other.broken_)) {}
 
 AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
   if (this == &other) return *this;
@@ -56,6 +78,7 @@ AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
   on_abandon_ = other.on_abandon_;
   buffer_ = std::move(other.buffer_);
   written_ = other.written_;
+  broken_ = std::move(other.broken_);
   return *this;
 }
 
@@ -76,6 +99,11 @@ tl::unexpected<Error> AtomicFile::failure(std::string_view doing, int error_numb
               full ? "Make room on the disk or choose another folder." : "");
 }
 
+tl::unexpected<Error> AtomicFile::broken(int error_number) {
+  if (!broken_) broken_ = failure("writing", error_number).value();
+  return tl::make_unexpected(*broken_);
+}
+
 Result<AtomicFile> AtomicFile::create(const std::string& path, OnAbandon on_abandon) {
   std::string temporary = temporary_path_of(path);
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -92,7 +120,7 @@ Status AtomicFile::write_out(std::span<const std::byte> bytes) {
     const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
     if (n < 0) {
       if (errno == EINTR) continue;
-      return failure("writing", errno);
+      return broken(errno);
     }
     bytes = bytes.subspan(static_cast<std::size_t>(n));
     written_ += static_cast<std::uint64_t>(n);
@@ -125,7 +153,7 @@ Status AtomicFile::overwrite(std::uint64_t offset, std::span<const std::byte> by
     const ssize_t n = ::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (n < 0) {
       if (errno == EINTR) continue;
-      return failure("writing", errno);
+      return broken(errno);
     }
     bytes = bytes.subspan(static_cast<std::size_t>(n));
     offset += static_cast<std::uint64_t>(n);
@@ -139,7 +167,19 @@ Status AtomicFile::sync() {
   return {};
 }
 
+void AtomicFile::keep_whole_lines() {
+  if (fd_ < 0) return;
+  buffer_.clear();
+  const int fd = std::exchange(fd_, -1);
+  const std::uint64_t end = end_of_whole_lines(temporary_);
+  const bool kept = end > 0 && ::ftruncate(fd, static_cast<off_t>(end)) == 0 && ::fsync(fd) == 0;
+  ::close(fd);
+  if (kept && std::rename(temporary_.c_str(), path_.c_str()) == 0) return sync_folder_of(path_);
+  ::unlink(temporary_.c_str());
+}
+
 Status AtomicFile::commit() {
+  if (broken_) return tl::make_unexpected(*broken_);
   if (auto status = flush(); !status) return status;
   if (::fsync(fd_) != 0) return failure("writing to the disk", errno);
   if (::close(std::exchange(fd_, -1)) != 0) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,7 +42,12 @@ class AtomicFile {
   /// survives a kill and a power loss, under the name temporary_path().
   [[nodiscard]] Status sync();
 
-  /// Flushes, syncs, renames, syncs the folder. Nothing may be written afterwards.
+  /// After a failed write (full disk): gives NAME to the whole lines that did reach the file, which
+  /// needs no room. Without any line, or if that fails too, the temporary file is removed.
+  void keep_whole_lines();
+
+  /// Flushes, syncs, renames, syncs the folder. Nothing may be written afterwards. Fails if a write
+  /// before did, since bytes are missing then.
   [[nodiscard]] Status commit();
 
   [[nodiscard]] std::uint64_t size() const { return written_ + buffer_.size(); }
@@ -57,6 +63,7 @@ class AtomicFile {
   [[nodiscard]] Status flush();
   [[nodiscard]] Status write_out(std::span<const std::byte> bytes);
   [[nodiscard]] tl::unexpected<Error> failure(std::string_view doing, int error_number) const;
+  [[nodiscard]] tl::unexpected<Error> broken(int error_number);
 
   std::string path_;
   std::string temporary_;
@@ -64,6 +71,7 @@ class AtomicFile {
   OnAbandon on_abandon_ = OnAbandon::kRemove;
   std::vector<std::byte> buffer_;
   std::uint64_t written_ = 0;
+  std::optional<Error> broken_;  ///< the first failed write: what follows it is torn
 };
 
 /// create, write, commit.

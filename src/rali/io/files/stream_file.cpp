@@ -27,6 +27,10 @@ Status StreamFile::add(std::string_view text, Time t) {
   return file_.sync();
 }
 
-Status StreamFile::finish() { return file_.commit(); }
+Status StreamFile::finish() {
+  Status status = file_.commit();
+  if (!status) file_.keep_whole_lines();
+  return status;
+}
 
 }  // namespace rali::io

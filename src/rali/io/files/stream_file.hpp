@@ -23,6 +23,7 @@ class StreamFile {
   /// Appends text without a time (a header, a row about no moment).
   [[nodiscard]] Status add(std::string_view text);
 
+  /// Where the disk is full, the whole lines that reached it get the name; the error is returned.
   [[nodiscard]] Status finish();
 
   [[nodiscard]] const std::string& path() const { return file_.path(); }

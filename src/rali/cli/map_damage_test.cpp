@@ -1,0 +1,160 @@
+// `rali map` on damaged input and on a full disk: exit codes of the table, and what is left.
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "rali/cli/app.hpp"
+#include "rali/drive/hall_recording_for_test.hpp"
+#include "rali/io/files/size_limit_for_test.hpp"
+#include "rali/io/files/test_folder.hpp"
+
+namespace rali::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using drive::test::HallRecording;
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome map_it(const std::string& input, const std::string& out, bool session_file = false) {
+  std::vector<std::string> words = {"map", input, "-o", out, "--threads", "1"};
+  if (!session_file) words.emplace_back("--no-mcap");
+  Outcome result;
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  {
+    Session session;
+    result.code = run_app(words, session);
+  }
+  std::fflush(stdout);
+  result.out = testing::internal::GetCapturedStdout();
+  result.err = testing::internal::GetCapturedStderr();
+  return result;
+}
+
+HallRecording short_recording() {
+  HallRecording recording;
+  recording.duration_s = 3.0;
+  return recording;
+}
+
+/// Sweeps as KITTI files; the last of them ends in the middle of a point.
+std::string write_cut_folder(const io::TestFolder& folder) {
+  const std::string scans = folder.path("scans");
+  fs::create_directories(scans);
+  const HallRecording recording;
+  Rng rng(1, "lidar");
+  for (int i = 0; i < 12; ++i) {
+    const sensor::LidarScan scan = recording.sweep(0, rng);
+    std::ofstream file(scans + "/00" + std::to_string(10 + i) + ".bin", std::ios::binary);
+    for (std::size_t k = 0; k < scan.size(); ++k) {
+      const float point[] = {scan.x_m[k], scan.y_m[k], scan.z_m[k], scan.intensity[k]};
+      const bool cut = i == 11 && k > scan.size() / 2;
+      file.write(reinterpret_cast<const char*>(point), cut ? 7 : sizeof point);
+      if (cut) break;
+    }
+  }
+  return scans;
+}
+
+struct Damage {
+  std::string name;
+  std::function<std::string(const io::TestFolder&)> make;  ///< returns the input
+  int code;
+  std::string said;  ///< in the summary or the warnings
+};
+
+std::string recorded(const io::TestFolder& folder, const HallRecording& recording) {
+  return recording.write(folder.path("v1.bag"));
+}
+
+std::vector<Damage> damages() {
+  return {
+      {"whole", [](const auto& f) { return recorded(f, short_recording()); }, 0, "gaps: none"},
+      {"cut file",
+       [](const auto& f) {
+         const std::string path = recorded(f, short_recording());
+         fs::resize_file(path, fs::file_size(path) * 3 / 4);
+         return path;
+       },
+       3, "record ends after the file"},
+      {"missing sweeps",
+       [](const auto& f) {
+         HallRecording recording = short_recording();
+         recording.gap_from = 15;
+         recording.gap_sweeps = 6;
+         return recorded(f, recording);
+       },
+       0, "s without sweeps"},
+      {"NaN points",
+       [](const auto& f) {
+         HallRecording recording = short_recording();
+         recording.nan_share = 0.3;
+         return recorded(f, recording);
+       },
+       0, "gaps: none"},
+      {"clock jump",
+       [](const auto& f) {
+         HallRecording recording = short_recording();
+         recording.jump_at_s = 2.0;
+         recording.jump_s = 500.0;
+         return recorded(f, recording);
+       },
+       0, "clock jumps closed"},
+      {"one scan of a folder cut", write_cut_folder, 3, ""},
+      {"no message",
+       [](const auto& f) {
+         HallRecording recording = short_recording();
+         recording.duration_s = 0.0;
+         return recorded(f, recording);
+       },
+       2, "rali: error: "},
+      {"no byte", [](const auto& f) { return f.write("v1.bag", ""); }, 2, "rali: error: "},
+  };
+}
+
+TEST(MapDamage, ends_with_the_exit_code_of_the_table) {
+  for (const Damage& damage : damages()) {
+    const io::TestFolder folder;
+    const Outcome outcome = map_it(damage.make(folder), folder.path("out"));
+    EXPECT_EQ(outcome.code, damage.code) << damage.name << '\n' << outcome.out << outcome.err;
+    EXPECT_NE((outcome.out + outcome.err).find(damage.said), std::string::npos)
+        << damage.name << '\n'
+        << outcome.out << outcome.err;
+    const bool started = damage.code != 2;
+    EXPECT_EQ(fs::exists(folder.path("out/map.pcd")), started) << damage.name;
+    EXPECT_EQ(fs::exists(folder.path("out")), started) << damage.name;
+  }
+}
+
+TEST(MapDamage, a_full_disk_ends_with_4_and_leaves_only_whole_files) {
+  const io::TestFolder folder;
+  const std::string input = recorded(folder, short_recording());
+  Outcome outcome;
+  {
+    const io::FileSizeLimit limit(60'000);
+    outcome = map_it(input, folder.path("out"), true);
+  }
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
+  EXPECT_NE(folder.read("out/status.json").find("\"status\": \"failed\""), std::string::npos);
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path("out"))) {
+    EXPECT_FALSE(entry.path().filename().string().ends_with(".tmp")) << entry.path();
+  }
+}
+
+TEST(MapDamage, an_out_below_a_file_ends_with_2_and_computes_nothing) {
+  const io::TestFolder folder;
+  folder.write("file", "mine");
+  const Outcome outcome = map_it(recorded(folder, short_recording()), folder.path("file/out"));
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("is a file, not a folder"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace rali::cli
