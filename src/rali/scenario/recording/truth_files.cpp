@@ -30,6 +30,8 @@ Status TruthFiles::open(const sim::FleetSimulation& sim) {
                                      {"truth of the simulation: T_world_body, 100 Hz"});
     if (!tum) return tl::make_unexpected(tum.error());
     poses_.push_back(std::move(*tum));
+    way_m_.push_back(0.0);
+    last_.push_back(sim.truth(static_cast<int>(last_.size()), next_pose_).state.T_world_body.p);
   }
   auto biases =
       io::CsvWriter::create(folder_ + "/biases.csv", {"stamp_s", "of", "quantity", "value"});
@@ -91,6 +93,9 @@ Status TruthFiles::reach(Time t, const sim::FleetSimulation& sim) {
   for (; next_pose_ <= t; next_pose_ = next_pose_ + kPoseStep) {
     for (std::size_t v = 0; v < names_.size(); ++v) {
       const sim::Truth truth = sim.truth(static_cast<int>(v), next_pose_);
+      const geometry::Vec3& p = truth.state.T_world_body.p;
+      way_m_[v] += (p - last_[v]).norm();
+      last_[v] = p;
       if (Status s = poses_[v].add({next_pose_, truth.state.T_world_body}); !s) return s;
     }
   }

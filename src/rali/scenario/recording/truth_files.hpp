@@ -26,6 +26,9 @@ class TruthFiles {
 
   [[nodiscard]] Status add(const sensor::RangeSample& range, const sim::RangeTruth& truth);
 
+  /// What vehicle `v` has driven until the last pose [m].
+  [[nodiscard]] double way_m(std::size_t v) const { return way_m_[v]; }
+
   /// Poses up to `until`, then all files appear.
   [[nodiscard]] Status finish(Time until, const sim::FleetSimulation& sim);
 
@@ -42,6 +45,8 @@ class TruthFiles {
   std::vector<std::string> names_;
   std::vector<io::TumWriter> poses_;
   std::vector<io::CsvWriter> tables_;  ///< biases, then ranges of a fleet of two or more
+  std::vector<double> way_m_;
+  std::vector<geometry::Vec3> last_;
   Time next_pose_, next_bias_;
 };
 

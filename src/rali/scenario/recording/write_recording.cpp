@@ -83,7 +83,6 @@ Status FleetRecorder::open_vehicles() {
     VehicleSummary vehicle;
     vehicle.name = names_[v];
     vehicle.file = recording_name(names_[v], options_.format);
-    vehicle.way_m = sim_.way_m(static_cast<int>(v));
     vehicle.cut = cut_at && *cut_at < sim_.t_end();
     summary.vehicles.push_back(std::move(vehicle));
   }
@@ -177,6 +176,7 @@ Status FleetRecorder::finish(Time until) {
     if (Status s = radio_->finish(); !s) return s;
   }
   if (Status s = truth_->finish(until, sim_); !s) return s;
+  for (std::size_t v = 0; v < names_.size(); ++v) summary.vehicles[v].way_m = truth_->way_m(v);
   const std::string yaml =
       fleet_yaml(sim_, names_, options_.format, options_.lidar, options_.with_imu);
   if (Status s = io::write_file_atomic(options_.folder + "/fleet.yaml", yaml); !s) return s;

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <memory>
+
+#include "rali/cli/command.hpp"
+
+namespace rali::cli {
+
+/// `rali simulate`: a fleet recording with exact truth.
+[[nodiscard]] std::unique_ptr<Command> make_simulate_command();
+
+}  // namespace rali::cli

@@ -1,0 +1,135 @@
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "rali/cli/app.hpp"
+#include "rali/config/load_fleet.hpp"
+
+namespace rali::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome simulate(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "simulate");
+  Outcome result;
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  {
+    Session session;
+    result.code = run_app(arguments, session);
+  }
+  std::fflush(stdout);
+  result.out = testing::internal::GetCapturedStdout();
+  result.err = testing::internal::GetCapturedStderr();
+  return result;
+}
+
+/// A folder of its own that goes away.
+class Simulate : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = (fs::temp_directory_path() / ("rali_simulate_" + std::string(test->name()))).string();
+    fs::remove_all(folder_);
+  }
+
+  void TearDown() override { fs::remove_all(folder_); }
+
+  [[nodiscard]] std::string bytes(const std::string& name) const {
+    std::ifstream file(folder_ + "/" + name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  std::string folder_;
+};
+
+TEST_F(Simulate, writes_a_recording_that_rali_map_takes_and_tells_what_is_in_it) {
+  const Outcome done = simulate({"corridor", "-o", folder_, "--duration", "0.3", "-q"});
+  EXPECT_EQ(done.code, 0) << done.err;
+  EXPECT_NE(done.out.find("corridor, seed 1: 2 vehicles, 0.3 s of data"), std::string::npos)
+      << done.out;
+  const auto fleet = config::load_fleet(folder_ + "/fleet.yaml", {});
+  ASSERT_TRUE(fleet.has_value()) << fleet.error().message();
+  EXPECT_EQ(fleet->vehicles.size(), 2U);
+  EXPECT_TRUE(fs::exists(folder_ + "/truth/mesh.ply"));
+}
+
+TEST_F(Simulate, its_scene_yaml_gives_the_same_recording_again) {
+  ASSERT_EQ(simulate({"tunnel", "-o", folder_, "--duration", "0.2", "--seed", "3", "-q"}).code, 0);
+  const std::string first = bytes("v1.mcap");
+  const std::string again = folder_ + "/again";
+  const Outcome done = simulate({folder_ + "/scene.yaml", "-o", again, "-q", "--threads", "2"});
+  ASSERT_EQ(done.code, 0) << done.err;
+  EXPECT_FALSE(first.empty());
+  EXPECT_EQ(bytes("again/v1.mcap") == first, true) << "another recording";
+}
+
+TEST_F(Simulate, json_is_one_document_and_the_same_as_simulation_json) {
+  const Outcome done =
+      simulate({"hall", "-o", folder_, "--duration", "0.2", "--json", "--progress", "off"});
+  ASSERT_EQ(done.code, 0) << done.err;
+  const auto document = nlohmann::json::parse(done.out, nullptr, false);
+  ASSERT_TRUE(document.is_object()) << done.out;
+  EXPECT_EQ(document["status"], "complete");
+  EXPECT_EQ(done.out, bytes("simulation.json"));
+}
+
+TEST_F(Simulate, closed_loop_says_honestly_that_the_software_is_missing) {
+  const Outcome refused = simulate({"corridor", "-o", folder_, "--closed-loop"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("does not have it yet"), std::string::npos) << refused.err;
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
+TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {
+  const std::vector<std::vector<std::string>> wrong = {
+      {"lopp", "-o", folder_},
+      {"loop"},
+      {"loop", "-o", folder_, "--vehicles", "11"},
+      {"loop", "-o", folder_, "--vehicles", "0"},
+      {"loop", "-o", folder_, "--seed", "-1"},
+      {"loop", "-o", folder_, "--seed", "1.5"},
+      {"loop", "-o", folder_, "--duration", "nan"},
+      {"loop", "-o", folder_, "--duration", "-3"},
+      {"loop", "-o", folder_, "--pedestrians", "many"},
+      {"loop", "-o", folder_, "--lidar", "rs17"},
+      {"loop", "-o", folder_, "--format", "pcap"},
+      {"loop", "-o", folder_, "--fault", "gap:v2@1-2"},
+      {"loop", "-o", folder_, "--fault", "gap"},
+      {"loop", "-o", folder_, "--set", "uwb.sigma=3"},
+      {"loop", "-o", folder_, "--set", "uwb.sigma_m=-3"},
+      {"loop", "-o", folder_, "--threads", "-1"},
+      {"/nowhere/scene.yaml", "-o", folder_},
+  };
+  for (const auto& arguments : wrong) {
+    const Outcome refused = simulate(arguments);
+    EXPECT_EQ(refused.code, 2) << arguments.back();
+    EXPECT_EQ(refused.err.substr(0, 13), "rali: error: ") << arguments.back();
+    EXPECT_EQ(refused.out, "") << arguments.back();
+    EXPECT_FALSE(fs::exists(folder_)) << arguments.back();
+  }
+}
+
+TEST_F(Simulate, does_not_write_over_what_is_there_unless_told) {
+  const std::vector<std::string> arguments{"yard", "-o", folder_, "--duration", "0.2", "-q"};
+  ASSERT_EQ(simulate(arguments).code, 0);
+  const Outcome refused = simulate(arguments);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("is not empty"), std::string::npos);
+  std::vector<std::string> again = arguments;
+  again.emplace_back("--overwrite");
+  EXPECT_EQ(simulate(again).code, 0);
+}
+
+}  // namespace
+}  // namespace rali::cli
