@@ -53,6 +53,46 @@ SweepMotion::SweepMotion(const geometry::SE3& T_body_lidar) : T_end_lidar_(2) {
   T_end_lidar_[1] = T_end_lidar_[0];
 }
 
+namespace {
+
+/// Some points of a sweep and where in the table each one's time lies, in flat arrays that the
+/// compiler can work on four at a time.
+struct Block {
+  static constexpr std::size_t kSize = 64;
+  float x[kSize], y[kSize], z[kSize], dt[kSize];
+  float share[kSize];
+  int cell[kSize];
+};
+
+void load(const sensor::LidarScan& scan, std::span<const std::uint32_t> indices, std::size_t first,
+          std::size_t n, Block& b) {
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = indices.empty() ? first + k : indices[first + k];
+    b.x[k] = scan.x_m[i];
+    b.y[k] = scan.y_m[i];
+    b.z[k] = scan.z_m[i];
+    b.dt[k] = scan.dt_s[i];
+  }
+}
+
+/// Points begin to end of the block, all between the transforms a and b (column-major 3x4).
+void transform(const Block& p, std::size_t begin, std::size_t end, const float* a, const float* b,
+               float* x, float* y, float* z) {
+  float d[12];
+  for (int j = 0; j < 12; ++j) d[j] = b[j] - a[j];
+  for (std::size_t k = begin; k < end; ++k) {
+    const float f = p.share[k];
+    x[k] = (a[0] + f * d[0]) * p.x[k] + (a[3] + f * d[3]) * p.y[k] + (a[6] + f * d[6]) * p.z[k] +
+           (a[9] + f * d[9]);
+    y[k] = (a[1] + f * d[1]) * p.x[k] + (a[4] + f * d[4]) * p.y[k] + (a[7] + f * d[7]) * p.z[k] +
+           (a[10] + f * d[10]);
+    z[k] = (a[2] + f * d[2]) * p.x[k] + (a[5] + f * d[5]) * p.y[k] + (a[8] + f * d[8]) * p.z[k] +
+           (a[11] + f * d[11]);
+  }
+}
+
+}  // namespace
+
 void SweepMotion::apply(const sensor::LidarScan& scan, std::span<const std::uint32_t> indices,
                         BodyPoints& out) const {
   const std::size_t n = indices.empty() ? scan.size() : indices.size();
@@ -61,23 +101,24 @@ void SweepMotion::apply(const sensor::LidarScan& scan, std::span<const std::uint
   const float span_s = static_cast<float>((scan.t_end - scan.t_begin).s());
   const float shift_s = static_cast<float>((scan.t_begin - t_begin_).s());
   const bool moving = step_inverse_ > 0.0F && scan.has_point_times && !scan.deskewed;
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = indices.empty() ? k : indices[k];
-    const float dt = scan.dt_s[i];
-    const float u = moving ? (dt + shift_s) * step_inverse_ : static_cast<float>(last);
-    const int cell = std::clamp(static_cast<int>(u), 0, last);
-    const float f = std::clamp(u - static_cast<float>(cell), 0.0F, 1.0F);
-    const float* a = T_end_lidar_[static_cast<std::size_t>(cell)].data();
-    const float* b = T_end_lidar_[static_cast<std::size_t>(cell) + 1].data();
-    float m[12];
-    for (int j = 0; j < 12; ++j) m[j] = a[j] + f * (b[j] - a[j]);  // column-major 3x4
-    const float x = scan.x_m[i];
-    const float y = scan.y_m[i];
-    const float z = scan.z_m[i];
-    out.x_m[k] = m[0] * x + m[3] * y + m[6] * z + m[9];
-    out.y_m[k] = m[1] * x + m[4] * y + m[7] * z + m[10];
-    out.z_m[k] = m[2] * x + m[5] * y + m[8] * z + m[11];
-    out.age_s[k] = moving ? span_s - dt : 0.0F;
+  Block b{};
+  for (std::size_t first = 0; first < n; first += Block::kSize) {
+    const std::size_t size = std::min(Block::kSize, n - first);
+    load(scan, indices, first, size, b);
+    for (std::size_t k = 0; k < size; ++k) {
+      const float u = moving ? (b.dt[k] + shift_s) * step_inverse_ : static_cast<float>(last);
+      b.cell[k] = std::clamp(static_cast<int>(u), 0, last);
+      b.share[k] = std::clamp(u - static_cast<float>(b.cell[k]), 0.0F, 1.0F);
+      out.age_s[first + k] = moving ? span_s - b.dt[k] : 0.0F;
+    }
+    // Points come nearly in the order of time: long runs share the two transforms.
+    for (std::size_t begin = 0, end = 0; begin < size; begin = end) {
+      const int cell = b.cell[begin];
+      while (end < size && b.cell[end] == cell) ++end;
+      const auto at = static_cast<std::size_t>(cell);
+      transform(b, begin, end, T_end_lidar_[at].data(), T_end_lidar_[at + 1].data(),
+                out.x_m.data() + first, out.y_m.data() + first, out.z_m.data() + first);
+    }
   }
 }
 

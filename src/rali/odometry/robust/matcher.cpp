@@ -68,6 +68,8 @@ void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_p
     const Plane& plane = map.plane(point.plane);
     const Vec3 d = x - plane.q;
     const double r = plane.n.dot(d);
+    // Most points are so near that they match whatever the gate is: it costs more than the rest.
+    if (!(std::abs(r) > settings_.gate_min_m)) continue;
     const Vec3 m = R.transpose() * plane.n;
     Vec6 H;
     H << p_body.cross(m), plane.n;
@@ -131,42 +133,86 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
   return system;
 }
 
-void Matcher::add_group(const Group& group, const PlaneMap& map, const SE3& T_odom_body,
-                        LidarSystem& system) {
+/// One point: its noise and that of the plane there add up to one variance.
+void Matcher::add_point(const Vec3& p, double w, const PlaneInBody& plane, LidarSystem& system) {
+  const double a1 = plane.e1.dot(p) + plane.c1_m;
+  const double a2 = plane.e2.dot(p) + plane.c2_m;
+  const double variance =
+      1.0 / w + plane.var_offset + a1 * a1 * plane.var_tilt1 + a2 * a2 * plane.var_tilt2;
+  Vec6 h;
+  h << p.cross(plane.n), plane.n_odom;
+  const Vec6 weighted = h / variance;
+  system.I.noalias() += weighted * h.transpose();
+  system.b += (plane.n.dot(p) + plane.c_m) * weighted;
+}
+
+void Matcher::add_moments(const Group& group, const PlaneInBody& plane, LidarSystem& system) {
   // With p~ = [p; 1]: the Jacobian is H^T = L p~, the residual rho^T p~ and the influence of the
   // plane's three errors A^T = B p~, so the moments M = sum w p~ p~^T are all that is needed.
+  // L = [-m^ 0; 0 n], B = [e1 c1; e2 c2; 0 -1]; the zeros are not multiplied.
+  const double* g = group.m;
+  Mat3 P;
+  P << g[0], g[1], g[2], g[1], g[4], g[5], g[2], g[5], g[7];
+  const Vec3 s(g[3], g[6], g[8]);
+  const double w = g[9];
+  const Vec3& m = plane.n;
+
+  // M B^T, column by column: three numbers and a fourth; the third column is -[s; w].
+  const Vec3 u1 = P * plane.e1 + plane.c1_m * s;
+  const Vec3 u2 = P * plane.e2 + plane.c2_m * s;
+  const double w1 = s.dot(plane.e1) + plane.c1_m * w;
+  const double w2 = s.dot(plane.e2) + plane.c2_m * w;
+  const Vec3 um = P * m + plane.c_m * s;  // M rho
+  const double wm = s.dot(m) + plane.c_m * w;
+
+  Mat3 S;
+  S(0, 0) = plane.e1.dot(u1) + plane.c1_m * w1 + 1.0 / plane.var_tilt1;
+  S(0, 1) = S(1, 0) = plane.e1.dot(u2) + plane.c1_m * w2;
+  S(0, 2) = S(2, 0) = -w1;
+  S(1, 1) = plane.e2.dot(u2) + plane.c2_m * w2 + 1.0 / plane.var_tilt2;
+  S(1, 2) = S(2, 1) = -w2;
+  S(2, 2) = w + 1.0 / plane.var_offset;
+  Eigen::Matrix<double, 6, 3> HA;
+  HA << u1.cross(m), u2.cross(m), -s.cross(m), w1 * plane.n_odom, w2 * plane.n_odom,
+      -w * plane.n_odom;
+  const Vec3 A_rho(plane.e1.dot(um) + plane.c1_m * wm, plane.e2.dot(um) + plane.c2_m * wm, -wm);
+  const Eigen::Matrix<double, 6, 3> K = HA * S.inverse();
+
+  const Mat3 minus_skew = -skew(m);
+  const Vec3 arm = s.cross(m);
+  system.I.topLeftCorner<3, 3>() += minus_skew * P * minus_skew.transpose();
+  system.I.topRightCorner<3, 3>() += arm * plane.n_odom.transpose();
+  system.I.bottomLeftCorner<3, 3>() += plane.n_odom * arm.transpose();
+  system.I.bottomRightCorner<3, 3>() += w * plane.n_odom * plane.n_odom.transpose();
+  system.I.noalias() -= K * HA.transpose();
+  system.b.head<3>() += um.cross(m);
+  system.b.tail<3>() += wm * plane.n_odom;
+  system.b.noalias() -= K * A_rho;
+}
+
+void Matcher::add_group(const Group& group, const PlaneMap& map, const SE3& T_odom_body,
+                        LidarSystem& system) {
   const Plane& plane = map.plane(group.plane);
   const Mat3& R = T_odom_body.R;
-  const Vec3 m = R.transpose() * plane.n;
   const Vec3 t = T_odom_body.p - plane.q;
   const double* g = group.m;
-  Eigen::Matrix4d M;
-  M << g[0], g[1], g[2], g[3], g[1], g[4], g[5], g[6], g[2], g[5], g[7], g[8], g[3], g[6], g[8],
-      g[9];
-  Eigen::Matrix<double, 6, 4> L = Eigen::Matrix<double, 6, 4>::Zero();
-  L.block<3, 3>(0, 0) = -skew(m);
-  L.block<3, 1>(3, 3) = plane.n;
-  Eigen::Vector4d rho;
-  rho << m, plane.n.dot(t);
-  Eigen::Matrix<double, 3, 4> B;
-  B << (R.transpose() * plane.e1).transpose(), plane.e1.dot(t),
-      (R.transpose() * plane.e2).transpose(), plane.e2.dot(t), 0.0, 0.0, 0.0, -1.0;
-
-  const Eigen::Matrix<double, 6, 4> LM = L * M;
-  const Eigen::Matrix<double, 3, 4> BM = B * M;
-  Mat3 S = BM * B.transpose();
-  S.diagonal() += Vec3(1.0 / plane.var_tilt1, 1.0 / plane.var_tilt2, 1.0 / plane.var_offset);
-  const Eigen::Matrix<double, 6, 3> HA = LM * B.transpose();
-  const Eigen::Matrix<double, 6, 3> K = HA * S.inverse();
-  system.I.noalias() += LM * L.transpose() - K * HA.transpose();
-  system.b.noalias() += LM * rho - K * (BM * rho);
+  const Vec3 center = Vec3(g[3], g[6], g[8]) / g[9];
+  const PlaneInBody in_body{
+      R.transpose() * plane.n, R.transpose() * plane.e1, R.transpose() * plane.e2, plane.n,
+      plane.n.dot(t),          plane.e1.dot(t),          plane.e2.dot(t),          plane.var_tilt1,
+      plane.var_tilt2,         plane.var_offset};
+  if (group.points == 1) {
+    add_point(center, g[9], in_body, system);
+  } else {
+    add_moments(group, in_body, system);
+  }
 
   degeneracy::PlaneEvidence c;
   c.n_odom = plane.n;
   c.normal_covariance = plane.var_tilt1 * plane.e1 * plane.e1.transpose() +
                         plane.var_tilt2 * plane.e2 * plane.e2.transpose();
   c.weight = 1.0 / (1.0 / g[9] + plane.var_offset);
-  c.lever_odom_m = R * Vec3(g[3], g[6], g[8]) / g[9];
+  c.lever_odom_m = R * center;
   c.points = group.points;
   evidence_.push_back(c);
 }

@@ -79,6 +79,18 @@ class Matcher {
     int plane = -1;
   };
 
+  /// A plane seen from the body: a point p of the body lies c + n.p above it.
+  struct PlaneInBody {
+    geometry::Vec3 n, e1, e2;  // body
+    geometry::Vec3 n_odom;
+    double c_m, c1_m, c2_m;  // along n, e1, e2
+    double var_tilt1, var_tilt2, var_offset;
+  };
+
+  static void add_point(const geometry::Vec3& p, double w, const PlaneInBody& plane,
+                        LidarSystem& system);
+  static void add_moments(const Group& group, const PlaneInBody& plane, LidarSystem& system);
+
   [[nodiscard]] double point_variance(const Point& p, double cos_incidence,
                                       double plane_var_m2) const;
   void add_group(const Group& group, const PlaneMap& map, const geometry::SE3& T_odom_body,

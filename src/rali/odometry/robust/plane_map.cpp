@@ -39,7 +39,8 @@ Vec3 child_center(const Vec3& center, double half_m, int child) {
 
 }  // namespace
 
-PlaneMap::PlaneMap(const PlaneMapSettings& settings) : settings_(settings), slots_(1 << 12) {}
+PlaneMap::PlaneMap(const PlaneMapSettings& settings)
+    : settings_(settings), inverse_voxel_(1.0 / settings.voxel_m), slots_(1 << 12) {}
 
 int PlaneMap::root_cell(int ix, int iy, int iz) const {
   const std::uint64_t key = voxel_key(ix, iy, iz);
@@ -50,6 +51,17 @@ int PlaneMap::root_cell(int ix, int iy, int iz) const {
   return -1;
 }
 
+/// New empty cells; the index of the first.
+int PlaneMap::add_cells(std::size_t n) {
+  const std::size_t first = nodes_.size();
+  nodes_.resize(first + n);
+  gathered_.resize(first + n);
+  for (std::size_t k = first; k < first + n; ++k) {
+    gathered_[k].refit_at = settings_.plane.points_min;
+  }
+  return static_cast<int>(first);
+}
+
 int PlaneMap::find_or_make_root(int ix, int iy, int iz) {
   const std::uint64_t key = voxel_key(ix, iy, iz);
   std::uint64_t mask = slots_.size() - 1;
@@ -58,8 +70,7 @@ int PlaneMap::find_or_make_root(int ix, int iy, int iz) {
     if (slots_[s].key == key) return slots_[s].cell;
     s = (s + 1) & mask;
   }
-  const int cell = static_cast<int>(cells_.size());
-  cells_.emplace_back().refit_at = settings_.plane.points_min;
+  const int cell = add_cells(1);
   slots_[s] = {key, cell};
   if (++roots_ * 2 > slots_.size()) grow();
   return cell;
@@ -78,7 +89,7 @@ void PlaneMap::grow() {
 }
 
 void PlaneMap::insert(const Vec3& p_odom_m, const geometry::Vec3f& ray_odom, double epoch) {
-  const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
+  const CellIndex i = cell_of(p_odom_m, inverse_voxel_);
   const int cell = find_or_make_root(i.x, i.y, i.z);
   insert_at(cell, center_of(i.x, i.y, i.z, settings_.voxel_m), 0.5 * settings_.voxel_m, 0, p_odom_m,
             ray_odom, epoch);
@@ -87,65 +98,66 @@ void PlaneMap::insert(const Vec3& p_odom_m, const geometry::Vec3f& ray_odom, dou
 void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level, const Vec3& p,
                          const geometry::Vec3f& ray, double epoch) {
   Vec3 center = origin;
-  while (cells_[static_cast<std::size_t>(index)].children >= 0) {
+  int children = nodes_[static_cast<std::size_t>(index)].children;
+  while (children >= 0) {
     const int child = octant(p, center);
-    index = cells_[static_cast<std::size_t>(index)].children + child;
+    index = children + child;
     center = child_center(center, half_m, child);
     half_m *= 0.5;
     ++level;
+    children = nodes_[static_cast<std::size_t>(index)].children;
   }
-  Cell& cell = cells_[static_cast<std::size_t>(index)];
-  if (cell.frozen) return;
-  cell.sums.add(p - center, ray, epoch);
-  if (cell.sums.n >= cell.refit_at) refit(index, center, level);
+  if (children == kFrozen) return;
+  Gathered& gathered = gathered_[static_cast<std::size_t>(index)];
+  gathered.sums.add(p - center, ray, epoch);
+  if (gathered.sums.n >= gathered.refit_at) refit(index, center, level);
 }
 
 void PlaneMap::refit(int index, const Vec3& origin, int level) {
-  Cell& cell = cells_[static_cast<std::size_t>(index)];
+  Node& node = nodes_[static_cast<std::size_t>(index)];
+  Gathered& gathered = gathered_[static_cast<std::size_t>(index)];
+  const int n = gathered.sums.n;
   Plane plane;
   const bool finest = level + 1 == kLevels;
   const double edge_m = settings_.voxel_m / static_cast<double>(1 << level);
-  const FitResult fit = fit_plane(cell.sums, origin, edge_m, finest, settings_.plane, plane);
-  cell.refit_at =
-      std::max(cell.sums.n + 1, static_cast<int>(std::ceil(cell.sums.n * settings_.refit_growth)));
+  const FitResult fit = fit_plane(gathered.sums, origin, edge_m, finest, settings_.plane, plane);
+  gathered.refit_at = std::max(n + 1, static_cast<int>(std::ceil(n * settings_.refit_growth)));
   if (fit == FitResult::kPlane) {
-    if (cell.plane < 0) {
-      cell.plane = static_cast<int>(planes_.size());
+    if (node.plane < 0) {
+      node.plane = static_cast<int>(planes_.size());
       planes_.push_back(plane);
     } else {
-      planes_[static_cast<std::size_t>(cell.plane)] = plane;
+      planes_[static_cast<std::size_t>(node.plane)] = plane;
     }
-    cell.frozen = cell.sums.n >= settings_.freeze_points;
+    if (n >= settings_.freeze_points) node.children = kFrozen;
     return;
   }
   if (fit == FitResult::kTooFew) return;
+  node.plane = -1;
   if (finest) {
-    cell.plane = -1;
-    cell.frozen = cell.sums.n >= settings_.freeze_points;  // never a plane: stop trying
+    if (n >= settings_.freeze_points) node.children = kFrozen;  // never a plane: stop trying
     return;
   }
   // What it held is forgotten: its points cannot be told apart any more, and more will come.
-  const int children = static_cast<int>(cells_.size());
-  for (int k = 0; k < 8; ++k) cells_.emplace_back().refit_at = settings_.plane.points_min;
-  Cell& parent = cells_[static_cast<std::size_t>(index)];  // the vector may have moved
-  parent.children = children;
-  parent.plane = -1;
+  const int children = add_cells(8);
+  nodes_[static_cast<std::size_t>(index)].children = children;  // the vector may have moved
 }
 
 int PlaneMap::descend(int index, const Vec3& origin, const Vec3& p) const {
   Vec3 center = origin;
   double half_m = 0.5 * settings_.voxel_m;
-  while (cells_[static_cast<std::size_t>(index)].children >= 0) {
+  Node node = nodes_[static_cast<std::size_t>(index)];
+  while (node.children >= 0) {
     const int child = octant(p, center);
-    index = cells_[static_cast<std::size_t>(index)].children + child;
+    node = nodes_[static_cast<std::size_t>(node.children + child)];
     center = child_center(center, half_m, child);
     half_m *= 0.5;
   }
-  return cells_[static_cast<std::size_t>(index)].plane;
+  return node.plane;
 }
 
 int PlaneMap::find(const Vec3& p_odom_m) const {
-  const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
+  const CellIndex i = cell_of(p_odom_m, inverse_voxel_);
   const int root = root_cell(i.x, i.y, i.z);
   if (root < 0) return -1;
   return descend(root, center_of(i.x, i.y, i.z, settings_.voxel_m), p_odom_m);
@@ -169,7 +181,7 @@ void PlaneMap::consider(int ix, int iy, int iz, const Vec3& p, int& best, double
 }
 
 int PlaneMap::find_near(const Vec3& p_odom_m) const {
-  const CellIndex i = cell_of(p_odom_m, 1.0 / settings_.voxel_m);
+  const CellIndex i = cell_of(p_odom_m, inverse_voxel_);
   int best = -1;
   double best_m = 0.0;
   const Vec3 d = p_odom_m - center_of(i.x, i.y, i.z, settings_.voxel_m);
@@ -205,22 +217,22 @@ std::size_t PlaneMap::prune(const Vec3& center_odom_m) {
 }
 
 void PlaneMap::copy_tree(const PlaneMap& from, int source, int target) {
-  const Cell cell = from.cells_[static_cast<std::size_t>(source)];
-  Cell copy = cell;
-  if (cell.plane >= 0) {
-    copy.plane = static_cast<int>(planes_.size());
-    planes_.push_back(from.plane(cell.plane));
+  Node node = from.nodes_[static_cast<std::size_t>(source)];
+  gathered_[static_cast<std::size_t>(target)] = from.gathered_[static_cast<std::size_t>(source)];
+  if (node.plane >= 0) {
+    planes_.push_back(from.plane(node.plane));
+    node.plane = static_cast<int>(planes_.size()) - 1;
   }
-  if (cell.children >= 0) {
-    copy.children = static_cast<int>(cells_.size());
-    cells_.resize(cells_.size() + 8);
-    for (int k = 0; k < 8; ++k) copy_tree(from, cell.children + k, copy.children + k);
+  if (node.children >= 0) {
+    const int children = node.children;
+    node.children = add_cells(8);
+    for (int k = 0; k < 8; ++k) copy_tree(from, children + k, node.children + k);
   }
-  cells_[static_cast<std::size_t>(target)] = copy;
+  nodes_[static_cast<std::size_t>(target)] = node;
 }
 
 std::uint64_t PlaneMap::hash() const {
-  std::uint64_t h = 0x9e3779b97f4a7c15ULL ^ cells_.size();
+  std::uint64_t h = 0x9e3779b97f4a7c15ULL ^ nodes_.size();
   for (const Plane& p : planes_) {
     for (int k = 0; k < 3; ++k) {
       h = hash_key(h ^ std::bit_cast<std::uint64_t>(p.q[k]));

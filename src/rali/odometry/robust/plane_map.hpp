@@ -68,12 +68,19 @@ class PlaneMap {
  private:
   static constexpr int kLevels = 3;
 
-  struct Cell {
+  /// What a search reads of a cell: small, so that eight children are one line of the cache.
+  struct Node {
+    int plane = -1;          ///< index into planes_
+    int children = kGather;  ///< index of the first of eight cells, or one of the two below
+  };
+
+  static constexpr int kGather = -1;  ///< no children: the cell takes points
+  static constexpr int kFrozen = -2;  ///< no children: it takes no more
+
+  /// What a cell has gathered.
+  struct Gathered {
     PointSums sums;
-    int plane = -1;     ///< index into planes_
-    int children = -1;  ///< index of the first of eight cells
     int refit_at = 0;
-    bool frozen = false;
   };
 
   struct Slot {
@@ -82,6 +89,7 @@ class PlaneMap {
   };
 
   int root_cell(int ix, int iy, int iz) const;
+  int add_cells(std::size_t n);
   int find_or_make_root(int ix, int iy, int iz);
   void grow();
   void insert_at(int cell, const geometry::Vec3& origin, double half_m, int level,
@@ -92,8 +100,10 @@ class PlaneMap {
   void consider(int ix, int iy, int iz, const geometry::Vec3& p, int& best, double& best_m) const;
 
   PlaneMapSettings settings_;
+  double inverse_voxel_ = 1.0;  ///< [1/m]
   std::vector<Slot> slots_;
-  std::vector<Cell> cells_;
+  std::vector<Node> nodes_;
+  std::vector<Gathered> gathered_;  ///< beside nodes_
   std::vector<Plane> planes_;
   std::size_t roots_ = 0;
 };
