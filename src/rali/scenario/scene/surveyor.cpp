@@ -17,22 +17,20 @@ bool is_given(const Vec3& p) { return !std::isnan(p.x()); }
 
 Result<Vec3> Surveyor::on_ground(const Vec3& p, const std::string& name,
                                  const std::string& where) const {
-  const double wanted = std::isnan(p.z()) ? 0.0 : p.z();
   const std::vector<double> heights = clearance_.surfaces_at(p.x(), p.y());
   if (heights.empty()) {
     return fail(ErrorCode::kUsage, where,
                 fmt::format("{} has no ground below it at [{:.2f}, {:.2f}]", name, p.x(), p.y()),
                 "Put it inside the free space.");
   }
-  double best = heights.front();
-  const auto rank = [&](double z) {
-    const bool fits = clearance_.free_at({p.x(), p.y(), z}, shape_);
-    return std::pair(!fits, std::abs(z - wanted));
-  };
-  for (const double z : heights) {
-    if (rank(z) < rank(best)) best = z;
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < heights.size() && !std::isnan(p.z()); ++i) {
+    if (std::abs(heights[i] - p.z()) < std::abs(heights[best] - p.z())) best = i;
   }
-  const Vec3 place(p.x(), p.y(), best);
+  // From the underside of a floor to its upper side; a table is higher than that.
+  constexpr double kSlab_m = 0.35;
+  while (best + 1 < heights.size() && heights[best + 1] - heights[best] < kSlab_m) ++best;
+  const Vec3 place(p.x(), p.y(), heights[best]);
   if (!clearance_.free_at(place, shape_)) {
     return fail(ErrorCode::kUsage, where,
                 fmt::format("{} stands in a wall or too near to one at [{:.2f}, {:.2f}]: it "

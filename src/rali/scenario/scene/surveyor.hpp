@@ -22,7 +22,7 @@ class Surveyor {
  public:
   explicit Surveyor(const sim::TriangleMesh& mesh) : mesh_(&mesh), clearance_(mesh) {}
 
-  /// The given point on the ground: where a vehicle fits, nearest to the given height or to 0.
+  /// The given point on the ground: the surface nearest to its height; the lowest if it has none.
   /// Errors (kUsage): no ground; in a wall or too near to one.
   [[nodiscard]] Result<geometry::Vec3> on_ground(const geometry::Vec3& p, const std::string& name,
                                                  const std::string& where) const;
