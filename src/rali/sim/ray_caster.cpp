@@ -42,17 +42,23 @@ struct RayCaster::Impl {
     rtcReleaseGeometry(geometry);
     rtcCommitScene(scene);
     RALI_ASSERT(rtcGetDeviceError(device) == RTC_ERROR_NONE);
+    // "threads=1" has limited TBB to one thread in the whole process, for as long as the device
+    // lives. A second device that wishes nothing takes that back.
+    unlimited = rtcNewDevice("set_affinity=0");
+    RALI_ASSERT(unlimited != nullptr);
   }
 
   ~Impl() {
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
+    rtcReleaseDevice(unlimited);
   }
 
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   RTCDevice device = nullptr;
+  RTCDevice unlimited = nullptr;
   RTCScene scene = nullptr;
   std::vector<geometry::Vec3f> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
