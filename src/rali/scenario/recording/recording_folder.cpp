@@ -30,6 +30,7 @@ bool is_ours(const fs::path& folder, std::string_view relative_folder, std::stri
   constexpr std::array<std::string_view, 5> kTop = {"ranges.csv", "radio.csv", "fleet.yaml",
                                                     "scene.yaml", "simulation.json"};
   constexpr std::array<std::string_view, 3> kTruth = {"ranges.csv", "biases.csv", "mesh.ply"};
+  const bool dressed = undressed(name).size() != name.size();
   name = undressed(name);
   const std::size_t dot = name.find('.');
   const std::string_view stem = name.substr(0, dot);
@@ -37,6 +38,7 @@ bool is_ours(const fs::path& folder, std::string_view relative_folder, std::stri
   if (relative_folder.empty()) {
     if (std::find(kTop.begin(), kTop.end(), name) != kTop.end()) return true;
     if (!is_vehicle(stem)) return false;
+    if (dressed) return true;
     return end == ".mcap" || end == ".bag" ||
            (end.empty() && fs::exists(folder / std::string(name) / "metadata.yaml"));
   }
@@ -66,7 +68,12 @@ void remove_in(const fs::path& root, std::string_view relative, std::error_code&
                         [](const fs::path& p) { return p.filename() != "simulation.json"; });
   for (const fs::path& path : found) {
     if (fs::is_directory(path, error)) {
-      remove_rosbag2(path, error);
+      // What bears a temporary name is ours with all that is in it.
+      if (path.filename().string().front() == '.') {
+        fs::remove_all(path, error);
+      } else {
+        remove_rosbag2(path, error);
+      }
     } else if (!error) {
       fs::remove(path, error);
     }

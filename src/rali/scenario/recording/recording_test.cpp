@@ -317,6 +317,19 @@ TEST(RecordingFolder, of_others_is_never_touched) {
   EXPECT_EQ(bytes_of(folder / "v1.mcap"), "precious");
 }
 
+TEST(RecordingFolder, what_a_killed_run_left_can_be_overwritten) {
+  const Folder folder;
+  fs::create_directories(folder / "truth");
+  fs::create_directories(folder / ".v1.tmp/v1");
+  for (const char* name : {"simulation.json", ".v2.mcap.tmp", ".ranges.csv.tmp",
+                           ".v1.tmp/v1/v1_0.db3", "truth/.v1.tum.tmp", "truth/mesh.ply"}) {
+    std::ofstream(folder / name) << "half";
+  }
+  ASSERT_TRUE(prepare_recording_folder(folder.text(), true).has_value());
+  EXPECT_TRUE(contents(folder.text()).empty());
+  EXPECT_FALSE(fs::exists(folder / ".v1.tmp"));
+}
+
 TEST(RecordingFolder, overwriting_removes_only_what_simulate_wrote) {
   const Folder folder;
   (void)written(into(folder, RecordingFormat::kRosbag2));
