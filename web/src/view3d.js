@@ -1,7 +1,7 @@
 // The map to turn: points coloured by height, expected error or vehicle, ways, blind stretches.
 import {
-  AxesHelper, Box3, BufferAttribute, BufferGeometry, Color, ColorManagement, Line,
-  LineBasicMaterial, LinearSRGBColorSpace, PerspectiveCamera, Plane, Points, PointsMaterial, Scene,
+  AxesHelper, Box3, BufferAttribute, BufferGeometry, Color, ColorManagement,
+  LinearSRGBColorSpace, PerspectiveCamera, Plane, Points, PointsMaterial, Scene,
   Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
@@ -31,14 +31,23 @@ function make_points(data) {
   return new Points(geometry, material);
 }
 
-function make_line(values, colour) {
+/** Dots of one size along a way. Seen through walls: ways are what one looks for. */
+function make_dots(values, colour, size, order) {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(values, 3));
-  // Ways are seen through walls: they are what one looks for.
-  const material = new LineBasicMaterial({color: new Color(colour), depthTest: false});
-  const line = new Line(geometry, material);
-  line.renderOrder = 1;
-  return line;
+  const material = new PointsMaterial(
+    {color: new Color(colour), size, sizeAttenuation: false, depthTest: false});
+  const dots = new Points(geometry, material);
+  dots.renderOrder = order;
+  return dots;
+}
+
+/** A way with a white border; lines of WebGL are one pixel wide, so it is made of dots. */
+function add_way(scene, way) {
+  const values = float32_of(way.points);
+  const size = way.truth ? 2 : 3.5;
+  if (!way.truth) scene.add(make_dots(values, '#ffffff', size + 3, 1));
+  scene.add(make_dots(values, way.colour, size, 2));
 }
 
 function unpack(json) {
@@ -74,7 +83,7 @@ function fill(scene, json) {
   const data = unpack(json);
   const points = make_points(data);
   if (data.count > 0) scene.add(points);
-  for (const way of json.ways) scene.add(make_line(float32_of(way.points), way.colour));
+  for (const way of json.ways) add_way(scene, way);
   const axes = new AxesHelper(2);
   axes.isAxes = true;
   scene.add(axes);

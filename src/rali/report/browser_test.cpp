@@ -92,18 +92,5 @@ TEST(Browser, opens_a_page_without_a_map) {
   EXPECT_FALSE(has(page.complaints, "Uncaught")) << page.complaints;
 }
 
-/// For looking: with RALI_REPORT_SAMPLES=DIR a page of ten invented vehicles is left there.
-TEST(Samples, are_written_where_asked_for) {
-  const char* dir = std::getenv("RALI_REPORT_SAMPLES");
-  if (dir == nullptr) GTEST_SKIP() << "RALI_REPORT_SAMPLES is not set";
-  const io::TestFolder folder;
-  TestRun run;
-  run.vehicles = test_names(10);
-  run.fleet = run.truth = true;
-  run.points = 200'000;
-  write_test_run(folder, run);
-  EXPECT_TRUE(write_report(folder.path(), std::string(dir) + "/ten.html"));
-}
-
 }  // namespace
 }  // namespace rali::report

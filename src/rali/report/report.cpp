@@ -95,8 +95,10 @@ std::string page(const std::string& title, const std::string& subtitle,
 std::string report_html(const RunData& run) {
   std::vector<std::string> names;
   for (const VehicleView& v : run.vehicles) names.push_back(v.name);
-  const std::string title =
-      names.empty() ? "RaLI map" : fmt::format("RaLI map of {}", names_text(names));
+  const std::string title = names.empty() ? "RaLI map"
+                            : names.size() > 4
+                                ? fmt::format("RaLI map of {} vehicles", names.size())
+                                : fmt::format("RaLI map of {}", names_text(names));
   const std::string subtitle = run.version.empty()
                                    ? std::string("report")
                                    : fmt::format("report of rali {}", escaped(run.version));

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -80,11 +81,15 @@ ViewAxes side_axes(const RunData& run) {
 
 std::string legend(const MapView& view) {
   std::string out = "<p class=\"legend\">";
+  bool truth = false;
   for (const MapWay& way : view.ways) {
+    // All truths are drawn alike.
+    const bool is_truth = way.blind == nullptr;
+    if (is_truth && std::exchange(truth, true)) continue;
     out += fmt::format(
         "<span><svg width=\"30\" height=\"8\"><path d=\"M0 4H30\" stroke=\"{}\" "
         "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {}</span>",
-        css(way.style.colour), way.style.dash, escaped(way.label));
+        css(way.style.colour), way.style.dash, is_truth ? "truth" : escaped(way.label));
   }
   bool blind = false;
   for (const MapWay& way : view.ways) blind |= way.blind != nullptr && !way.blind->empty();

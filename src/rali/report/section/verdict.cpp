@@ -68,6 +68,19 @@ std::string error_sentence(const RunData& run) {
   return text + '.';
 }
 
+constexpr std::size_t kNamesMax = 3;
+
+std::string blind_sentence_of_many(const RunData& run, std::size_t blind) {
+  const auto worst = std::max_element(
+      run.vehicles.begin(), run.vehicles.end(), [](const VehicleView& a, const VehicleView& b) {
+        return a.numbers.blind_share.value_or(0.0) < b.numbers.blind_share.value_or(0.0);
+      });
+  return fmt::format(
+      "The LiDAR was blind in one direction at times for {} of {} vehicles, most for {}: {} of its "
+      "way.",
+      blind, run.vehicles.size(), escaped(worst->name), percent(worst->numbers.blind_share));
+}
+
 std::string blind_sentence(const RunData& run) {
   std::vector<std::string> parts;
   bool known = false;
@@ -80,10 +93,10 @@ std::string blind_sentence(const RunData& run) {
                                 percent(v.numbers.blind_held_share)));
   }
   if (!known) return "Whether the LiDAR was blind anywhere is not known.";
+  if (parts.size() > kNamesMax) return blind_sentence_of_many(run, parts.size());
   if (parts.empty()) return "The LiDAR saw enough in every direction, on the whole way.";
   std::string text = "The LiDAR was blind in one direction on ";
-  for (std::size_t i = 0; i < parts.size() && i < 4; ++i) text += (i > 0 ? ", " : "") + parts[i];
-  if (parts.size() > 4) text += fmt::format(" and {} more", parts.size() - 4);
+  for (std::size_t i = 0; i < parts.size(); ++i) text += (i > 0 ? ", " : "") + parts[i];
   return text + '.';
 }
 

@@ -140,6 +140,7 @@ Json scene_json(const RunData& run) {
                             {"points", packed_way(v.way, centre)}});
     if (v.truth.empty()) continue;
     json["ways"].push_back({{"name", v.name + " truth"},
+                            {"truth", true},
                             {"colour", css(kTruthColour)},
                             {"points", packed_way(v.truth, centre)}});
   }
