@@ -1,6 +1,8 @@
 #include "rali/drive/output/out_dir.hpp"
 
 #include <filesystem>
+#include <span>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -110,6 +112,35 @@ TEST(Status, holds_the_hash_of_every_output_but_the_exempt_ones) {
   // FIPS 180-4, example of "abc".
   EXPECT_EQ(json["files"]["map.pcd"],
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(Status, takes_a_later_output_less_what_may_differ) {
+  const io::TestFolder folder;
+  folder.write("metrics.json", "{}");
+  ASSERT_TRUE(write_status(folder.path(), "complete", true));
+  std::string hashes[2];
+  for (int i = 0; i < 2; ++i) {
+    folder.write("report.html", i == 0 ? "a<b>1 s<e>c" : "a<b>22 s<e>c");
+    ASSERT_TRUE(add_to_status(folder.path(), "report.html", "<b>", "<e>"));
+    const auto json = nlohmann::json::parse(folder.read("status.json"));
+    EXPECT_TRUE(json["files"].contains("metrics.json"));
+    EXPECT_EQ(json["status"], "complete");
+    hashes[i] = json["files"]["report.html"].get<std::string>();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], io::sha256_hex(std::as_bytes(std::span("a<e>c", 5))));
+  folder.write("report.html", "a<b>22 s<e>d");
+  ASSERT_TRUE(add_to_status(folder.path(), "report.html", "<b>", "<e>"));
+  EXPECT_NE(nlohmann::json::parse(folder.read("status.json"))["files"]["report.html"], hashes[0]);
+}
+
+TEST(Status, that_is_damaged_or_absent_takes_no_output) {
+  const io::TestFolder folder;
+  folder.write("report.html", "x");
+  EXPECT_TRUE(add_to_status(folder.path(), "report.html", "<b>", "<e>"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("status.json")));
+  folder.write("status.json", "{\"files\": 3}");
+  EXPECT_FALSE(add_to_status(folder.path(), "report.html", "<b>", "<e>"));
 }
 
 }  // namespace

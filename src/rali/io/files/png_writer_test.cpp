@@ -10,7 +10,8 @@ namespace {
 /// Reads what the writer may write: one fixed block with matches at distance 3.
 class Inflate {
  public:
-  explicit Inflate(std::vector<std::byte> bytes) : bytes_(std::move(bytes)) {}
+  explicit Inflate(std::vector<std::byte> bytes, std::size_t pixel_bytes = 3)
+      : bytes_(std::move(bytes)), pixel_bytes_(pixel_bytes) {}
 
   std::vector<std::uint8_t> run() {
     EXPECT_EQ(bits(3), 3U) << "last block, fixed codes";
@@ -28,8 +29,8 @@ class Inflate {
         const std::uint32_t extra = (symbol - 261) / 4;
         length = 3 + ((4 + (symbol - 261) % 4) << extra) + bits(static_cast<int>(extra));
       }
-      EXPECT_EQ(reversed(5), 2U) << "distance 3";
-      for (std::size_t i = 0; i < length; ++i) out.push_back(out[out.size() - 3]);
+      EXPECT_EQ(reversed(5), pixel_bytes_ - 1) << "one pixel back";
+      for (std::size_t i = 0; i < length; ++i) out.push_back(out[out.size() - pixel_bytes_]);
     }
   }
 
@@ -60,6 +61,7 @@ class Inflate {
   }
 
   std::vector<std::byte> bytes_;
+  std::size_t pixel_bytes_;
   std::size_t at_ = 0;
 };
 
@@ -129,6 +131,25 @@ TEST(Png, refuses_images_whose_bytes_do_not_fit) {
   EXPECT_FALSE(write_png(folder.path("a.png"), image_of(0, 5, {})));
   EXPECT_EQ(folder.files(), 0U);
   EXPECT_TRUE(write_png(folder.path("a.png"), image_of(1, 1, {1, 2, 3})));
+}
+
+TEST(PngWriter, writes_a_palette_and_one_byte_per_pixel) {
+  IndexedImage image;
+  image.width = 5;
+  image.height = 2;
+  image.palette = {{255, 255, 255}, {1, 2, 3}};
+  image.index = {0, 0, 0, 0, 0, 1, 0, 1, 1, 1};
+  const std::vector<std::byte> png = png_bytes(image);
+  EXPECT_EQ(std::to_integer<int>(png[25]), 3) << "colour type: palette";
+  EXPECT_EQ(u32_at(png, 33), 6U) << "length of PLTE";
+  EXPECT_EQ(std::to_integer<int>(png[44]), 1);
+  EXPECT_EQ(std::to_integer<int>(png[46]), 3);
+  const std::size_t idat = 33 + 12 + 6;
+  const std::size_t length = u32_at(png, idat);
+  const auto begin = png.begin() + static_cast<std::ptrdiff_t>(idat) + 8 + 2;
+  const std::vector<std::byte> stream(begin, begin + static_cast<std::ptrdiff_t>(length - 6));
+  EXPECT_EQ(Inflate(stream, 1).run(),
+            (std::vector<std::uint8_t>{0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 1, 1}));
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ void draw_axes(const MapView& view, const Frame& f, std::string& out) {
       "[m]{}</text>\n",
       f.left + 0.5 * f.width, f.top + f.height + 30.0, kAxisNames[view.axes.right],
       f.top + 0.5 * f.height, kAxisNames[view.axes.up],
-      f.stretch > 1.0 ? fmt::format(", {:.0f} x higher", f.stretch) : "");
+      f.stretch > 1.0 ? fmt::format(", x {:.0f}", f.stretch) : "");
 }
 
 /// A bar of a round length, about a sixth of the width, in the lower left.

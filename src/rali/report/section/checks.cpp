@@ -111,7 +111,7 @@ Check blind_check(const RunData& run) {
   }
   if (check.state == CheckState::kGood) check.found = "none met";
   if (check.state == CheckState::kLook) {
-    check.found = worst > 0.0 ? fmt::format("{} of the way of {} blind and held by inertia alone",
+    check.found = worst > 0.0 ? fmt::format("{} of the way of {} blind and held by no range",
                                             percent(worst), escaped(name))
                               : std::string("met, and held by ranges everywhere");
   }
@@ -201,7 +201,7 @@ std::string doubt_of_vehicles(const RunData& run) {
   }
   if (worst != nullptr && unheld_share(worst->numbers) > kUnheldShare) {
     return fmt::format(
-        "{} was blind on {} of its way with nothing but inertia to hold it: its "
+        "{} was blind on {} of its way and no range held it there: its "
         "length along the blind axis may be wrong.",
         escaped(worst->name), percent(unheld_share(worst->numbers)));
   }

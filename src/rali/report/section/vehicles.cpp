@@ -128,7 +128,7 @@ std::string spans_table(const VehicleView& v) {
     table.row({fixed(b.begin_s, 1) + " s", fixed(b.end_s, 1) + " s",
                metres(way_m(v, b.begin_s, b.end_s)), axis_words(b.axis),
                std::isfinite(b.sigma_max_m) ? metres(b.sigma_max_m) : fixed(kUnknown, 0),
-               b.held_by.empty() ? "inertia alone" : "ranges to " + escaped(b.held_by)});
+               b.held_by.empty() ? "no range" : "ranges to " + escaped(b.held_by)});
   }
   std::string html = table.html();
   if (v.blind.size() > kSpansMax) {

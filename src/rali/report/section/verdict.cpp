@@ -88,9 +88,12 @@ std::string blind_sentence(const RunData& run) {
     if (!v.numbers.blind_share) continue;
     known = true;
     if (*v.numbers.blind_share <= 0.0) continue;
-    parts.push_back(fmt::format("{} of the way of {} ({} of it held by ranges)",
-                                percent(v.numbers.blind_share), escaped(v.name),
-                                percent(v.numbers.blind_held_share)));
+    std::string part = percent(v.numbers.blind_share) + " of the way";
+    if (run.vehicles.size() > 1) part += " of " + escaped(v.name);
+    if (run.ranges.total.value_or(0.0) > 0.0) {
+      part += fmt::format(" ({} of it held by ranges)", percent(v.numbers.blind_held_share));
+    }
+    parts.push_back(std::move(part));
   }
   if (!known) return "Whether the LiDAR was blind anywhere is not known.";
   if (parts.size() > kNamesMax) return blind_sentence_of_many(run, parts.size());
