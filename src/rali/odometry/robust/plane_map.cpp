@@ -1,5 +1,6 @@
 #include "rali/odometry/robust/plane_map.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -40,7 +41,10 @@ Vec3 child_center(const Vec3& center, double half_m, int child) {
 }  // namespace
 
 PlaneMap::PlaneMap(const PlaneMapSettings& settings)
-    : settings_(settings), inverse_voxel_(1.0 / settings.voxel_m), slots_(1 << 12) {}
+    : settings_(settings),
+      inverse_voxel_(1.0 / settings.voxel_m),
+      slots_(1 << 12),
+      prune_above_(static_cast<std::size_t>(settings.roots_max)) {}
 
 int PlaneMap::root_cell(int ix, int iy, int iz) const {
   const std::uint64_t key = voxel_key(ix, iy, iz);
@@ -196,7 +200,7 @@ int PlaneMap::find_near(const Vec3& p_odom_m) const {
 }
 
 std::size_t PlaneMap::prune(const Vec3& center_odom_m) {
-  if (roots_ <= static_cast<std::size_t>(settings_.roots_max)) return 0;
+  if (roots_ <= prune_above_) return 0;
   PlaneMap kept(settings_);
   const double radius2 = settings_.keep_radius_m * settings_.keep_radius_m;
   const std::size_t before = roots_;
@@ -212,6 +216,8 @@ std::size_t PlaneMap::prune(const Vec3& center_odom_m) {
     if ((center - center_odom_m).squaredNorm() > radius2) continue;
     kept.copy_tree(*this, slot.cell, kept.find_or_make_root(ix, iy, iz));
   }
+  const auto roots_max = static_cast<std::size_t>(settings_.roots_max);
+  kept.prune_above_ = std::max(roots_max, kept.roots_ + roots_max / 8);
   *this = std::move(kept);
   return before - roots_;
 }

@@ -57,7 +57,9 @@ class PlaneMap {
 
   [[nodiscard]] bool empty() const { return roots_ == 0; }
 
-  /// Forgets root cells farther than the keep radius from `center` if there are too many.
+  /// Forgets root cells farther than the keep radius from `center` if there are too many. Looked
+  /// for again only after roots_max / 8 new ones: it costs a copy of the map, which must not be
+  /// paid with every sweep where the radius alone holds too many.
   /// @return number of root cells forgotten.
   std::size_t prune(const geometry::Vec3& center_odom_m);
 
@@ -106,6 +108,7 @@ class PlaneMap {
   std::vector<Gathered> gathered_;  ///< beside nodes_
   std::vector<Plane> planes_;
   std::size_t roots_ = 0;
+  std::size_t prune_above_ = 0;  ///< roots
 };
 
 }  // namespace rali::odometry

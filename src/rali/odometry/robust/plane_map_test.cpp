@@ -162,6 +162,25 @@ TEST(PlaneMap, forgets_what_is_far_when_there_are_too_many_cells_and_keeps_the_r
   EXPECT_GE(map.find(Vec3(40.4, 0.4, 0.3)), 0);
 }
 
+TEST(PlaneMap, does_not_copy_itself_again_for_every_new_cell_after_pruning) {
+  PlaneMapSettings settings;
+  settings.roots_max = 40;
+  settings.keep_radius_m = 30.0;
+  PlaneMap map{settings};
+  const auto add = [&map](int first, int last, double x_m) {
+    for (int k = first; k < last; ++k) {
+      insert_patch(map, {Vec3(x_m + 0.8 * k + 0.4, 0.4, 0.3), Vec3::UnitZ()});
+    }
+  };
+  add(0, 36, 0.0);
+  add(0, 10, 400.0);
+  EXPECT_EQ(map.prune(Vec3::Zero()), 10U);
+  add(0, 5, 400.0);
+  EXPECT_EQ(map.prune(Vec3::Zero()), 0U);  // 41, but 36 + 40 / 8 are allowed now
+  add(5, 6, 400.0);
+  EXPECT_EQ(map.prune(Vec3::Zero()), 6U);
+}
+
 TEST(PlaneMap, keeps_split_cells_when_pruning) {
   PlaneMapSettings settings;
   settings.roots_max = 1;
