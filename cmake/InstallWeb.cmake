@@ -7,7 +7,8 @@ foreach(file package.json package-lock.json)
 endforeach()
 execute_process(
   COMMAND ${NPM} ci --ignore-scripts --prefer-offline --no-audit --no-fund --loglevel=error
-    --fetch-retries=2 --fetch-timeout=60000
+    --fetch-retries=2 --fetch-retry-mintimeout=500
+    --fetch-retry-maxtimeout=3000 --fetch-timeout=60000
   WORKING_DIRECTORY ${BUILD} RESULT_VARIABLE code OUTPUT_VARIABLE said ERROR_VARIABLE said)
 if(NOT code EQUAL 0)
   file(WRITE ${BUILD}/npm.log "${said}")

@@ -10,6 +10,11 @@
 #include "rali/report/report.hpp"
 
 namespace rali::report {
+
+namespace assets {
+std::string_view script();
+}
+
 namespace {
 
 std::optional<std::string> browser() {
@@ -41,8 +46,9 @@ bool has(const std::string& text, std::string_view part) {
   return text.find(part) != std::string::npos;
 }
 
-#define RALI_NEEDS_BROWSER() \
-  if (!browser()) GTEST_SKIP() << "NO BROWSER: chromium is not installed, the page was not opened"
+#define RALI_NEEDS_BROWSER()                                                               \
+  if (!browser()) GTEST_SKIP() << "NO BROWSER: chromium is not there, no page was opened"; \
+  if (assets::script().empty()) GTEST_SKIP() << "BUILT WITHOUT SCRIPTS (RALI_WEB)"
 
 TEST(Browser, shows_the_numbers_and_the_map_to_turn_without_an_error) {
   RALI_NEEDS_BROWSER();
