@@ -11,11 +11,11 @@ using geometry::Vec3;
 
 LidarOptions LidarOptions::of(Lidar kind) {
   LidarOptions o;
-  const auto set = [&](double noise_m, double resolution_m, double min_m, double max_m) {
-    o.noise_m = noise_m;
-    o.resolution_m = resolution_m;
-    o.min_range_m = min_m;
-    o.max_range_m = max_m;
+  const auto set = [&](double sigma_m, double step_m, double near_m, double far_m) {
+    o.noise_m = sigma_m;
+    o.resolution_m = step_m;
+    o.min_range_m = near_m;
+    o.max_range_m = far_m;
   };
   if (kind == Lidar::kRs16) set(0.02, 0.005, 0.4, 150.0);
   if (kind == Lidar::kVlp16) set(0.03, 0.002, 0.4, 100.0);

@@ -155,9 +155,28 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
 
 }  // namespace
 
+namespace {
+
+/// True if all corners lie farther than reach_m beside p along one axis.
+bool out_of_reach(const geometry::Vec3f& p, const geometry::Vec3f& a, const geometry::Vec3f& b,
+                  const geometry::Vec3f& c, float reach_m) {
+  const geometry::Vec3f low = a.cwiseMin(b).cwiseMin(c);
+  const geometry::Vec3f high = a.cwiseMax(b).cwiseMax(c);
+  return ((low - p).array() > reach_m).any() || ((p - high).array() > reach_m).any();
+}
+
+}  // namespace
+
 double RayCaster::distance_to_surface(const Vec3& point, double limit_m) const {
   double best = limit_m;
+  const geometry::Vec3f p = point.cast<float>();
+  constexpr float kRounding_m = 1e-3F;
   for (const std::array<std::uint32_t, 3>& t : impl_->triangles) {
+    const float reach_m = static_cast<float>(best) + kRounding_m;
+    if (out_of_reach(p, impl_->vertices[t[0]], impl_->vertices[t[1]], impl_->vertices[t[2]],
+                     reach_m)) {
+      continue;
+    }
     best = std::min(best, distance_to_triangle(point, impl_->vertices[t[0]].cast<double>(),
                                                impl_->vertices[t[1]].cast<double>(),
                                                impl_->vertices[t[2]].cast<double>()));
