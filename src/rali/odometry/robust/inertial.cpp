@@ -22,7 +22,12 @@ bool earlier(const ImuSample& a, Time t) { return a.t < t; }
 
 }  // namespace
 
-void InertialBuffer::add(const ImuSample& sample) { samples_.push_back(sample); }
+void InertialBuffer::add(const ImuSample& sample) {
+  // A recording whose LiDAR stays away must not fill the memory.
+  constexpr std::size_t kSamplesMax = 100'000;
+  if (samples_.size() >= kSamplesMax) samples_.pop_front();
+  samples_.push_back(sample);
+}
 
 void InertialBuffer::drop_before(Time t) {
   while (samples_.size() >= 2 && samples_[1].t <= t) samples_.pop_front();

@@ -18,7 +18,8 @@ using sensor::ImuSample;
 
 namespace {
 
-constexpr double kRestSpeedSigma_mps = 0.02;
+constexpr double kRestSpeedSigma_mps = 0.01;
+constexpr double kBiasSigmaShare = 0.2;  // of the accelerometer bias, of its bound
 
 /// Scans of the track within the last window_s.
 std::vector<TrackedPose> tail(const std::vector<TrackedPose>& track, double window_s) {
@@ -30,12 +31,20 @@ std::vector<TrackedPose> tail(const std::vector<TrackedPose>& track, double wind
   return out;
 }
 
-/// Covariance of gravity's direction as FilterState has it, from that of the vector.
-Eigen::Matrix2d direction_covariance(const Vec3& g_mps2, const Mat3& covariance) {
+/// Covariance of accelerometer bias and gravity's direction when gravity was taken from the force
+/// that was felt: a bias is then missing in gravity.
+/// @param rest  covariance of gravity for other reasons [(m/s2)^2], in odom
+Eigen::Matrix<double, 5, 5> bias_gravity_covariance(const Mat3& R_odom_body, const Vec3& g_mps2,
+                                                    double bias_sigma_mps2, const Mat3& rest) {
   // A turn by theta (at right angles to g) moves g by theta x g; solved for theta.
   const Eigen::Matrix<double, 2, 3> J =
       gravity_basis(g_mps2).transpose() * geometry::skew(g_mps2) / g_mps2.squaredNorm();
-  return J * covariance * J.transpose();
+  const Eigen::Matrix<double, 2, 3> J_bias = J * R_odom_body;
+  const double var = bias_sigma_mps2 * bias_sigma_mps2;
+  Eigen::Matrix<double, 5, 5> P;
+  P << var * Mat3::Identity(), var * J_bias.transpose(), var * J_bias,
+      var * J_bias * J_bias.transpose() + J * rest * J.transpose();
+  return P;
 }
 
 /// The LiDAR saw the vehicle move within the window.
@@ -75,13 +84,16 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   // from a tilt, which is what the covariance of gravity says.
   guess.accel_bias_mps2 =
       (all.accel_mean_mps2.norm() - settings.gravity_mps2) * all.accel_mean_mps2.normalized();
-  guess.accel_bias_sigma_mps2 = settings.accel_bias_bound_mps2 / 5.0;
-  guess.gravity_covariance = direction_covariance(
-      guess.g_odom_mps2, std::pow(guess.accel_bias_sigma_mps2, 2) * Mat3::Identity());
-  // Along a blind direction the LiDAR cannot prove that nothing moves.
-  const Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
-  guess.velocity_covariance = kRestSpeedSigma_mps * kRestSpeedSigma_mps * Mat3::Identity() +
-                              displacement / (duration_s * duration_s);
+  const double mean_var = blocks.accel_sd_mps2.cwiseAbs2().maxCoeff() / blocks.samples;
+  guess.bias_gravity_covariance = bias_gravity_covariance(
+      track.back().T_odom_body.R, guess.g_odom_mps2,
+      kBiasSigmaShare * settings.accel_bias_bound_mps2, mean_var * Mat3::Identity());
+  // Along a blind direction the LiDAR cannot prove that nothing moves; wheels that do not shake do.
+  guess.velocity_covariance = kRestSpeedSigma_mps * kRestSpeedSigma_mps * Mat3::Identity();
+  if (!(all.accel_sd_mps2.array() < settings.still_accel_sd_max_mps2).all()) {
+    const Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
+    guess.velocity_covariance += displacement / (duration_s * duration_s);
+  }
   return guess;
 }
 
@@ -210,12 +222,12 @@ std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& trac
   InitialGuess guess;
   guess.gyro_bias_radps = bias;
   guess.gyro_bias_sigma_radps = std::max(0.002, 0.01 / duration_s);
-  guess.accel_bias_sigma_mps2 = settings.accel_bias_bound_mps2 / 5.0;
   guess.g_odom_mps2 = settings.gravity_mps2 * (plausible ? g : g_guess).normalized();
-  const Mat3 bias_cov = std::pow(guess.accel_bias_sigma_mps2, 2) * Mat3::Identity();
-  guess.gravity_covariance =
-      plausible ? direction_covariance(guess.g_odom_mps2, 4.0 * g_cov + bias_cov)
-                : Eigen::Matrix2d(std::pow(kGravitySigmaLate_rad, 2) * Eigen::Matrix2d::Identity());
+  const double late_sigma = kGravitySigmaLate_rad * settings.gravity_mps2;
+  guess.bias_gravity_covariance = bias_gravity_covariance(
+      track.back().T_odom_body.R, guess.g_odom_mps2,
+      kBiasSigmaShare * settings.accel_bias_bound_mps2,
+      plausible ? Mat3(4.0 * g_cov) : Mat3(late_sigma * late_sigma * Mat3::Identity()));
   guess.v_odom_mps = fit.x.segment<3>(3) + guess.g_odom_mps2 * duration_s + force.dv.back();
   Eigen::Matrix<double, 3, 9> J = Eigen::Matrix<double, 3, 9>::Zero();
   J.middleCols<3>(3).setIdentity();

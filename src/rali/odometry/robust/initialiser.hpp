@@ -24,8 +24,9 @@ struct InitialGuess {
   geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
   geometry::Mat3 velocity_covariance = geometry::Mat3::Zero();  ///< [(m/s)^2], in odom
   double gyro_bias_sigma_radps = 0.0;
-  double accel_bias_sigma_mps2 = 0.0;
-  Eigen::Matrix2d gravity_covariance = Eigen::Matrix2d::Zero();  ///< [rad^2], FilterState's
+  /// Accelerometer bias [m/s2] and direction of gravity [rad] as in FilterState: what is taken for
+  /// one is missing in the other, their sum is known well.
+  Eigen::Matrix<double, 5, 5> bias_gravity_covariance = Eigen::Matrix<double, 5, 5>::Zero();
   bool at_rest = false;
 };
 

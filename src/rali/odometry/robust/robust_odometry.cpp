@@ -63,15 +63,19 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   trial.P.topLeftCorner<6, 6>().diagonal().head<3>().array() += 1e-4;
   trial.P.topLeftCorner<6, 6>().diagonal().tail<3>().array() += 1e-2;
   const UpdateResult seen =
-      update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_, axes_, false);
+      update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_, axes_, true);
   const geometry::Vec6 step = geometry::boxminus(trial.T_odom_body, before.T_odom_body);
   const bool moved = seen.matches >= settings_.update.matches_min &&
                      (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
-  if (moved || !standstill_.update(state_, imu_)) {
+  // A person who walks by a blind corridor looks like motion; a start is felt as well.
+  constexpr int kScansToBelieve = 5;
+  moved_scans_ = moved ? moved_scans_ + 1 : 0;
+  if (moved_scans_ >= kScansToBelieve || !standstill_.update(state_, imu_)) {
     // Motion shows late: what the pose missed since the window began is made up for.
     held_ = false;
     state_ = held_states_.empty() ? before : held_states_.front();
     held_states_.clear();
+    moved_scans_ = 0;
     standstill_.reset();
     return std::nullopt;
   }
@@ -107,6 +111,7 @@ void RobustOdometry::predict(Time t_end) {
   noise.gyro_walk = measured ? 0.0 : settings_.constant_velocity.rate_radps2_rthz;
   propagate_constant_velocity(state_, (t_end - state_.t).s(), noise);
   state_.t = t_end;
+  if (measured) stand_if_still();
 }
 
 SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
@@ -137,7 +142,7 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     const Vec3 v = state_.v;
     const Vec3 w = state_.gyro_bias_radps;
     state_ = predicted;
-    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, !inertial_);
+    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, inertial_);
     if (k == 0 && !inertial_) look_around(predicted, done);
     start = state_.T_odom_body;
     if ((state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01) break;

@@ -100,12 +100,32 @@ void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& don
   for (const SE3& start : search_pose(recent_, points_, guess, up, settings_.search)) {
     FilterState other = predicted;
     const UpdateResult elsewhere =
-        update_with_scan(other, matcher_, map_, start, settings_, axes_, true);
+        update_with_scan(other, matcher_, map_, start, settings_, axes_, false);
     if (elsewhere.fit > 1.05 * done.fit) {
       done = elsewhere;
       state_ = other;
     }
   }
+}
+
+/// Before gravity is known the LiDAR's poses slide along what it cannot see, and a young map holds
+/// little. While the inertial data are those of a vehicle whose wheels do not turn, and no known
+/// direction says otherwise, the speed is taken for zero.
+void RobustOdometry::stand_if_still() {
+  if (start_moved_) return;
+  const InitialisationSettings& init = settings_.initialisation;
+  const std::vector<sensor::ImuSample> samples = imu_.between(track_.front().t, state_.t);
+  const imu::ImuStatistics raw = imu::statistics(samples);
+  const bool still = raw.samples > 0 &&
+                     is_quiet(imu::statistics(block_means(samples)), init.rest) &&
+                     (raw.accel_sd_mps2.array() < init.still_accel_sd_max_mps2).all() &&
+                     raw.gyro_mean_radps.norm() < init.rest.gyro_mean_max_radps;
+  if (!still) return;
+  Eigen::Matrix<double, 3, kStateDim> H = Eigen::Matrix<double, 3, kStateDim>::Zero();
+  H.block<3, 3>(0, kVel).setIdentity();
+  const Vec3 residual = -state_.v;
+  const double sigma = init.still_speed_sigma_mps;
+  update_linear<3>(state_, H, residual, sigma * sigma * Mat3::Identity());
 }
 
 /// Keeps the sweep as it is without motion, in case the vehicle turns out to be standing: the
@@ -147,8 +167,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   };
   state_.P.block<3, 3>(kVel, kVel) = guess->velocity_covariance;
   set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
-  set(kAccelBias, 3, guess->accel_bias_sigma_mps2);
-  state_.P.block<2, 2>(kGravity, kGravity) = guess->gravity_covariance;
+  state_.P.block<5, 5>(kAccelBias, kAccelBias) = guess->bias_gravity_covariance;
   if (guess->at_rest && quiet_start_) {
     // All scans so far were taken from one place: the first pose. The map of the first scan alone
     // was poor, and the poses found with it wander; begin again with all of them there.
@@ -205,6 +224,8 @@ void RobustOdometry::restart(FindingList& findings) {
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
   inertial_ = false;
   track_.assign(1, {now, pose, Mat3::Zero()});
+  start_points_.clear();
+  start_moved_ = false;
   map_ = PlaneMap(settings_.map);
   recent_.clear();
   scans_in_map_ = 0;

@@ -34,6 +34,7 @@ struct UpdateSettings {
   double stop_deg = 0.005;
   double rematch_m = 0.02;
   int matches_min = 15;
+  double tilt_sigma_rad = 0.0015;
 
   template <class V>
   void visit(V& v) {
@@ -42,6 +43,8 @@ struct UpdateSettings {
     v("stop_deg", stop_deg, 1e-5, 1.0, "and turns less");
     v("rematch_m", rematch_m, 0.0, 1.0, "look for planes again after a longer step");
     v("matches_min", matches_min, 6, 10000, "fewer matches: the scan tells nothing");
+    v("tilt_sigma_rad", tilt_sigma_rad, 0.0, 0.1,
+      "roll and pitch that a scan cannot know: leaves room for gravity");
   }
 };
 
@@ -68,6 +71,8 @@ struct InitialisationSettings {
   int scans_min = 10;
   double give_up_s = 15.0;
   double rest_travel_max_m = 0.10;
+  double still_accel_sd_max_mps2 = 0.2;
+  double still_speed_sigma_mps = 0.05;
   double gyro_bias_bound_radps = 0.05;
   double accel_bias_bound_mps2 = 0.5;
   double gravity_mps2 = 9.81;
@@ -79,6 +84,9 @@ struct InitialisationSettings {
     v("scans_min", scans_min, 3, 1000, "scans needed before gravity is solved for");
     v("give_up_s", give_up_s, 1.0, 600.0, "after this the best guess of gravity is taken");
     v("rest_travel_max_m", rest_travel_max_m, 1e-3, 1.0, "more motion by LiDAR is no rest");
+    v("still_accel_sd_max_mps2", still_accel_sd_max_mps2, 0.0, 10.0,
+      "spread of samples below which wheels do not turn: blind directions stand");
+    v("still_speed_sigma_mps", still_speed_sigma_mps, 1e-3, 10.0, "sigma of the speed then");
     v("gyro_bias_bound_radps", gyro_bias_bound_radps, 1e-4, 1.0, "larger biases are refused");
     v("accel_bias_bound_mps2", accel_bias_bound_mps2, 1e-3, 5.0, "larger biases are refused");
     v("gravity_mps2", gravity_mps2, 9.7, 9.9, "norm of gravity");

@@ -25,6 +25,22 @@ void move_to_prior(const Vec3& theta, LidarSystem& system) {
   system.b.head<3>() = (J.transpose() * system.b.head<3>()).eval();
 }
 
+/// Takes out of the system what the LiDAR cannot know about roll and pitch: one scan fits the map
+/// to a fraction of a milliradian, but the next scans share its error (planes seen from afar by a
+/// few rings tilt together where a new room opens), and counted as independent they would let
+/// gravity correct nothing. Equal to adding an error of that variance to each look.
+void share_tilt_error(const FilterState& state, double sigma_rad, LidarSystem& system) {
+  const Vec3 up_body = state.T_odom_body.R.transpose() * -state.g_odom_mps2.normalized();
+  Mat6 S = Mat6::Zero();
+  S.topLeftCorner<3, 3>() =
+      sigma_rad * sigma_rad * (Mat3::Identity() - up_body * up_body.transpose());
+  // (I^-1 + S)^-1, written for a rank-deficient I; the estimate I^-1 b stays where it is.
+  const Mat6 share = (Mat6::Identity() + system.I * S).inverse();
+  system.I = (share * system.I).eval();
+  system.I = 0.5 * (system.I + system.I.transpose()).eval();
+  system.b = (share * system.b).eval();
+}
+
 void symmetrise(StateCov& P) { P = 0.5 * (P + P.transpose()).eval(); }
 
 /// Covariance after the update, moved from the prediction's tangent space to the estimate's.
@@ -43,7 +59,7 @@ StateCov posterior(const StateCov& P, const Mat6& I, const Vec3& theta) {
 
 UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneMap& map,
                               const geometry::SE3& start, const RobustSettings& settings,
-                              const degeneracy::Axes& axes_before, bool wide_gate) {
+                              const degeneracy::Axes& axes_before, bool inertial) {
   const FilterState predicted = state;
   const Mat6 P66 = predicted.P.topLeftCorner<6, 6>();
   UpdateResult result;
@@ -55,7 +71,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   bool rematch = true;
   for (int k = 0; k < settings.update.iterations_max; ++k) {
     if (k < 2 || rematch) {
-      const bool wide = wide_gate && k + 2 < settings.update.iterations_max;
+      const bool wide = !inertial && k + 2 < settings.update.iterations_max;
       matcher.match(map, state.T_odom_body, P66, wide);
     }
     system = matcher.accumulate(map, state.T_odom_body);
@@ -70,6 +86,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     result.directions = degeneracy::direction_information(
         system.I, matcher.evidence(), state.T_odom_body.R, result.axes, settings.aware);
     degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
+    if (inertial) share_tilt_error(state, settings.update.tilt_sigma_rad, system);
     result.information = system.I;
     result.mean_epoch = system.mean_epoch;
 

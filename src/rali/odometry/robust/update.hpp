@@ -17,7 +17,8 @@ struct UpdateResult {
   double residual_rms_m = 0.0;
   double fit = 0.0;         ///< share of the points that lie on planes, robustly weighted, 0 to 1
   double mean_epoch = 0.0;  ///< generation of the planes it was registered with (drift.hpp)
-  geometry::Mat6 information = geometry::Mat6::Zero();  ///< LiDAR alone, spurious part removed
+  geometry::Mat6 information =
+      geometry::Mat6::Zero();  ///< LiDAR alone, what it cannot know removed
   degeneracy::Axes axes = degeneracy::Axes::Identity();
   std::array<degeneracy::DirectionInfo, 6> directions;
 };
@@ -26,12 +27,14 @@ struct UpdateResult {
 /// the LiDAR's 6x6 information may be singular: blind directions keep the prior).
 /// @param start where the iteration begins; the prior is the state's own pose.
 /// @param axes_before the physical directions of the last scan.
-/// @param wide_gate the prior is poor: look into neighbouring cells in the first iterations.
+/// @param inertial the prior comes from inertial data. If so gravity holds roll and pitch in the
+/// long run (UpdateSettings::tilt_sigma_rad); if not it is poor, and the first iterations look into
+/// neighbouring cells.
 /// With fewer than matches_min matches the state is left as predicted.
 [[nodiscard]] UpdateResult update_with_scan(FilterState& state, Matcher& matcher,
                                             const PlaneMap& map, const geometry::SE3& start,
                                             const RobustSettings& settings,
-                                            const degeneracy::Axes& axes_before, bool wide_gate);
+                                            const degeneracy::Axes& axes_before, bool inertial);
 
 /// Ordinary Kalman update with one linear measurement of dimension D.
 /// @param H Jacobian (D x 17), @param residual z - h(x), @param R covariance.

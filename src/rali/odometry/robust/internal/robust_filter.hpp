@@ -40,7 +40,9 @@ class RobustOdometry final : public Odometry {
                     settings.imu_noise),
         constraints_(settings.robust.constraints) {}
 
-  void add_imu(const sensor::ImuSample& sample) override { imu_.add(sample); }
+  void add_imu(const sensor::ImuSample& sample) override {
+    if (has_imu_) imu_.add(sample);
+  }
 
   ScanResult process(const sensor::LidarScan& scan, Executor& executor,
                      FindingList& findings) override;
@@ -63,6 +65,7 @@ class RobustOdometry final : public Odometry {
   [[nodiscard]] SweepMotion sweep_motion(const sensor::LidarScan& scan) const;
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void look_around(const FilterState& predicted, UpdateResult& done);
+  void stand_if_still();
   void remember_start(const sensor::LidarScan& scan);
   void try_initialise(FindingList& findings);
   void insert(const sensor::LidarScan& scan);
@@ -97,7 +100,9 @@ class RobustOdometry final : public Odometry {
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
   bool held_ = false;                     ///< the vehicle stands
+  int moved_scans_ = 0;                   ///< in a row, while held, that the LiDAR saw motion
   bool quiet_start_ = false;              ///< nothing has shown motion since the first scan
+  bool start_moved_ = false;              ///< the LiDAR has, where it knows
   std::deque<FilterState> held_states_;   ///< of the last moments of holding
   std::vector<BodyPoints> start_points_;  ///< of the first scans, until gravity is known
   BodyPoints points_;
