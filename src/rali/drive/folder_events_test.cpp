@@ -52,11 +52,11 @@ TEST(FolderEvents, refuse_inertial_data_that_gives_no_sample) {
   const io::TestFolder folder;
   write_sweeps(folder);
   folder.write("imu.csv", imu_rows(99.8, 0.01, "nan,nan,nan,nan,nan,nan"));
-  EXPECT_TRUE(holds(refusal(folder), "0 of its 100 rows are usable")) << refusal(folder);
+  EXPECT_TRUE(holds(refusal(folder), "0 of its 100 rows can be used")) << refusal(folder);
   folder.write("imu.csv", imu_rows(99.8, 0.01, "0,0,0,1e200,1e200,1e200"));
-  EXPECT_TRUE(holds(refusal(folder), "0 of its 100 rows are usable")) << refusal(folder);
+  EXPECT_TRUE(holds(refusal(folder), "0 of its 100 rows can be used")) << refusal(folder);
   folder.write("imu.csv", imu_rows(100.8, -0.01, "0,0,0,0,0,9.81"));
-  EXPECT_TRUE(holds(refusal(folder), "1 of its 100 rows are usable")) << refusal(folder);
+  EXPECT_TRUE(holds(refusal(folder), "1 of its 100 rows can be used")) << refusal(folder);
 }
 
 TEST(FolderEvents, refuse_inertial_data_of_another_time) {
