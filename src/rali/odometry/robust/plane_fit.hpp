@@ -47,6 +47,9 @@ struct PlaneSettings {
   /// rougher, since they cannot be split.
   double excess_max_m = 0.012;
   double excess_max_finest_m = 0.05;
+  /// While sweeps cannot be undistorted (no point times): surfaces are bent by the motion within
+  /// a sweep, and splitting them until they look flat only makes their tilt worse.
+  double excess_max_bent_m = 0.03;
   /// sqrt(l2) at least, as a share of the cell's edge (a filled cell has 0.29): one ring is a
   /// line, and what little it spreads shows the errors of poses, not the surface.
   double width_min_ratio = 0.12;
@@ -61,6 +64,8 @@ struct PlaneSettings {
     v("excess_max_m", excess_max_m, 1e-3, 1.0, "thickness beyond range noise: more is split");
     v("excess_max_finest_m", excess_max_finest_m, 1e-3, 1.0,
       "the same in cells of the finest level");
+    v("excess_max_bent_m", excess_max_bent_m, 1e-3, 1.0,
+      "thickness beyond range noise while sweeps cannot be undistorted");
     v("width_min_ratio", width_min_ratio, 0.0, 0.3,
       "smallest spread in the plane / edge of the cell");
     v("sigma_floor_m", sigma_floor_m, 1e-4, 0.1, "measured noise along the normal not below");

@@ -19,6 +19,11 @@ using sensor::LidarScan;
 ScanResult RobustOdometry::start(const LidarScan& scan) {
   if (scan.size() == 0) return {};
   started_ = true;
+  if (!scan.has_point_times && !scan.deskewed) {
+    PlaneSettings& plane = settings_.map.plane;
+    plane.excess_max_m = std::max(plane.excess_max_m, plane.excess_max_bent_m);
+    map_ = PlaneMap(settings_.map);
+  }
   state_.t = scan.t_end;
   state_.g_odom_mps2 = Vec3(0.0, 0.0, -settings_.initialisation.gravity_mps2);
   if (has_imu_ && !imu_.empty()) {
