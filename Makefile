@@ -1,5 +1,5 @@
 # make test     install what is missing, build, run all tests
-# make demo     build, map a recording, leave rali-demo/map.png
+# make demo     build, simulate, map, evaluate: rali-demo/out/report.html and rali-demo/map.png
 # make fuzz     each fuzz target for FUZZ_SECONDS (needs clang)
 # make bench    Google Benchmark programs
 # make asan | tsan | lint | format | docs | clean

@@ -1,6 +1,7 @@
 #!/bin/bash
-# demo.sh: maps a recording and leaves rali-demo/map.png. With the recorded drive of KITTI in
-# RALI_DATA_DIR (default ../shared/data) that is mapped, too, as rali-demo/kitti/map.png.
+# demo.sh: simulates a recording, maps it and judges it by the truth; leaves rali-demo/out/report.html
+# and rali-demo/map.png. With the recorded drive of KITTI in RALI_DATA_DIR (default ../shared/data)
+# that is mapped, too, as rali-demo/kitti/map.png.
 set -euo pipefail
 
 root=$(cd "$(dirname "$0")/.." && pwd)

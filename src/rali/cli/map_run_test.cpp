@@ -125,8 +125,8 @@ TEST(MapJob, its_settings_name_what_was_found_and_load_again) {
 }
 
 TEST(MapSummary, tells_the_run_in_a_few_lines) {
-  EXPECT_EQ(summary_text(summary_of(2)),
-            "out\n2 vehicles, each in a frame of its own\n"
+  EXPECT_EQ(summary_text(summary_of(2), "out/report.html"),
+            "out/report.html\n2 vehicles, each in a frame of its own\n"
             "path 512 + 498 m, 1204 keyframes, 0 map points\n"
             "blind: v1 8 %, v2 27 % of the way\n"
             "expected position error (1 sigma): median 0.06 m, worst 0.31 m (v2, 388 s)\n"
@@ -134,8 +134,8 @@ TEST(MapSummary, tells_the_run_in_a_few_lines) {
   drive::MapSummary damaged = summary_of(1);
   damaged.vehicles[0].input.gaps.jumps = 2;
   damaged.vehicles[0].diverged_s = 3.0;
-  EXPECT_NE(summary_text(damaged).find(
-                "gaps: v1: 2 clock jumps closed, 3.0 s cut out where the odometry diverged"),
+  EXPECT_NE(summary_text(damaged, "out")
+                .find("gaps: v1: 2 clock jumps closed, 3.0 s cut out where the odometry diverged"),
             std::string::npos);
 }
 

@@ -82,7 +82,7 @@ std::string gaps_line(const MapSummary& summary) {
 
 }  // namespace
 
-std::string summary_text(const MapSummary& summary) {
+std::string summary_text(const MapSummary& summary, const std::string& page) {
   const std::string paths = joined(
       summary, " + ", [](const VehicleSummary& v) { return fmt::format("{:.0f}", v.path_m); });
   const std::string blind = joined(summary, ", ", [](const VehicleSummary& v) {
@@ -90,7 +90,7 @@ std::string summary_text(const MapSummary& summary) {
   });
   std::size_t keyframes = 0;
   for (const VehicleSummary& vehicle : summary.vehicles) keyframes += vehicle.keyframes;
-  std::string text = summary.out_dir + '\n' + vehicles_line(summary) + '\n';
+  std::string text = page + '\n' + vehicles_line(summary) + '\n';
   text += fmt::format("path {} m, {}, {}", paths, counted(keyframes, "keyframe"),
                       counted(summary.map_points, "map point"));
   if (summary.removed_points > 0)

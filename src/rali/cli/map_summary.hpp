@@ -8,7 +8,8 @@
 namespace rali::cli {
 
 /// What `rali map` prints to stdout when it is done.
-[[nodiscard]] std::string summary_text(const drive::MapSummary& summary);
+/// @param page  what to open first: the report, or the folder where there is none
+[[nodiscard]] std::string summary_text(const drive::MapSummary& summary, const std::string& page);
 
 /// "lidar of v1: 0.08 m forward ... (settings)" and what else was decided about one input.
 [[nodiscard]] std::string input_text(const drive::InputReport& report);

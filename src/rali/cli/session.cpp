@@ -55,6 +55,10 @@ Status Session::open_log() {
 
 void Session::result(std::string_view text) {
   live_line("");
+  if (results_ != nullptr) {
+    *results_ += text;
+    return;
+  }
   if (write_all(stdout, text) && std::fflush(stdout) == 0) return;
   if (errno != EPIPE) stdout_whole_ = false;  // a reader that has seen enough is no fault
 }

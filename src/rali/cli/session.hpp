@@ -35,6 +35,9 @@ class Session {
   /// A result, to stdout as it is.
   void result(std::string_view text);
 
+  /// Results go into `text` instead of stdout; nullptr: to stdout again.
+  void results_into(std::string* text) { results_ = text; }
+
   void error(std::string_view sentence);    ///< rali: error: ...
   void warning(std::string_view sentence);  ///< rali: warning: ...; not with -q
   void note(std::string_view sentence);     ///< as it is; not with -q
@@ -58,6 +61,7 @@ class Session {
 
   struct Log;
   std::unique_ptr<Log> log_;
+  std::string* results_ = nullptr;
   bool live_ = false;
   bool coloured_ = false;
   bool live_line_shown_ = false;

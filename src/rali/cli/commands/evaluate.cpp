@@ -1,12 +1,10 @@
 #include "rali/cli/commands/evaluate.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "rali/assess/evaluate_words.hpp"
-#include "rali/assess/mesh_input.hpp"
 #include "rali/assess/outputs.hpp"
-#include "rali/drive/tbb_executor.hpp"
+#include "rali/cli/evaluate_job.hpp"
 
 namespace rali::cli {
 namespace {
@@ -40,26 +38,20 @@ class EvaluateCommand final : public Command {
 
  private:
   [[nodiscard]] Status read_words();
-  [[nodiscard]] Result<assess::Evaluation> evaluate(const assess::RunInput& run);
-  [[nodiscard]] Status judge_cloud(const assess::RunInput& run, assess::Evaluation& result) const;
 
   std::vector<std::string> inputs_, limit_texts_;
-  std::string truth_, mesh_, align_ = "se3", fleet_ = "one", delta_ = "1,10,50",
-                             associate_ = "interpolate", T_body_truth_text_, mesh_align_ = "none",
-                             out_, pairs_ = "all";
-  int threads_ = 0;
-  assess::EvaluationOptions options_;
-  geometry::SE3 T_body_truth_;
-  std::vector<assess::Limit> limits_;
+  std::string align_ = "se3", fleet_ = "one", delta_ = "1,10,50", associate_ = "interpolate",
+              T_body_truth_text_, mesh_align_ = "none", pairs_ = "all";
+  EvaluateJob job_;
 };
 
 std::vector<Option> EvaluateCommand::options() {
   return {
-      {"--truth", "PATH", "folder with <vehicle>.tum, or one file", &truth_, false, {}},
+      {"--truth", "PATH", "folder with <vehicle>.tum, or one file", &job_.truth, false, {}},
       {"--mesh",
        "FILE",
        "the true surfaces (default: mesh.ply beside the truth)",
-       &mesh_,
+       &job_.mesh,
        false,
        {}},
       {"--align",
@@ -104,113 +96,63 @@ std::vector<Option> EvaluateCommand::options() {
       {"-o,--out",
        "DIR",
        "where evaluation.json and errors/ go (default: INPUT, if a folder)",
-       &out_,
+       &job_.out,
        true,
        {}},
-      {"--threads", "N", "0: one per core; results do not depend on it", &threads_, true, {}},
+      {"--threads", "N", "0: one per core; results do not depend on it", &job_.threads, true, {}},
   };
 }
 
 Status EvaluateCommand::read_words() {
+  job_.input = inputs_.front();
   if (inputs_.size() == 2) {
-    if (!truth_.empty()) {
+    if (!job_.truth.empty()) {
       return fail(ErrorCode::kUsage, "rali evaluate", "--truth and a second INPUT say the same",
                   "Leave one out.");
     }
-    truth_ = inputs_[1];
+    job_.truth = inputs_[1];
   }
-  if (threads_ < 0 || threads_ > 1024) {
+  if (job_.threads < 0 || job_.threads > 1024) {
     return fail(ErrorCode::kUsage, "--threads", "must be 0 to 1024");
   }
   const auto& names = eval::kAlignmentNames;
   const auto found = std::find(names.begin(), names.end(), align_);
-  options_.align = static_cast<eval::Alignment>(found - names.begin());
-  options_.each = fleet_ == "each";
-  options_.all_pairs = pairs_ == "all";
-  options_.mesh_icp = mesh_align_ == "icp";
+  job_.options.align = static_cast<eval::Alignment>(found - names.begin());
+  job_.options.each = fleet_ == "each";
+  job_.options.all_pairs = pairs_ == "all";
+  job_.options.mesh_icp = mesh_align_ == "icp";
   const auto distances = assess::parse_distances(delta_);
   if (!distances) return tl::make_unexpected(distances.error());
-  options_.distances_m = *distances;
+  job_.options.distances_m = *distances;
   const auto associate = assess::parse_association(associate_);
   if (!associate) return tl::make_unexpected(associate.error());
-  options_.associate = *associate;
+  job_.options.associate = *associate;
   if (!T_body_truth_text_.empty()) {
     const auto T = assess::parse_pose(T_body_truth_text_);
     if (!T) return tl::make_unexpected(T.error());
-    T_body_truth_ = *T;
+    job_.T_body_truth = *T;
   }
   for (const std::string& text : limit_texts_) {
     const Result<assess::Limit> limit = assess::parse_limit(text);
     if (!limit) return tl::make_unexpected(limit.error());
     const auto distance_m = assess::rpe_distance_of(limit->name);
-    auto& asked = options_.distances_m;
+    auto& asked = job_.options.distances_m;
     if (distance_m && std::find(asked.begin(), asked.end(), *distance_m) == asked.end()) {
       asked.push_back(*distance_m);
     }
-    limits_.push_back(*limit);
+    job_.limits.push_back(*limit);
   }
   return {};
 }
 
-Status EvaluateCommand::judge_cloud(const assess::RunInput& run, assess::Evaluation& result) const {
-  const Result<eval::PointList> points = assess::read_points(run.cloud);
-  if (!points) return tl::make_unexpected(points.error());
-  const std::unique_ptr<Executor> executor = drive::make_executor(threads_);
-  const geometry::SE3 T = result.frames.empty() ? geometry::SE3{} : result.frames[0].T_truth_est;
-  if (mesh_.empty()) {
-    return assess::evaluate_cloud(run.cloud, *points, nullptr, T, *executor, result);
-  }
-  const Result<eval::TriangleMesh> mesh = assess::read_mesh(mesh_);
-  if (!mesh) return tl::make_unexpected(mesh.error());
-  result.mesh = mesh_;
-  return assess::evaluate_cloud(run.cloud, *points, &*mesh, T, *executor, result);
-}
-
-Result<assess::Evaluation> EvaluateCommand::evaluate(const assess::RunInput& run) {
-  assess::Evaluation result;
-  result.options = options_;
-  if (!truth_.empty()) {
-    Result<assess::Evaluation> tracks = assess::evaluate_tracks(run, options_);
-    if (!tracks) return tracks;
-    result = std::move(*tracks);
-  }
-  result.input = run.name;
-  result.truth = truth_;
-  if (truth_.empty()) result.warnings = run.warnings;
-  if (run.cloud.empty()) {
-    if (mesh_align_ == "icp") result.warnings.emplace_back("there is no cloud to lay onto a mesh");
-    return result;
-  }
-  if (Status s = judge_cloud(run, result); !s) return tl::make_unexpected(s.error());
-  return result;
-}
-
 Result<int> EvaluateCommand::run(Session& session) {
   if (Status s = read_words(); !s) return tl::make_unexpected(s.error());
-  if (mesh_.empty() && !truth_.empty()) mesh_ = assess::mesh_beside_truth(truth_);
-  Result<assess::RunInput> input = assess::read_run(inputs_.front());
-  if (!input) return tl::make_unexpected(input.error());
-  if (!truth_.empty() && !input->vehicles.empty()) {
-    if (Status s = assess::add_truth(truth_, T_body_truth_, *input); !s) {
-      return tl::make_unexpected(s.error());
-    }
-  }
-  if (truth_.empty() && input->cloud.empty()) {
-    return fail(ErrorCode::kUsage, input->name, "is a trajectory, and there is no truth for it",
-                "Give one with --truth.");
-  }
-  const Result<assess::Evaluation> result = evaluate(*input);
+  const Result<assess::Evaluation> result = run_evaluation(job_);
   if (!result) return tl::make_unexpected(result.error());
   for (const std::string& warning : result->warnings) session.warning(printable(warning) + '.');
-  const std::string folder = out_.empty() && input->out_folder ? input->name : out_;
-  if (!folder.empty()) {
-    if (Status s = assess::write_evaluation(folder, *result, limits_); !s) {
-      return tl::make_unexpected(s.error());
-    }
-  }
-  session.result(session.options.json ? assess::evaluation_json(*result, limits_)
+  session.result(session.options.json ? assess::evaluation_json(*result, job_.limits)
                                       : printable(assess::evaluation_table(*result)));
-  const std::vector<std::string> broken = assess::broken_limits(limits_, *result);
+  const std::vector<std::string> broken = assess::broken_limits(job_.limits, *result);
   for (const std::string& sentence : broken) session.error(sentence + '.');
   return broken.empty() ? kExitDone : kExitBelowAsked;
 }

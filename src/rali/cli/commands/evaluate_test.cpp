@@ -50,7 +50,8 @@ TEST(Evaluate, a_broken_limit_is_named_and_gives_exit_code_1) {
   const io::TestFolder f;
   const std::string est = f.write("est.tum", way(0.3)), ref = f.write("ref.tum", way(0.0));
   EXPECT_EQ(evaluate({est, ref, "--limit", "ape_max_m=0.5"}).code, kExitDone);
-  const Outcome run = evaluate({est, ref, "--limit", "ape_max_m=0.1", "--limit", "est:ape_rmse_m=1"});
+  const Outcome run =
+      evaluate({est, ref, "--limit", "ape_max_m=0.1", "--limit", "est:ape_rmse_m=1"});
   EXPECT_EQ(run.code, kExitBelowAsked);
   EXPECT_NE(run.err.find("limit ape_max_m=0.1: it is 0.29"), std::string::npos) << run.err;
   EXPECT_EQ(run.err.find("est:ape_rmse_m"), std::string::npos);

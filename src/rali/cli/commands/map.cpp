@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "rali/cli/commands/commands.hpp"
 #include "rali/cli/commands/report.hpp"
+#include "rali/cli/evaluate_job.hpp"
 #include "rali/cli/map_job.hpp"
 #include "rali/cli/map_summary.hpp"
 #include "rali/cli/progress_view.hpp"
@@ -39,7 +41,8 @@ class MapCommand final : public Command {
   }
 
   [[nodiscard]] std::string exit_codes() const override {
-    return "0 done, 1 --require not met, 2 not started, 3 done with gaps or vehicles not joined, "
+    return "0 done, 1 --require not met or no truth at these times, 2 not started, 3 done with "
+           "gaps or vehicles not joined, "
            "4 disk or memory, 130 interrupted";
   }
 
@@ -59,6 +62,8 @@ class MapCommand final : public Command {
   [[nodiscard]] Result<config::FleetConfig> load(const config::Overrides& overrides) const;
   [[nodiscard]] Result<config::FleetConfig> load_with_shortcuts() const;
   [[nodiscard]] Status read_formats();
+  [[nodiscard]] Status check_words(bool json) const;
+  [[nodiscard]] std::optional<std::string> judge(Session& session) const;
   [[nodiscard]] Result<int> plan(const config::FleetConfig& fleet, const drive::MapJob& job,
                                  Session& session) const;
   void warn_fleet(const config::FleetConfig& fleet, Session& session) const;
@@ -68,6 +73,7 @@ class MapCommand final : public Command {
   std::string preset_, formats_ = "pcd,ply";
   std::string ranges_, radio_, lidar_topic_, imu_topic_, lidar_model_, imu_file_;
   std::string start_s_, duration_s_, map_voxel_m_;
+  std::string truth_;
   bool no_mcap_ = false, no_keyframes_ = false, no_report_ = false, dry_run_ = false;
 };
 
@@ -105,6 +111,7 @@ std::vector<Option> MapCommand::options() {
       {"--no-mcap", "", "do not write session.mcap", &no_mcap_, true, {}},
       {"--no-keyframes", "", "do not keep the keyframes' clouds", &no_keyframes_, true, {}},
       {"--no-report", "", "do not write report.html", &no_report_, true, {}},
+      {"--truth", "DIR", "evaluate at the end, into the report", &truth_, false, {}},
       {"--threads", "N", "0: one per core; results do not depend on it", &map_.threads, true, {}},
       {"--dry-run", "", "read, check, print settings and plan, stop", &dry_run_, false, {}},
       {"--strict", "", "the first gap ends the run with 3", &map_.strict, true, {}},
@@ -217,16 +224,45 @@ Result<int> MapCommand::plan(const config::FleetConfig& fleet, const drive::MapJ
   return kExitDone;
 }
 
+Status MapCommand::check_words(bool json) const {
+  if (map_.threads < 0 || map_.threads > 1024) {
+    return fail(ErrorCode::kUsage, "--threads", fmt::format("{} is not 0 to 1024", map_.threads));
+  }
+  if (dry_run_ && json) {
+    return fail(ErrorCode::kUsage, "--dry-run", "its settings are printed as YAML",
+                "Leave --json out.");
+  }
+  std::error_code error;
+  if (!truth_.empty() && !std::filesystem::exists(truth_, error)) {
+    return fail(ErrorCode::kUsage, truth_, "there is no such truth",
+                "Give --truth a folder with <vehicle>.tum.");
+  }
+  return {};
+}
+
+/// Compares with the truth. @return a line for the summary; nothing if it cannot be compared, which
+/// is no fault of the map.
+std::optional<std::string> MapCommand::judge(Session& session) const {
+  if (truth_.empty()) return "";
+  EvaluateJob job;
+  job.input = map_.out_dir;
+  job.truth = truth_;
+  job.threads = map_.threads;
+  const Result<assess::Evaluation> evaluation = run_evaluation(job);
+  if (!evaluation) {
+    session.error(evaluation.error().message());
+    return std::nullopt;
+  }
+  for (const std::string& warning : evaluation->warnings) session.warning(printable(warning) + '.');
+  return evaluation_line(*evaluation) + '\n';
+}
+
 Result<int> MapCommand::run(Session& session) {
   const Result<std::vector<Requirement>> requirements = parse_requirements(requirements_);
   if (!requirements) return tl::make_unexpected(requirements.error());
   if (Status status = read_formats(); !status) return tl::make_unexpected(status.error());
-  if (map_.threads < 0 || map_.threads > 1024) {
-    return fail(ErrorCode::kUsage, "--threads", fmt::format("{} is not 0 to 1024", map_.threads));
-  }
-  if (dry_run_ && session.options.json) {
-    return fail(ErrorCode::kUsage, "--dry-run", "its settings are printed as YAML",
-                "Leave --json out.");
+  if (Status status = check_words(session.options.json); !status) {
+    return tl::make_unexpected(status.error());
   }
   map_.mcap = !no_mcap_;
   map_.keyframes = !no_keyframes_;
@@ -243,18 +279,21 @@ Result<int> MapCommand::run(Session& session) {
   const Result<drive::MapSummary> summary = drive::run_map(*job, view, stop_requested());
   session.live_line("");
   if (!summary) return tl::make_unexpected(summary.error());
+  const std::optional<std::string> judgement = judge(session);
   if (!no_report_) {
-    if (Status status = add_report(map_.out_dir); !status)
-      return tl::make_unexpected(status.error());
+    if (Status s = add_report(map_.out_dir); !s) return tl::make_unexpected(s.error());
   }
   for (const drive::VehicleSummary& vehicle : summary->vehicles) {
     session.note(input_text(vehicle.input));
   }
-  session.result(session.options.json ? summary->metrics_json : summary_text(*summary));
+  const std::string page = map_.out_dir + (no_report_ ? "" : "/report.html");
+  session.result(session.options.json ? summary->metrics_json
+                                      : summary_text(*summary, page) + judgement.value_or(""));
   const int code = exit_code_of(*summary, stop_signal());
   const std::vector<std::string> broken = broken_requirements(*requirements, *summary);
   for (const std::string& sentence : broken) session.error(sentence + '.');
-  return broken.empty() || code >= kExitMachine ? code : kExitBelowAsked;
+  const bool as_asked = broken.empty() && judgement;
+  return as_asked || code >= kExitMachine ? code : kExitBelowAsked;
 }
 
 }  // namespace

@@ -167,6 +167,7 @@ void draw_height_bar(const Range& z, int right, int y, Canvas& canvas) {
 void draw_legend(const MapPicture& picture, double x, double y, Canvas& canvas) {
   const double middle = y - 0.5 * kTextPx;
   for (const PictureWay& way : picture.ways) {
+    if (way.label.empty()) continue;
     canvas.line(x, middle, x + 34.0, middle, way.width_px, way.colour);
     x = canvas.text(x + 46.0, y, kTextPx, way.label, kInk) + 26.0;
   }

@@ -12,7 +12,7 @@ namespace rali::cli {
 
 /// A way on the picture.
 struct PictureWay {
-  std::string label;  ///< for the legend
+  std::string label;  ///< for the legend; empty: not in it
   Colour colour;
   double width_px = 4.0;
   std::vector<geometry::Vec3> points_map_m;
@@ -37,7 +37,8 @@ struct MapPicture {
 /// Length of the scale bar: 1, 2 or 5 times a power of ten, the longest below `most_m`.
 [[nodiscard]] double scale_bar_m(double most_m);
 
-/// Reads map.ply (or map.pcd) and the trajectories of a folder that `rali map` has written.
+/// Reads map.ply (or map.pcd) and the trajectories of a folder that `rali map` has written; the
+/// truth, too, where `rali evaluate` has judged it.
 /// Errors: kInput, with the file.
 [[nodiscard]] Result<MapPicture> picture_of_folder(const std::string& out_dir);
 

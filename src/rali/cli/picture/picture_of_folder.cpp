@@ -8,6 +8,7 @@
 #include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/text.hpp"
 #include "rali/io/files/tum.hpp"
+#include "rali/report/read_run.hpp"
 
 namespace rali::cli {
 namespace {
@@ -57,6 +58,29 @@ double length_m(const std::vector<geometry::Vec3>& points) {
   return sum_m;
 }
 
+constexpr Colour kTruthColour{150, 156, 166};
+constexpr double kTruthWidth = 11.0;
+
+/// Where `rali evaluate` has judged the run: the truth under the ways, and how far off they are.
+Status add_truth(const std::string& out_dir, MapPicture& picture) {
+  std::error_code error;
+  if (!fs::exists(out_dir + "/evaluation.json", error)) return {};
+  const Result<report::RunData> run = report::read_run(out_dir);
+  if (!run) return tl::make_unexpected(run.error());
+  std::vector<PictureWay> truths;
+  for (const report::VehicleView& vehicle : run->vehicles) {
+    PictureWay way{truths.empty() ? "truth" : "", kTruthColour, kTruthWidth, {}};
+    for (const report::WayPoint& point : vehicle.truth) way.points_map_m.push_back(point.p_m);
+    if (!way.points_map_m.empty()) truths.push_back(std::move(way));
+  }
+  picture.ways.insert(picture.ways.begin(), truths.begin(), truths.end());
+  for (const report::Measured& measured : run->evaluation) {
+    if (measured.key != "fleet.trajectory.ape_m.rmse") continue;
+    picture.subtitle += fmt::format(", off the truth by {:.3f} m (rmse)", measured.value);
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<MapPicture> picture_of_folder(const std::string& out_dir) {
@@ -78,6 +102,7 @@ Result<MapPicture> picture_of_folder(const std::string& out_dir) {
     picture.ways.push_back(std::move(way));
   }
   picture.subtitle = fmt::format("{} points{}", picture.x_m.size(), ways);
+  if (Status s = add_truth(out_dir, picture); !s) return tl::make_unexpected(s.error());
   return picture;
 }
 

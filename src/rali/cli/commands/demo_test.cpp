@@ -1,0 +1,118 @@
+#include "rali/cli/commands/demo.hpp"
+
+#include <cstdio>
+
+#include <gtest/gtest.h>
+
+#include "rali/cli/app.hpp"
+#include "rali/cli/command.hpp"
+#include "rali/io/files/test_folder.hpp"
+
+namespace rali::cli {
+namespace {
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome rali(const std::vector<std::string>& words) {
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  Outcome run;
+  {
+    Session session;
+    run.code = run_app(words, session);
+  }
+  std::fflush(stdout);
+  run.out = testing::internal::GetCapturedStdout();
+  run.err = testing::internal::GetCapturedStderr();
+  return run;
+}
+
+Outcome short_demo(const std::string& folder) {
+  return rali({"demo", "-o", folder, "--duration", "1.5", "--pedestrians", "0", "--threads", "1"});
+}
+
+TEST(Demo, leaves_recording_results_report_with_the_truth_and_picture) {
+  const io::TestFolder folder;
+  const std::string demo = folder.path("d");
+  const Outcome run = short_demo(demo);
+  ASSERT_EQ(run.code, kExitDone) << run.err;
+  EXPECT_TRUE(run.out.starts_with(demo + "/out/report.html\n1 vehicle\n")) << run.out;
+  EXPECT_TRUE(run.out.ends_with(demo + "/map.png\n")) << run.out;
+  EXPECT_NE(run.out.find("against the truth: position off by 0.0"), std::string::npos) << run.out;
+  EXPECT_EQ(run.out.find("next: "), std::string::npos) << "that follows by itself";
+  EXPECT_NE(run.err.find("$ rali simulate floor -o " + demo), std::string::npos) << run.err;
+  for (const char* name : {"recording/v1.mcap", "recording/fleet.yaml", "recording/truth/v1.tum",
+                           "recording/truth/mesh.ply", "out/evaluation.json", "out/errors/v1.csv",
+                           "out/trajectory/v1.tum", "map.png"}) {
+    EXPECT_FALSE(folder.read(std::string("d/") + name).empty()) << name;
+  }
+  const std::string report = folder.read("d/out/report.html");
+  EXPECT_NE(report.find("cloud.to_mesh.mean"), std::string::npos) << "truth section";
+  EXPECT_NE(folder.read("d/out/status.json").find("\"report.html\""), std::string::npos);
+}
+
+TEST(Demo, runs_again_over_what_it_left) {
+  const io::TestFolder folder;
+  ASSERT_EQ(short_demo(folder.path("d")).code, kExitDone);
+  const std::string first = folder.read("d/out/trajectory/v1.tum");
+  ASSERT_EQ(short_demo(folder.path("d")).code, kExitDone);
+  EXPECT_EQ(first, folder.read("d/out/trajectory/v1.tum"));
+}
+
+TEST(Demo, does_not_touch_a_folder_it_has_not_made) {
+  const io::TestFolder folder;
+  std::filesystem::create_directories(folder.path("d/recording"));
+  const std::string mine = folder.write("d/recording/v1.mcap", "mine");
+  const Outcome run = short_demo(folder.path("d"));
+  EXPECT_EQ(run.code, kExitNotStarted) << run.err;
+  EXPECT_EQ(folder.read("d/recording/v1.mcap"), "mine");
+}
+
+TEST(Demo, refuses_numbers_that_are_none) {
+  const io::TestFolder folder;
+  for (const char* option : {"--seed", "--duration", "--pedestrians", "--threads"}) {
+    for (const char* value : {"-1", "nan", "many"}) {
+      const Outcome run = rali({"demo", "-o", folder.path("d"), option, value});
+      EXPECT_EQ(run.code, kExitNotStarted) << option << ' ' << value << '\n' << run.err;
+      EXPECT_NE(run.err.find("rali: error: "), std::string::npos) << option << ' ' << value;
+    }
+  }
+  EXPECT_EQ(folder.files(), 0U);
+}
+
+TEST(MapWithTruth, says_when_the_truth_is_of_another_time_and_keeps_the_map) {
+  const io::TestFolder folder;
+  ASSERT_EQ(rali({"simulate", "loop", "-o", folder.path("s"), "--duration", "1", "-q"}).code, 0);
+  folder.write("s/truth/v1.tum", "10 0 0 0 0 0 0 1\n11 1 0 0 0 0 0 1\n12 2 0 0 0 0 0 1\n");
+  const std::vector<std::string> words{
+      "map", folder.path("s/fleet.yaml"), "-o", folder.path("o"), "--threads", "1", "--truth"};
+  std::vector<std::string> with_truth = words;
+  with_truth.push_back(folder.path("s/truth"));
+  const Outcome run = rali(with_truth);
+  EXPECT_EQ(run.code, kExitBelowAsked) << run.err;
+  EXPECT_NE(run.err.find("no pose has a truth at its time"), std::string::npos) << run.err;
+  EXPECT_TRUE(run.out.starts_with(folder.path("o/report.html") + '\n')) << run.out;
+  EXPECT_FALSE(folder.read("o/map.pcd").empty());
+  std::vector<std::string> without = words;
+  without[3] = folder.path("o2");
+  without.push_back(folder.path("nowhere"));
+  EXPECT_EQ(rali(without).code, kExitNotStarted);
+  EXPECT_FALSE(std::filesystem::exists(folder.path("o2")));
+}
+
+TEST(EvaluateRun, renews_the_report_of_the_run) {
+  const io::TestFolder folder;
+  ASSERT_EQ(rali({"simulate", "loop", "-o", folder.path("s"), "--duration", "1", "-q"}).code, 0);
+  ASSERT_EQ(rali({"map", folder.path("s/fleet.yaml"), "-o", folder.path("o"), "-q"}).code, 0);
+  const std::string before = folder.read("o/report.html");
+  ASSERT_EQ(rali({"evaluate", folder.path("o"), "--truth", folder.path("s/truth"), "-q"}).code, 0);
+  const std::string after = folder.read("o/report.html");
+  EXPECT_NE(after.find("cloud.to_mesh.mean"), std::string::npos);
+  EXPECT_EQ(before.find("cloud.to_mesh.mean"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace rali::cli
