@@ -72,6 +72,11 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
     return std::nullopt;
   }
   const imu::ImuStatistics all = imu::statistics(raw);
+  // Along a blind direction the LiDAR cannot prove that nothing moves. Wheels that do not shake do.
+  Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
+  if ((all.accel_sd_mps2.array() < settings.still_accel_sd_max_mps2).all()) displacement.setZero();
+  const double unseen_m = std::sqrt(displacement.diagonal().maxCoeff());
+  if (unseen_m > settings.rest_travel_max_m) return std::nullopt;
   InitialGuess guess;
   guess.at_rest = true;
   const double duration_s = (window.back().t - window.front().t).s();
@@ -88,12 +93,8 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   guess.bias_gravity_covariance = bias_gravity_covariance(
       track.back().T_odom_body.R, guess.g_odom_mps2,
       kBiasSigmaShare * settings.accel_bias_bound_mps2, mean_var * Mat3::Identity());
-  // Along a blind direction the LiDAR cannot prove that nothing moves; wheels that do not shake do.
-  guess.velocity_covariance = kRestSpeedSigma_mps * kRestSpeedSigma_mps * Mat3::Identity();
-  if (!(all.accel_sd_mps2.array() < settings.still_accel_sd_max_mps2).all()) {
-    const Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
-    guess.velocity_covariance += displacement / (duration_s * duration_s);
-  }
+  guess.velocity_covariance = kRestSpeedSigma_mps * kRestSpeedSigma_mps * Mat3::Identity() +
+                              displacement / (duration_s * duration_s);
   return guess;
 }
 

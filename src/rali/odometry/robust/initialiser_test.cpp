@@ -127,9 +127,7 @@ TEST(Initialiser, does_not_claim_to_stand_where_the_lidar_is_blind_and_something
   still.record(1.2, imu, track);
   for (TrackedPose& p : track) p.covariance_m2(0, 0) = 1.0;
   const auto guess = solve_initial(track, imu, {}, {});
-  ASSERT_TRUE(guess.has_value());
-  EXPECT_GE(std::sqrt(guess->velocity_covariance(0, 0)), 1.0);
-  EXPECT_LT(std::sqrt(guess->velocity_covariance(1, 1)), 0.05);
+  EXPECT_TRUE(!guess || (!guess->at_rest && speed_sigma_mps(*guess) > 0.5));
 }
 
 TEST(Initialiser, stands_where_the_lidar_is_blind_if_no_wheel_turns) {

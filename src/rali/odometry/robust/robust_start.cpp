@@ -143,10 +143,12 @@ void RobustOdometry::remember_start(const LidarScan& scan) {
   }
   const Time begin = track_.front().t;
   const imu::ImuStatistics blocks = imu::statistics(block_means(imu_.between(begin, state_.t)));
-  quiet_start_ =
-      is_quiet(blocks, settings_.initialisation.rest) &&
-      !has_travelled(state_.T_odom_body.p - track_.front().T_odom_body.p,
-                     state_.P.block<3, 3>(kPos, kPos), settings_.initialisation.rest_travel_max_m);
+  // People who walk by drag the first poses along a corridor by decimetres: more is motion.
+  constexpr double kDragged = 3.0;
+  start_moved_ = has_travelled(state_.T_odom_body.p - track_.front().T_odom_body.p,
+                               state_.P.block<3, 3>(kPos, kPos),
+                               kDragged * settings_.initialisation.rest_travel_max_m);
+  quiet_start_ = !start_moved_ && is_quiet(blocks, settings_.initialisation.rest);
 }
 
 /// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.

@@ -12,6 +12,7 @@ std::vector<ImuSample> block_means(const std::vector<ImuSample>& samples) {
   constexpr std::int64_t kBlock_ns = 100'000'000;
   std::vector<ImuSample> out;
   std::size_t k = 0;
+  std::size_t n_before = 0;
   while (k < samples.size()) {
     ImuSample mean{samples[k].t, Vec3::Zero(), Vec3::Zero()};
     std::size_t n = 0;
@@ -21,6 +22,9 @@ std::vector<ImuSample> block_means(const std::vector<ImuSample>& samples) {
       ++k;
       ++n;
     }
+    // The rest at the end, a sample or two, would bring back the noise that blocks take out.
+    if (k == samples.size() && 2 * n < n_before) break;
+    n_before = n;
     mean.gyro_radps /= static_cast<double>(n);
     mean.accel_mps2 /= static_cast<double>(n);
     out.push_back(mean);

@@ -22,6 +22,10 @@ TEST(BlockMeans, average_tenths_of_a_second) {
   EXPECT_DOUBLE_EQ(blocks[1].gyro_radps.x(), 29.5);
   EXPECT_DOUBLE_EQ(blocks[2].gyro_radps.x(), 44.5);
   EXPECT_TRUE(block_means({}).empty());
+  samples.resize(42);  // two left over: as noisy as samples are
+  EXPECT_EQ(block_means(samples).size(), 2U);
+  samples.resize(2);
+  EXPECT_EQ(block_means(samples).size(), 1U);
 }
 
 TEST(Quiet, is_asked_axis_by_axis_and_never_of_nan) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -39,6 +40,20 @@ void share_tilt_error(const FilterState& state, double sigma_rad, LidarSystem& s
   system.I = (share * system.I).eval();
   system.I = 0.5 * (system.I + system.I.transpose()).eval();
   system.b = (share * system.b).eval();
+}
+
+/// Information that keeps the estimate at its prediction along directions of which the scan tells
+/// nothing. A loose prior there would otherwise be moved by what little couples it with the rest:
+/// a young map off by a milliradian in pitch is explained as well by metres along a corridor. The
+/// covariance does not count it.
+Mat6 held_blind(std::span<const degeneracy::DirectionInfo, 6> directions) {
+  constexpr double kHold = 1e8;  // 0.1 mm
+  Mat6 H = Mat6::Zero();
+  for (const degeneracy::DirectionInfo& info : directions.first<3>()) {
+    if (info.information > 0.0) continue;
+    H.bottomRightCorner<3, 3>() += kHold * info.direction_odom * info.direction_odom.transpose();
+  }
+  return H;
 }
 
 void symmetrise(StateCov& P) { P = 0.5 * (P + P.transpose()).eval(); }
@@ -92,7 +107,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
 
     const Vec6 before = delta.head<6>();
     move_to_prior(before.head<3>(), system);
-    const Mat6 A = Mat6::Identity() + system.I * P66;
+    const Mat6 A = Mat6::Identity() + (system.I + held_blind(result.directions)) * P66;
     const Vec6 y = A.partialPivLu().solve(system.I * before - system.b);
     delta = predicted.P.leftCols<6>() * y;
     state = predicted;

@@ -102,7 +102,7 @@ class RobustOdometry final : public Odometry {
   bool held_ = false;                     ///< the vehicle stands
   int moved_scans_ = 0;                   ///< in a row, while held, that the LiDAR saw motion
   bool quiet_start_ = false;              ///< nothing has shown motion since the first scan
-  bool start_moved_ = false;              ///< the LiDAR has, where it knows
+  bool start_moved_ = false;              ///< the LiDAR shows motion where it knows
   std::deque<FilterState> held_states_;   ///< of the last moments of holding
   std::vector<BodyPoints> start_points_;  ///< of the first scans, until gravity is known
   BodyPoints points_;

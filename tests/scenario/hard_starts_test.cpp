@@ -1,0 +1,95 @@
+// Starts that once failed: seeds whose first seconds show the LiDAR little, through the vehicle.
+#include <algorithm>
+#include <cmath>
+#include <variant>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rali/base/executor.hpp"
+#include "rali/sim/simulation.hpp"
+#include "rali/vehicle/vehicle.hpp"
+
+namespace rali {
+namespace {
+
+struct Start {
+  sim::Scene scene = sim::Scene::kLoop;
+  std::uint64_t seed = 1;
+  double rest_s = 3.0;
+  int pedestrians = 6;
+};
+
+struct Outcome {
+  bool diverged = false;
+  double farthest_m = 0.0;  ///< from the start, while the truth stood
+  double speed_max_mps = 0.0;
+  double end_error_m = 0.0;  ///< of the way from the first pose, against the truth
+};
+
+Outcome drive(const Start& start, double duration_s) {
+  sim::SimOptions options;
+  options.scene = start.scene;
+  options.seed = start.seed;
+  options.pedestrians = start.pedestrians;
+  options.motion.rest_s = start.rest_s;
+  options.duration_s = duration_s;
+  auto simulation = sim::make_simulation(options);
+  EXPECT_TRUE(simulation);
+  vehicle::VehicleSettings settings;
+  settings.has_imu = true;
+  settings.calibration = (*simulation)->calibration_nominal();
+  vehicle::Vehicle vehicle(VehicleId{0}, settings);
+  SerialExecutor executor;
+  Outcome out;
+  vehicle::OutputList outputs;
+  geometry::Vec3 first_true = geometry::Vec3::Zero();
+  geometry::Vec3 first = geometry::Vec3::Zero();
+  int poses = 0;
+  while (const auto message = (*simulation)->next()) {
+    outputs.clear();
+    std::visit([&](const auto& data) { vehicle.step(data, executor, outputs); }, *message);
+    for (const vehicle::Output& output : outputs) {
+      if (const auto* f = std::get_if<Finding>(&output)) {
+        out.diverged = out.diverged || f->id == "odometry.diverged";
+      }
+      const auto* pose = std::get_if<vehicle::PoseEstimate>(&output);
+      if (pose == nullptr) continue;
+      const geometry::Vec3 p_true = (*simulation)->truth(pose->t).state.T_world_body.p;
+      if (poses++ == 0) {
+        first = pose->T_odom_body.p;
+        first_true = p_true;
+      }
+      const double way_m = (pose->T_odom_body.p - first).norm();
+      const double true_m = (p_true - first_true).norm();
+      if (true_m < 0.005) out.farthest_m = std::max(out.farthest_m, way_m);
+      out.speed_max_mps = std::max(out.speed_max_mps, pose->v_odom_mps.norm());
+      out.end_error_m = std::abs(way_m - true_m);
+    }
+  }
+  EXPECT_GT(poses, 10);
+  return out;
+}
+
+TEST(HardStarts, a_vehicle_that_stands_does_not_slide_along_a_blind_corridor) {
+  // Sixteen rings, a map one scan old, people who walk by: nothing along the axis but them.
+  for (const std::uint64_t seed : {4, 5, 26}) {
+    const Outcome out = drive({sim::Scene::kLoop, seed}, 6.0);
+    EXPECT_FALSE(out.diverged) << seed;
+    EXPECT_LT(out.farthest_m, 0.05) << seed;
+    EXPECT_LT(out.end_error_m, 0.05) << seed;
+  }
+}
+
+TEST(HardStarts, a_start_in_motion_in_a_blind_corridor_does_not_run_away) {
+  // The LiDAR cannot tell the speed here, and tells so; it must not be dragged along by what
+  // little couples it with pitch.
+  for (const std::uint64_t seed : {31, 52}) {
+    const Outcome out = drive({sim::Scene::kLoop, seed, 0.0, 4}, 12.0);
+    EXPECT_FALSE(out.diverged) << seed;
+    EXPECT_LT(out.speed_max_mps, 5.0) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace rali
