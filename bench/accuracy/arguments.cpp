@@ -112,6 +112,11 @@ const std::map<std::string, Setter>& setters() {
          a.dump_dir = v;
          return {};
        }},
+      {"--into",
+       [](const std::string& v, Arguments& a) -> Status {
+         a.into = v;
+         return {};
+       }},
       {"--cache", [](const std::string& v, Arguments& a) -> Status {
          a.cache_dir = v;
          return {};
@@ -126,6 +131,7 @@ Result<Arguments> parse_arguments(int argc, const char* const* argv) {
   for (std::size_t i = 0; i < sim::kSceneNames.size(); ++i) {
     a.scenes.push_back(static_cast<sim::Scene>(i));
   }
+  a.words.assign(argv + 1, argv + argc);
   for (int i = 1; i < argc; ++i) {
     const std::string name = argv[i];
     if (name == "--help" || name == "-h") {
@@ -162,6 +168,8 @@ std::string help_text() {
          "  --set key=value          of the vehicle, e.g. odometry.robust.voxel_m=0.4\n"
          "  --cache DIR              keep cast recordings there (rs16: 90 kB per sweep)\n"
          "  --dump DIR               trajectories (TUM) and errors per sweep (CSV)\n"
+         "  --into FILE:NAME         the table also between '<!-- accuracy NAME -->' and\n"
+         "                           '<!-- end -->' of a Markdown file\n"
          "  --per-run                one row for each run before the summary\n";
 }
 

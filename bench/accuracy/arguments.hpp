@@ -14,7 +14,9 @@ struct Arguments {
   std::vector<std::string> settings;  ///< key=value for the vehicle
   sim::SimOptions sim;                ///< scene and seed are replaced
   std::string dump_dir, cache_dir;
-  bool per_run = false;  ///< one row for each run besides the summary
+  std::string into;                ///< FILE:NAME, the table goes there as well
+  std::vector<std::string> words;  ///< as given
+  bool per_run = false;            ///< one row for each run besides the summary
   bool help = false;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
+#include "document.hpp"
 #include "table.hpp"
 
 namespace rali::accuracy {
@@ -34,6 +35,14 @@ int main_with(const Arguments& a) {
   }
   if (a.per_run) fmt::print("{}\n", run_table(runs));
   fmt::print("{}", summary_table(runs));
+  if (const std::size_t colon = a.into.rfind(':'); colon != std::string::npos) {
+    const std::string text = fmt::format("    {}\n\n{}", command_of(a.words), short_table(runs));
+    const Status written = write_into(a.into.substr(0, colon), a.into.substr(colon + 1), text);
+    if (!written) {
+      fmt::print(stderr, "{}\n", written.error().message());
+      return 2;
+    }
+  }
   return all_done ? 0 : 1;
 }
 

@@ -137,7 +137,8 @@ void score_consistency(const eval::PairList& pairs, const std::vector<SweepRow>&
   // The frame is taken over from the pose one second after the first: an estimator that levels
   // itself with its first sweeps is not blamed for the very first one.
   std::size_t anchor = 0;
-  while (anchor + 1 < pairs.size() && seconds_between(pairs.front().t, pairs[anchor].t) < 1.0) ++anchor;
+  while (anchor + 1 < pairs.size() && seconds_between(pairs.front().t, pairs[anchor].t) < 1.0)
+    ++anchor;
   const SE3 T_est_ref = pairs[anchor].est * pairs[anchor].ref.inverse();
   const eval::Consistency six = eval::consistency(pairs, covariances, T_est_ref, 6);
   s.nees6 = six.mean;

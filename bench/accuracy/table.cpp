@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -34,30 +35,18 @@ constexpr std::array<Column, 14> kColumns{{{"APE rmse m", &Scores::ape_rmse_m, 3
                                            {"peak MB", &Scores::peak_mb, 0, false},
                                            {"way m", &Scores::way_m, 0, true}}};
 
-std::string heading(const char* first) {
+std::string heading(const char* first, std::span<const Column> columns) {
   std::string titles = fmt::format("| {} |", first);
   std::string line = "|---|";
-  for (const Column& c : kColumns) {
+  for (const Column& c : columns) {
     titles += fmt::format(" {} |", c.title);
     line += "---|";
   }
   return titles + " weak | diverged | poses |\n" + line + "---|---|---|\n";
 }
 
-}  // namespace
-
-std::string run_table(const std::vector<Scores>& runs) {
-  std::string out = heading("run");
-  for (const Scores& s : runs) {
-    out += fmt::format("| {} {} {} |", s.scene, s.seed, s.preset);
-    for (const Column& c : kColumns) out += fmt::format(" {:.{}f} |", s.*c.value, c.digits);
-    out += fmt::format(" {} | {} | {}/{} |\n", s.weak, s.diverged, s.poses, s.sweeps);
-  }
-  return out;
-}
-
-std::string summary_table(const std::vector<Scores>& runs) {
-  std::string out = heading("median / worst");
+std::string summary(const std::vector<Scores>& runs, std::span<const Column> columns) {
+  std::string out = heading("median / worst", columns);
   std::vector<bool> done(runs.size(), false);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     if (done[i]) continue;
@@ -68,7 +57,7 @@ std::string summary_table(const std::vector<Scores>& runs) {
       done[k] = true;
     }
     out += fmt::format("| {} {} ({}) |", runs[i].scene, runs[i].preset, group.size());
-    for (const Column& c : kColumns) {
+    for (const Column& c : columns) {
       std::vector<double> values;
       for (const Scores& s : group) values.push_back(s.*c.value);
       const auto [low, high] = std::minmax_element(values.begin(), values.end());
@@ -88,6 +77,28 @@ std::string summary_table(const std::vector<Scores>& runs) {
     out += fmt::format(" {} | {} | {}/{} |\n", weak, diverged, poses, sweeps);
   }
   return out;
+}
+
+}  // namespace
+
+std::string run_table(const std::vector<Scores>& runs) {
+  std::string out = heading("run", kColumns);
+  for (const Scores& s : runs) {
+    out += fmt::format("| {} {} {} |", s.scene, s.seed, s.preset);
+    for (const Column& c : kColumns) out += fmt::format(" {:.{}f} |", s.*c.value, c.digits);
+    out += fmt::format(" {} | {} | {}/{} |\n", s.weak, s.diverged, s.poses, s.sweeps);
+  }
+  return out;
+}
+
+std::string summary_table(const std::vector<Scores>& runs) { return summary(runs, kColumns); }
+
+std::string table_of(const std::vector<Scores>& runs, const std::vector<std::string>& titles) {
+  std::vector<Column> columns;
+  for (const Column& c : kColumns) {
+    if (std::find(titles.begin(), titles.end(), c.title) != titles.end()) columns.push_back(c);
+  }
+  return summary(runs, columns);
 }
 
 }  // namespace rali::accuracy
