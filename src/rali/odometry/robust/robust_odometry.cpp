@@ -39,7 +39,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   if (trusted && map_.empty()) begin_map();
   if (trusted) insert(scan);
   if (has_imu_ && !inertial_) {
-    remember_start(scan);
+    remember_start(scan, done);
     try_initialise(findings);
   }
   held_ = inertial_ && trusted && standstill_.update(state_, imu_);

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "rali/odometry/robust/internal/robust_filter.hpp"
@@ -135,7 +136,7 @@ void RobustOdometry::stand_if_still() {
 
 /// Keeps the sweep as it is without motion, in case the vehicle turns out to be standing: the
 /// speed that the LiDAR alone guesses in its first scans would bend it.
-void RobustOdometry::remember_start(const LidarScan& scan) {
+void RobustOdometry::remember_start(const LidarScan& scan, const UpdateResult& seen) {
   constexpr std::size_t kScansMax = 30;
   if (start_points_.size() < kScansMax) {
     const SweepMotion still(calibration_.T_body_lidar);
@@ -143,11 +144,16 @@ void RobustOdometry::remember_start(const LidarScan& scan) {
   }
   const Time begin = track_.front().t;
   const imu::ImuStatistics blocks = imu::statistics(block_means(imu_.between(begin, state_.t)));
-  // People who walk by drag the first poses along a corridor by decimetres: more is motion.
-  constexpr double kDragged = 3.0;
-  start_moved_ = has_travelled(state_.T_odom_body.p - track_.front().T_odom_body.p,
-                               state_.P.block<3, 3>(kPos, kPos),
-                               kDragged * settings_.initialisation.rest_travel_max_m);
+  // A young map and people who walk by drag the first poses by several sigma of one registration,
+  // decimetres along a corridor.
+  constexpr double kDragged_sigmas2 = 100.0;
+  Mat6 I = seen.information;
+  I.diagonal().array() += 1.0 / (settings_.drift.sigma_max_m * settings_.drift.sigma_max_m);
+  const Mat6 single = I.inverse();
+  const Mat3 P_travel =
+      state_.P.block<3, 3>(kPos, kPos) + kDragged_sigmas2 * single.bottomRightCorner<3, 3>();
+  start_moved_ = has_travelled(state_.T_odom_body.p - track_.front().T_odom_body.p, P_travel,
+                               settings_.initialisation.rest_travel_max_m);
   quiet_start_ = !start_moved_ && is_quiet(blocks, settings_.initialisation.rest);
 }
 

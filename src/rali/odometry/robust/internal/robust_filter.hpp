@@ -66,7 +66,7 @@ class RobustOdometry final : public Odometry {
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void look_around(const FilterState& predicted, UpdateResult& done);
   void stand_if_still();
-  void remember_start(const sensor::LidarScan& scan);
+  void remember_start(const sensor::LidarScan& scan, const UpdateResult& seen);
   void try_initialise(FindingList& findings);
   void insert(const sensor::LidarScan& scan);
   void insert_points(const geometry::SE3& T_odom_body);
