@@ -26,7 +26,9 @@ constexpr double kCellM = 0.8;
 constexpr double kRangeM = 20.0;
 constexpr std::size_t kCellPoints = 12;
 constexpr double kShareMin = 0.04;
-constexpr double kClusterCos = 0.966;  // 15 deg
+constexpr double kClusterCos = 0.966;   // 15 deg
+constexpr double kOtherWallCos = 0.87;  // 30 deg
+constexpr double kObliqueShare = 0.15;
 
 struct Point {
   std::int64_t key;
@@ -145,6 +147,26 @@ std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body
   return "Neither the inverse nor other axes fit; is the accelerometer's sign right?";
 }
 
+/// Walls in at least two directions and nothing oblique: what sparse rings see of a narrow corridor
+/// whose floor is too near below them. One direction alone may be a ground under swapped axes.
+bool only_walls_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+                     const Vec3& up_body) {
+  const double sine_of_tilt = std::sin(kTiltMaxDeg / kRadToDeg);
+  double oblique = 0.0;
+  bool two_directions = false;
+  const PlaneDirection* first = nullptr;
+  for (const PlaneDirection& plane : planes) {
+    const double cosine = (R_body_lidar * plane.n_lidar).dot(up_body);
+    const bool wall = std::abs(cosine) < sine_of_tilt;
+    const bool ceiling = cosine < -std::cos(kTiltMaxDeg / kRadToDeg);
+    if (!wall && !ceiling) oblique += plane.share;
+    if (!wall) continue;
+    if (first == nullptr) first = &plane;
+    two_directions = two_directions || plane.n_lidar.dot(first->n_lidar) < kOtherWallCos;
+  }
+  return two_directions && oblique < kObliqueShare;
+}
+
 }  // namespace
 
 std::vector<PlaneDirection> plane_directions(std::span<const sensor::LidarScan> scans) {
@@ -189,7 +211,7 @@ Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
   const std::optional<double> tilt = ground_tilt_rad(planes, R_body_lidar, up_body);
   if (!tilt || options.extrinsics == ExtrinsicsCheck::kOff) return findings;
   const double tilt_deg = *tilt * kRadToDeg;
-  if (tilt_deg <= kTiltMaxDeg) return findings;
+  if (tilt_deg <= kTiltMaxDeg || only_walls_seen(planes, R_body_lidar, up_body)) return findings;
   const std::string text = fmt::format(
       "T_body_lidar does not fit the data: the ground seen by the LiDAR is {:.1f} deg off level",
       tilt_deg);

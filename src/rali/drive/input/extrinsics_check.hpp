@@ -31,7 +31,8 @@ struct PlaneDirection {
 
 /// Compares T_body_lidar with gravity and the ground, at rest (algorithm: the ground is level to
 /// 15 deg where vehicles start; U12). What does not fit is an error (kInput) that names what would
-/// fit: the inverse, or another order of axes; with ExtrinsicsCheck::kWarn a finding D11.
+/// fit: the inverse, or another order of axes; with ExtrinsicsCheck::kWarn a finding D11. Where
+/// only walls are seen (a narrow corridor) gravity tells nothing about the axes: no complaint.
 /// @param up_body unit vector against gravity in body, from the accelerometer at rest
 [[nodiscard]] Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
                                                    const geometry::Mat3& R_body_lidar,

@@ -63,6 +63,17 @@ TEST(Extrinsics, names_swapped_axes_where_these_fit) {
       << checked.error().remedy;
 }
 
+TEST(Extrinsics, do_not_take_a_corridor_for_swapped_axes) {
+  // Two walls, no floor in reach of the rings: other axes would "fit" as well as the right ones.
+  const std::vector<PlaneDirection> walls = {{Vec3::UnitY(), 0.5}, {-Vec3::UnitY(), 0.45}};
+  EXPECT_TRUE(check_extrinsics(walls, Mat3::Identity(), Vec3::UnitZ(), {}));
+  const std::vector<PlaneDirection> oblique = {
+      {Vec3::UnitY(), 0.4}, {-Vec3::UnitY(), 0.3}, {Vec3(0.5, 0.0, 0.866), 0.3}};
+  EXPECT_FALSE(check_extrinsics(oblique, Mat3::Identity(), Vec3::UnitZ(), {}));
+  const std::vector<PlaneDirection> one = {{Vec3::UnitY(), 0.9}};
+  EXPECT_FALSE(check_extrinsics(one, Mat3::Identity(), Vec3::UnitZ(), {}));
+}
+
 TEST(Extrinsics, goes_on_with_a_finding_when_told_to_warn) {
   const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
   InputOptions options;
