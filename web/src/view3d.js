@@ -45,9 +45,13 @@ function make_dots(values, colour, size, order) {
 /** A way with a white border; lines of WebGL are one pixel wide, so it is made of dots. */
 function add_way(scene, way) {
   const values = float32_of(way.points);
-  const size = way.truth ? 2 : 3.5;
-  if (!way.truth) scene.add(make_dots(values, '#ffffff', size + 3, 1));
-  scene.add(make_dots(values, way.colour, size, 2));
+  if (way.truth) {
+    scene.add(make_dots(values, way.colour, 2, 1));
+    return;
+  }
+  scene.add(make_dots(values, '#ffffff', 6.5, 2));
+  if (way.blind) scene.add(make_dots(float32_of(way.blind), '#d55e00', 8, 3));
+  scene.add(make_dots(values, way.colour, 3.5, 4));
 }
 
 function unpack(json) {
@@ -59,13 +63,35 @@ function unpack(json) {
   };
 }
 
+/** Distance at which all corners of the box are seen, looking along -direction at its centre. */
+function distance_to_see(camera, box, direction) {
+  const centre = box.getCenter(new Vector3());
+  const right = new Vector3().crossVectors(camera.up, direction).normalize();
+  const up = new Vector3().crossVectors(direction, right);
+  const tan_up = Math.tan((camera.fov * Math.PI) / 360);
+  const tan_right = tan_up * camera.aspect;
+  let distance = 1;
+  for (let i = 0; i < 8; ++i) {
+    const corner = new Vector3(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+      i & 4 ? box.max.z : box.min.z).sub(centre);
+    const near = corner.dot(direction);
+    distance = Math.max(distance, near + Math.abs(corner.dot(right)) / tan_right,
+      near + Math.abs(corner.dot(up)) / tan_up);
+  }
+  return 1.06 * distance;
+}
+
+/** The whole map from above its longer side. */
 function place_camera(camera, controls, box) {
   const centre = box.getCenter(new Vector3());
-  const size = Math.max(box.getSize(new Vector3()).length(), 1);
+  const size = box.getSize(new Vector3());
+  const direction = (size.x >= size.y ? new Vector3(-0.25, -0.6, 0.75) : new Vector3(0.6, -0.25, 0.75))
+    .normalize();
   camera.up.set(0, 0, 1);
-  camera.near = size / 1000;
-  camera.far = size * 20;
-  camera.position.copy(centre).add(new Vector3(-0.3, -0.55, 0.62).multiplyScalar(size));
+  const distance = distance_to_see(camera, box, direction);
+  camera.near = distance / 1000;
+  camera.far = distance * 20;
+  camera.position.copy(centre).addScaledVector(direction, distance);
   camera.updateProjectionMatrix();
   controls.target.copy(centre);
   controls.update();
@@ -134,6 +160,9 @@ export function start_view(holder) {
   document.getElementById('view3d-colour')?.addEventListener('change', (event) => {
     points.geometry.setAttribute('color',
       new BufferAttribute(colours_of(data, event.target.value), 3, true));
+    for (const key of document.querySelectorAll('.keys [data-colour]')) {
+      key.hidden = key.dataset.colour !== event.target.value;
+    }
     draw();
   });
   const cut = document.getElementById('view3d-cut');
@@ -143,8 +172,8 @@ export function start_view(holder) {
     draw();
   };
   cut?.addEventListener('input', lower);
-  home();
   resize();
+  home();
   lower();
   holder.dataset.state = `${data.count} points drawn`;
 }

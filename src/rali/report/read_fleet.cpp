@@ -2,28 +2,17 @@
 
 #include <fmt/format.h>
 
-#include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/input_file.hpp"
 #include "rali/io/files/text.hpp"
 #include "rali/report/internal/read_parts.hpp"
 #include "rali/report/internal/table_rows.hpp"
+#include "rali/report/thinned_map.hpp"
 
 namespace rali::report {
 namespace {
 
 constexpr std::uint64_t kSettingsBytesMax = 4ULL << 20;
 constexpr std::size_t kSettingsMax = 1000;
-
-std::vector<float> column(const io::CloudFile& cloud, const char* name, const char* other) {
-  int field = cloud.field(name);
-  if (field < 0) field = cloud.field(other);
-  if (field < 0) return {};
-  const std::vector<double> values = cloud.column(field);
-  std::vector<float> out(values.size());
-  std::transform(values.begin(), values.end(), out.begin(),
-                 [](double v) { return static_cast<float>(v); });
-  return out;
-}
 
 /// "key: value   # origin" apart; a '#' in quotes does not occur before the origin's.
 void split_line(std::string_view line, std::string& key, std::string& value, std::string& origin) {
@@ -52,6 +41,15 @@ void read_fleet_tables(const std::string& dir, Time t_begin, RunData& run) {
                           row.text("next_anchor"), row.seconds("start_s", t_begin),
                           row.seconds("end_s", t_begin)});
   });
+  read_table(dir, "frontiers.csv", run, [&](const TableRow& row) {
+    run.frontiers.push_back({row.text("round"),
+                             row.text("id"),
+                             row.text("nearest_vehicle"),
+                             row.text("state"),
+                             row.text("reason"),
+                             {row.number("x"), row.number("y"), kUnknown},
+                             row.number("length_m")});
+  });
   read_table(dir, "loops.csv", run, [&](const TableRow& row) {
     run.loops.push_back({row.text("vehicle_from"), row.text("vehicle_to"), row.text("reason"),
                          row.seconds("stamp_from_s", t_begin), row.seconds("stamp_to_s", t_begin),
@@ -63,24 +61,37 @@ void read_map(const std::string& dir, RunData& run) {
   std::string name = "map.pcd";
   if (!file_exists(dir + '/' + name)) name = "map.ply";
   if (!file_exists(dir + '/' + name)) return;
-  const Result<io::CloudFile> cloud = io::read_cloud_file(dir + '/' + name);
-  if (!cloud) {
-    run.unreadable.push_back(fmt::format("{}: {}", name, cloud.error().what));
+  Result<ThinnedMap> map = read_thinned_map(dir + '/' + name);
+  if (!map) {
+    run.unreadable.push_back(fmt::format("{}: {}", name, map.error().what));
     return;
   }
-  MapPoints& map = run.map;
-  map.x_m = column(*cloud, "x", "x");
-  map.y_m = column(*cloud, "y", "y");
-  map.z_m = column(*cloud, "z", "z");
-  if (map.y_m.size() != map.x_m.size() || map.z_m.size() != map.x_m.size()) map = {};
-  map.sigma_m = column(*cloud, "sigma", "scalar_sigma");
-  map.sigma_m.resize(map.size(), std::numeric_limits<float>::quiet_NaN());
-  const std::vector<float> vehicle = column(*cloud, "vehicle", "scalar_vehicle");
-  map.vehicle.resize(map.size(), 0);
-  for (std::size_t i = 0; i < std::min(vehicle.size(), map.size()); ++i) {
-    map.vehicle[i] = vehicle[i] >= 0.0F && vehicle[i] < 255.5F
-                         ? static_cast<std::uint8_t>(vehicle[i])
-                         : std::uint8_t{0};
+  if (!map->note.empty()) run.unreadable.push_back(fmt::format("{} {}", name, map->note));
+  run.map = std::move(map->points);
+  run.map_file_points = map->points_in_file;
+}
+
+void find_frame_of_map(RunData& run) {
+  if (run.groups.size() < 2) return;
+  // Points name their vehicle by its place in the list; the largest group is what map.* holds.
+  std::vector<std::size_t> points(run.vehicles.size(), 0);
+  for (const std::uint8_t v : run.map.vehicle) {
+    if (v < points.size()) ++points[v];
+  }
+  const auto weight = [&](const std::vector<std::string>& group) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
+      const VehicleView& v = run.vehicles[i];
+      if (std::find(group.begin(), group.end(), v.name) == group.end()) continue;
+      sum += run.map.size() > 0 ? static_cast<double>(points[i]) : v.numbers.keyframes.value_or(0);
+    }
+    return sum;
+  };
+  const auto best =
+      std::max_element(run.groups.begin(), run.groups.end(),
+                       [&](const auto& a, const auto& b) { return weight(a) < weight(b); });
+  for (VehicleView& v : run.vehicles) {
+    v.in_map = std::find(best->begin(), best->end(), v.name) != best->end();
   }
 }
 

@@ -44,6 +44,8 @@ Result<RunData> read_run(const std::string& out_dir) {
   for (VehicleView& vehicle : run.vehicles) read_vehicle(out_dir, t_begin, vehicle, run);
   read_fleet_tables(out_dir, t_begin, run);
   read_map(out_dir, run);
+  find_frame_of_map(run);
+  run.begin = t_begin;
   read_settings(out_dir, run);
   return run;
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -17,6 +18,9 @@ namespace fs = std::filesystem;
 
 /// Spans that are nearer than this are one: a single seen sweep between blind ones says nothing.
 constexpr double kBlindJoin_s = 0.5;
+constexpr double kSameStamp_s = 1e-4;
+/// Shorter steps are noise and have no direction.
+constexpr double kStepOfMotion_m = 0.5;
 constexpr std::size_t kVehiclesMax = 64;
 
 /// A name out of a file must not lead to other folders.
@@ -44,8 +48,15 @@ std::vector<WayPoint> read_way(const std::string& dir, const std::string& name, 
 
 void read_sigmas(const std::string& dir, Time t_begin, VehicleView& v, RunData& run) {
   read_table(dir, "trajectory/" + v.name + ".cov.csv", run, [&](const TableRow& row) {
+    SigmaPoint p;
+    constexpr std::array<const char*, 6> kNames = {"c00", "c01", "c02", "c11", "c12", "c22"};
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+      p.cov_m2[i] = static_cast<float>(row.number(kNames[i]));
+    }
     const double variance = row.number("c00") + row.number("c11") + row.number("c22");
-    if (variance >= 0.0) v.sigmas.push_back({row.seconds("stamp_s", t_begin), std::sqrt(variance)});
+    p.t_s = row.seconds("stamp_s", t_begin);
+    p.sigma_m = std::sqrt(variance);
+    if (std::isfinite(p.sigma_m) && std::isfinite(p.t_s)) v.sigmas.push_back(p);
   });
 }
 
@@ -102,25 +113,73 @@ void add_holder(const std::string& name, std::string& list) {
   list += (list.empty() ? "" : ", ") + name;
 }
 
+/// What the covariance of the final pose says along the axis seen worst.
+void find_errors_along_axes(VehicleView& v) {
+  std::size_t at = 0;
+  for (DegeneracyPoint& d : v.degeneracy) {
+    while (at < v.sigmas.size() && v.sigmas[at].t_s < d.t_s - kSameStamp_s) ++at;
+    if (at == v.sigmas.size()) return;
+    if (v.sigmas[at].t_s <= d.t_s + kSameStamp_s) d.off_m = v.sigmas[at].along_m(d.axis);
+  }
+}
+
+/// Way within a span, and whether it went along the axis.
+void add_motion(const VehicleView& v, BlindSpan& span) {
+  double along_m = 0.0, sum_m = 0.0;
+  const WayPoint* from = nullptr;
+  const WayPoint* before = nullptr;
+  auto at = std::lower_bound(v.way.begin(), v.way.end(), span.begin_s - kSameStamp_s,
+                             [](const WayPoint& w, double t) { return w.t_s < t; });
+  for (; at != v.way.end() && at->t_s <= span.end_s + kSameStamp_s; ++at) {
+    if (before != nullptr) span.way_m += (at->p_m - before->p_m).norm();
+    before = &*at;
+    if (from == nullptr) from = before;
+    const geometry::Vec3 step_m = at->p_m - from->p_m;
+    if (step_m.norm() < kStepOfMotion_m) continue;
+    along_m += std::abs(step_m.dot(span.axis));
+    sum_m += step_m.norm();
+    from = before;
+  }
+  if (sum_m > 0.0 && span.axis.norm() > 0.5) span.along_way = along_m / sum_m;
+}
+
 void find_blind_spans(VehicleView& v) {
+  std::size_t sweeps = 0, held = 0;
   for (const DegeneracyPoint& d : v.degeneracy) {
     if (!d.blind) continue;
     if (v.blind.empty() || d.t_s - v.blind.back().end_s > kBlindJoin_s) {
-      v.blind.push_back({d.t_s, d.t_s, geometry::Vec3::Zero(), kUnknown, ""});
+      v.blind.emplace_back();
+      v.blind.back().begin_s = d.t_s;
+      v.blind.back().off_begin_m = d.off_m;
+      sweeps = held = 0;
     }
     BlindSpan& span = v.blind.back();
     span.end_s = d.t_s;
     // An axis has no sign.
     if (d.axis.allFinite()) span.axis += span.axis.dot(d.axis) < 0.0 ? -d.axis : d.axis;
-    if (!(d.sigma_blind_m <= span.sigma_max_m)) span.sigma_max_m = d.sigma_blind_m;
+    // The covariance is of the final pose; the column is what was expected on the way.
+    const double off_m = std::isfinite(d.off_m) ? d.off_m : d.sigma_blind_m;
+    if (std::isfinite(off_m) && !(off_m <= span.off_max_m)) span.off_max_m = off_m;
     add_holder(d.range_from, span.held_by);
+    ++sweeps;
+    held += d.range_from.empty() ? 0 : 1;
+    span.held_share = static_cast<double>(held) / static_cast<double>(sweeps);
   }
   for (BlindSpan& span : v.blind) {
     if (span.axis.norm() > 0.0) span.axis.normalize();
+    add_motion(v, span);
   }
 }
 
 }  // namespace
+
+double SigmaPoint::along_m(const geometry::Vec3& a) const {
+  const auto c = [&](std::size_t i) { return static_cast<double>(cov_m2[i]); };
+  const double variance =
+      c(0) * a.x() * a.x() + c(3) * a.y() * a.y() + c(5) * a.z() * a.z() +
+      2.0 * (c(1) * a.x() * a.y() + c(2) * a.x() * a.z() + c(4) * a.y() * a.z());
+  return variance >= 0.0 ? std::sqrt(variance) : kUnknown;
+}
 
 void add_vehicles_of_files(const std::string& dir, RunData& run) {
   std::vector<std::string> names;
@@ -154,6 +213,7 @@ void read_vehicle(const std::string& dir, Time& t_begin, VehicleView& vehicle, R
   read_degeneracy(dir, t_begin, vehicle, run);
   read_errors(dir, t_begin, vehicle, run);
   find_truth(run, vehicle);
+  find_errors_along_axes(vehicle);
   find_blind_spans(vehicle);
 }
 

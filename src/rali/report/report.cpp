@@ -32,10 +32,13 @@ std::string head(const std::string& title) {
 
 /// Hatching of what is blind; used by all drawings of the page.
 constexpr std::string_view kPatterns =
-    "<svg width=\"0\" height=\"0\" class=\"patterns\"><defs><pattern id=\"hatch\" width=\"6\" "
-    "height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect "
-    "width=\"6\" height=\"6\" fill=\"#d55e00\" fill-opacity=\"0.12\"/><path d=\"M0 0V6\" "
-    "stroke=\"#d55e00\" stroke-width=\"1.6\" stroke-opacity=\"0.7\"/></pattern></defs></svg>\n";
+    "<svg width=\"0\" height=\"0\" class=\"patterns\"><defs><pattern id=\"hatch\" width=\"9\" "
+    "height=\"9\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect "
+    "width=\"9\" height=\"9\" fill=\"#d55e00\" fill-opacity=\"0.05\"/><path d=\"M0 0V9\" "
+    "stroke=\"#d55e00\" stroke-width=\"1.4\" stroke-opacity=\"0.45\"/></pattern><pattern "
+    "id=\"hatch-strong\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" "
+    "patternTransform=\"rotate(45)\"><rect width=\"6\" height=\"6\" fill=\"#fff\"/><path "
+    "d=\"M0 0V6\" stroke=\"#d55e00\" stroke-width=\"4\"/></pattern></defs></svg>\n";
 
 std::string contents(const std::vector<Section>& sections) {
   std::string out = "<nav><ol>";
@@ -90,6 +93,21 @@ std::string page(const std::string& title, const std::string& subtitle,
   return out + "</body>\n</html>\n";
 }
 
+/// "2023-11-14 22:13" of seconds since 1970; empty for what is no such clock (a boot-time clock).
+/// Source of the calendar: H. Hinnant, "chrono-compatible low-level date algorithms",
+/// civil_from_days.
+std::string utc_text(Time t) {
+  constexpr std::int64_t kDay_s = 86400, kFirst_s = 946684800, kLast_s = 4102444800;  // 2000, 2100
+  const std::int64_t s = t.ns / 1'000'000'000;
+  if (s < kFirst_s || s >= kLast_s) return {};
+  const std::int64_t z = s / kDay_s + 719468, era = z / 146097, doe = z - era * 146097;
+  const std::int64_t yoe = (doe - doe / 1460 + doe / 36524 - doe / 146096) / 365;
+  const std::int64_t doy = doe - (365 * yoe + yoe / 4 - yoe / 100), mp = (5 * doy + 2) / 153;
+  const std::int64_t month = mp < 10 ? mp + 3 : mp - 9;
+  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}", yoe + era * 400 + (month <= 2 ? 1 : 0), month,
+                     doy - (153 * mp + 2) / 5 + 1, s % kDay_s / 3600, s % 3600 / 60);
+}
+
 }  // namespace
 
 std::string report_html(const RunData& run) {
@@ -99,9 +117,12 @@ std::string report_html(const RunData& run) {
                             : names.size() > 4
                                 ? fmt::format("RaLI map of {} vehicles", names.size())
                                 : fmt::format("RaLI map of {}", names_text(names));
-  const std::string subtitle = run.version.empty()
-                                   ? std::string("report")
-                                   : fmt::format("report of rali {}", escaped(run.version));
+  std::string subtitle = run.version.empty()
+                             ? std::string("report")
+                             : fmt::format("report of rali {}", escaped(run.version));
+  if (const std::string day = utc_text(run.begin); !day.empty()) {
+    subtitle += fmt::format(", data from {} UTC", day);
+  }
   return page(title, subtitle,
               {verdict_section(run), map_section(run), view3d_section(run), vehicles_section(run),
                ranges_section(run), fleet_section(run), truth_section(run), input_section(run),

@@ -135,7 +135,7 @@ TEST(Report, says_in_one_line_what_is_not_there) {
   run.points = 0;
   const std::string page = page_of(run);
   EXPECT_TRUE(has(page, "There is no map.pcd or map.ply with points."));
-  EXPECT_TRUE(has(page, "No ranges were given"));
+  EXPECT_TRUE(has(page, "No range was used"));
   EXPECT_TRUE(has(page, "No truth"));
   EXPECT_TRUE(has(page, "there is no map"));
 }

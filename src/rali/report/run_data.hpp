@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -7,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "rali/base/time.hpp"
 #include "rali/geometry/types.hpp"
 
 namespace rali::report {
@@ -29,6 +31,10 @@ struct WayPoint {
 struct SigmaPoint {
   double t_s = 0.0;
   double sigma_m = kUnknown;
+  std::array<float, 6> cov_m2{};  ///< xx xy xz yy yz zz, axes of the map
+
+  /// Expected error along a unit vector of the map.
+  [[nodiscard]] double along_m(const geometry::Vec3& axis) const;
 };
 
 struct DegeneracyPoint {
@@ -38,7 +44,8 @@ struct DegeneracyPoint {
   geometry::Vec3 axis = geometry::Vec3::Constant(kUnknown);
   double sigma_blind_m = kUnknown;
   double correction_m = kUnknown;
-  std::string range_from;  ///< empty: no range held it
+  double off_m = kUnknown;  ///< expected error of the final pose along `axis`, 1 sigma
+  std::string range_from;   ///< empty: no range held it
 };
 
 struct ErrorPoint {
@@ -53,7 +60,10 @@ struct ErrorPoint {
 struct BlindSpan {
   double begin_s = 0.0, end_s = 0.0;
   geometry::Vec3 axis = geometry::Vec3::Zero();  ///< mean, one sign
-  double sigma_max_m = kUnknown;
+  double way_m = 0.0;
+  double along_way = kUnknown;  ///< mean |cos| of the angle between axis and motion
+  double off_begin_m = kUnknown, off_max_m = kUnknown;  ///< expected along the axis, 1 sigma
+  double held_share = 0.0;                              ///< of its sweeps that a range held
   std::string held_by;  ///< vehicles whose ranges held it, with commas; empty: none
 };
 
@@ -74,6 +84,7 @@ struct VehicleView {
   std::vector<BlindSpan> blind;
   std::vector<ErrorPoint> errors;
   std::vector<WayPoint> truth;  ///< brought into map
+  bool in_map = true;           ///< false: it stands in a frame that is not that of map.*
 };
 
 struct RangeRow {
@@ -97,6 +108,13 @@ struct RangeNumbers {
 struct Round {
   std::string round, anchor, ended_by, next_anchor;
   double begin_s = kUnknown, end_s = kUnknown;
+};
+
+/// A border of what was seen.
+struct Frontier {
+  std::string round, id, nearest_vehicle, state, reason;
+  geometry::Vec3 p_m = geometry::Vec3::Constant(kUnknown);  ///< z unknown
+  double length_m = kUnknown;
 };
 
 struct Loop {
@@ -144,6 +162,7 @@ struct RunData {
   std::string name;    ///< last part of the folder's path
   std::string status;  ///< of status.json; "" if there is none
   std::string version;
+  Time begin;  ///< first stamp of the data; 0: not known
   Number duration_s;
   std::vector<VehicleView> vehicles;
   std::vector<std::vector<std::string>> groups;  ///< vehicles that share one frame
@@ -152,8 +171,10 @@ struct RunData {
   std::vector<RangeRow> range_rows;
   std::vector<Round> rounds;
   std::vector<Loop> loops;
+  std::vector<Frontier> frontiers;
   Number map_points, map_voxel_m, map_thickness_m;
-  MapPoints map;
+  MapPoints map;                      ///< thinned, see read_thinned_map
+  std::uint64_t map_file_points = 0;  ///< before thinning
   std::vector<Warning> warnings;
   Timing timing;
   bool settings_known = false;

@@ -21,11 +21,14 @@ void add_vehicles_of_files(const std::string& dir, RunData& run);
 /// @param t_begin 0: becomes the first stamp that is met.
 void read_vehicle(const std::string& dir, Time& t_begin, VehicleView& vehicle, RunData& run);
 
-/// ranges.csv, rounds.csv, loops.csv.
+/// ranges.csv, rounds.csv, frontiers.csv, loops.csv.
 void read_fleet_tables(const std::string& dir, Time t_begin, RunData& run);
 
 /// map.pcd, else map.ply.
 void read_map(const std::string& dir, RunData& run);
+
+/// Marks the vehicles that stand in another frame than the map does.
+void find_frame_of_map(RunData& run);
 
 /// Lines of settings.yaml whose origin is not "default".
 void read_settings(const std::string& dir, RunData& run);

@@ -85,7 +85,7 @@ void draw_axes(const MapView& view, const Frame& f, std::string& out) {
                    "y=\"{2:.1f}\" class=\"mid\">{3}</text>\n",
                    f.px(tick), f.top + f.height, f.top + f.height + 15.0, tick_text(tick, step_x));
   }
-  const std::size_t count = std::max<std::size_t>(2, static_cast<std::size_t>(f.height / 80.0));
+  const std::size_t count = std::max<std::size_t>(3, static_cast<std::size_t>(f.height / 70.0));
   const double step_y = tick_step(f.up.width(), count);
   for (const double tick : ticks_of(f.up, count)) {
     fmt::format_to(at,
@@ -96,24 +96,27 @@ void draw_axes(const MapView& view, const Frame& f, std::string& out) {
   fmt::format_to(
       at,
       "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid axis\">{} of map [m]</text>"
-      "<text transform=\"translate(11 {:.1f}) rotate(-90)\" class=\"mid axis\">{} of map "
-      "[m]{}</text>\n",
+      "<text transform=\"translate(11 {:.1f}) rotate(-90)\" class=\"mid axis\">{} [m]</text>\n",
       f.left + 0.5 * f.width, f.top + f.height + 30.0, kAxisNames[view.axes.right],
-      f.top + 0.5 * f.height, kAxisNames[view.axes.up],
-      f.stretch > 1.0 ? fmt::format(", x {:.0f}", f.stretch) : "");
+      f.top + 0.5 * f.height, kAxisNames[view.axes.up]);
+  if (f.stretch > 1.0) {
+    fmt::format_to(at,
+                   "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"end axis\">heights are drawn {:.0f} "
+                   "times as large</text>\n",
+                   f.left + f.width, f.top + f.height + 30.0, f.stretch);
+  }
 }
 
-/// A bar of a round length, about a sixth of the width, in the lower left.
+/// A bar of a round length, about a sixth of the width, under the right end of the axis.
 void draw_scale_bar(const Frame& f, std::string& out) {
   const double length = tick_step(f.right.width(), 6);
   const double width = length / f.right.width() * f.width;
-  fmt::format_to(
-      std::back_inserter(out),
-      "<g class=\"scale\" transform=\"translate({:.1f} {:.1f})\"><rect x=\"-6\" y=\"-16\" "
-      "width=\"{:.1f}\" height=\"23\"/><path d=\"M0 -4v6H{:.1f}v-6\"/><text x=\"{:.1f}\" "
-      "y=\"-3\" class=\"mid\">{} m</text></g>\n",
-      f.left + 14.0, f.top + f.height - 14.0, width + 12.0, width, 0.5 * width,
-      tick_text(length, length));
+  fmt::format_to(std::back_inserter(out),
+                 "<g class=\"scale\" transform=\"translate({:.1f} {:.1f})\"><path d=\"M0 "
+                 "-4v6H{:.1f}v-6\"/><text x=\"{:.1f}\" "
+                 "y=\"-3\" class=\"mid\">{} m</text></g>\n",
+                 f.left + f.width - width, f.top + f.height + 33.0, width, 0.5 * width,
+                 tick_text(length, length));
 }
 
 std::string path_of(const MapView& view, const Frame& f, const std::vector<WayPoint>& way,
@@ -167,11 +170,13 @@ void draw_ends(const MapView& view, const Frame& f, const MapWay& way, std::stri
   const auto [bx, by] = at_pixel(way.points->front());
   const auto [ex, ey] = at_pixel(way.points->back());
   const std::string colour = css(way.style.colour);
+  const bool at_border = ex > f.left + f.width - 60.0;
   fmt::format_to(std::back_inserter(out),
                  "<circle class=\"begin\" cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"4\" stroke=\"{2}\"/>"
                  "<rect class=\"end-mark\" x=\"{3:.1f}\" y=\"{4:.1f}\" width=\"8\" height=\"8\" "
-                 "fill=\"{2}\"/><text x=\"{5:.1f}\" y=\"{6:.1f}\" class=\"name\">{7}</text>\n",
-                 bx, by, colour, ex - 4.0, ey - 4.0, ex + 7.0, ey - 5.0, escaped(way.label));
+                 "fill=\"{2}\"/><text x=\"{5:.1f}\" y=\"{6:.1f}\" class=\"name{8}\">{7}</text>\n",
+                 bx, by, colour, ex - 4.0, ey - 4.0, at_border ? ex - 7.0 : ex + 7.0, ey - 6.0,
+                 escaped(way.label), at_border ? " end" : "");
 }
 
 void draw_anchors(const MapView& view, const Frame& f, std::string& out) {
@@ -182,6 +187,38 @@ void draw_anchors(const MapView& view, const Frame& f, std::string& out) {
                    "<path class=\"anchor\" d=\"M{:.1f} {:.1f}l6 10h-12z\"><title>{}</title></path>"
                    "\n",
                    x, y - 6.0, escaped(spot.label));
+  }
+}
+
+void draw_frontiers(const MapView& view, const Frame& f, std::string& out) {
+  for (const MapSpot& spot : view.frontiers) {
+    const double x = f.px(along(spot.p_m, view.axes.right));
+    const double y = f.py(along(spot.p_m, view.axes.up));
+    if (!std::isfinite(x) || !std::isfinite(y)) continue;
+    fmt::format_to(std::back_inserter(out),
+                   "<path class=\"frontier\" d=\"M{:.1f} {:.1f}l5 5l-5 5l-5 -5z\"><title>{}</title>"
+                   "</path>\n",
+                   x, y - 5.0, escaped(spot.label));
+  }
+}
+
+/// A line of 2 sigma with a cap at each end. Shorter ones than can be seen are left out.
+void draw_bars(const MapView& view, const Frame& f, std::string& out) {
+  constexpr double kShortest = 3.0, kCap = 6.0;
+  for (const MapBar& bar : view.bars) {
+    const geometry::Vec3 a = bar.p_m - bar.half_m, b = bar.p_m + bar.half_m;
+    const double ax = f.px(along(a, view.axes.right)), ay = f.py(along(a, view.axes.up));
+    const double bx = f.px(along(b, view.axes.right)), by = f.py(along(b, view.axes.up));
+    const double length = std::hypot(bx - ax, by - ay);
+    if (!(length > 2.0 * kShortest && length < 1e4)) continue;
+    const double cx = -(by - ay) / length * kCap, cy = (bx - ax) / length * kCap;
+    const std::string path = fmt::format(
+        "M{:.1f} {:.1f}L{:.1f} {:.1f}M{:.1f} {:.1f}l{:.1f} {:.1f}M{:.1f} {:.1f}l{:.1f} {:.1f}", ax,
+        ay, bx, by, ax - cx, ay - cy, 2.0 * cx, 2.0 * cy, bx - cx, by - cy, 2.0 * cx, 2.0 * cy);
+    fmt::format_to(std::back_inserter(out),
+                   "<path class=\"off-halo\" d=\"{0}\"/><path class=\"off\" d=\"{0}\"><title>{1}"
+                   "</title></path>\n",
+                   path, escaped(bar.label));
   }
 }
 
@@ -217,6 +254,8 @@ std::string svg_of(const MapView& view) {
   draw_cloud(view, f, out);
   draw_axes(view, f, out);
   for (const MapWay& way : view.ways) draw_way(view, f, way, out);
+  draw_bars(view, f, out);
+  draw_frontiers(view, f, out);
   draw_anchors(view, f, out);
   for (const MapWay& way : view.ways) draw_ends(view, f, way, out);
   if (!view.stretch_up) draw_scale_bar(f, out);  // a side view has no room; its axis is the same

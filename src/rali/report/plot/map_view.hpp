@@ -22,6 +22,13 @@ struct MapSpot {
   std::string label;
 };
 
+/// How far off a place may be along one axis, drawn at the scale of the map.
+struct MapBar {
+  geometry::Vec3 p_m = geometry::Vec3::Zero();
+  geometry::Vec3 half_m = geometry::Vec3::Zero();  ///< 1 sigma along the axis
+  std::string label;
+};
+
 /// One view of a map: cloud as a picture, ways, scale bar, axes.
 struct MapView {
   const MapPoints* map = nullptr;
@@ -32,6 +39,8 @@ struct MapView {
   std::string colour_low, colour_high;
   std::vector<MapWay> ways;
   std::vector<MapSpot> anchors;
+  std::vector<MapSpot> frontiers;  ///< without z: not drawn from the side
+  std::vector<MapBar> bars;
   double width = 760.0, height_max = 620.0;
   bool stretch_up = false;  ///< a side view of a long map is drawn higher than it is, and says so
 };

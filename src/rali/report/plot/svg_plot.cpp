@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -66,6 +67,43 @@ Frame frame_of(const Plot& plot) {
   return f;
 }
 
+using Tick = std::pair<double, std::string>;
+
+/// 1, 2, 5, 10, .. where few decades are seen, else powers of ten.
+std::vector<Tick> log_ticks(const Range& y) {
+  std::vector<Tick> ticks;
+  const double stride = std::max(1.0, std::ceil(y.width() / 6.0));
+  constexpr double kDecadesMax = 1000.0;
+  if (!(y.width() < kDecadesMax)) return ticks;
+  for (double e = std::floor(y.low() / stride) * stride; e <= y.high(); e += stride) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      if (factor > 1.0 && y.width() > 2.5) break;
+      const double at = e + std::log10(factor);
+      if (at < y.low() || at > y.high()) continue;
+      ticks.emplace_back(at, fmt::format("{:g}", factor * std::pow(10.0, e)));
+    }
+  }
+  return ticks;
+}
+
+std::vector<Tick> ticks_up(const Plot& plot, const Frame& f) {
+  if (f.log_y) return log_ticks(f.y);
+  std::vector<Tick> ticks;
+  if (!plot.y_step) {
+    // One tick gives no scale.
+    std::size_t count = 4;
+    while (count < 8 && ticks_of(f.y, count).size() < 3) ++count;
+    const double step = tick_step(f.y.width(), count);
+    for (const double at : ticks_of(f.y, count)) ticks.emplace_back(at, tick_text(at, step));
+    return ticks;
+  }
+  for (double at = std::ceil(f.y.low() / *plot.y_step) * *plot.y_step;
+       at <= f.y.high() && ticks.size() < 20; at += *plot.y_step) {
+    ticks.emplace_back(at, tick_text(at, *plot.y_step));
+  }
+  return ticks;
+}
+
 void draw_axes(const Plot& plot, const Frame& f, std::string& out) {
   auto at = std::back_inserter(out);
   const double step_x = tick_step(f.x.width(), 8);
@@ -75,12 +113,9 @@ void draw_axes(const Plot& plot, const Frame& f, std::string& out) {
     fmt::format_to(at, "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid\">{}</text>\n", f.px(tick),
                    f.bottom + 13.0, tick_text(tick, step_x));
   }
-  const double step_y = tick_step(f.y.width(), 4);
-  for (const double tick : ticks_of(f.y, 4)) {
+  for (const auto& [tick, text] : ticks_up(plot, f)) {
     const double py = f.bottom - (tick - f.y.low()) / f.y.width() * (f.bottom - f.top);
     fmt::format_to(at, "<path class=\"grid\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>", f.left, py, f.right);
-    const std::string text =
-        f.log_y ? fmt::format("{:.3g}", std::pow(10.0, tick)) : tick_text(tick, step_y);
     fmt::format_to(at, "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"end\">{}</text>\n", f.left - 5.0,
                    py + 3.5, text);
   }
@@ -157,10 +192,10 @@ double draw_legend(const Plot& plot, std::string& out) {
   if (!plot.title.empty()) {
     fmt::format_to(at, "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"title\">{}</text>", x, y,
                    escaped(plot.title));
-    x += 7.2 * static_cast<double>(plot.title.size()) + 24.0;
+    x += 7.8 * static_cast<double>(plot.title.size()) + 24.0;
   }
   const auto entry = [&](const std::string& label, const std::string& shape, double mark_width) {
-    const double width = mark_width + 8.0 + 6.2 * static_cast<double>(label.size()) + 14.0;
+    const double width = mark_width + 8.0 + 6.6 * static_cast<double>(label.size()) + 14.0;
     if (x + width > plot.width && x > kLeft) {
       x = kLeft;
       y += kLegendRow;

@@ -39,8 +39,9 @@ struct Plot {
   std::vector<Mark> marks;
   std::optional<double> y_min, y_max;
   std::optional<double> x_min, x_max;
-  bool log_y = false;  ///< values of 0 and less are left out
-  bool legend = true;  ///< false: the title says what the only series is
+  std::optional<double> y_step;  ///< between ticks; else round numbers
+  bool log_y = false;            ///< values of 0 and less are left out
+  bool legend = true;            ///< false: the title says what the only series is
   double width = 760.0, height = 170.0;
 };
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
+#include "rali/report/section/blind.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
@@ -18,6 +19,8 @@ constexpr double kUnheldShare = 0.02;
 constexpr double kLargeSigma_m = 0.5;
 /// Mean of NEES above this multiple of what it should be: the covariances promise too much.
 constexpr double kNeesFactorMax = 2.0;
+/// Less than this share within bounds that should hold 95 %: the same.
+constexpr double kWithin95Min = 0.85;
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kGapWords = {
     {{"jumps", "jumps of the clock"},
@@ -35,7 +38,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kGapWord
 
 std::string status_words(const RunData& run) {
   if (run.status == "complete") return "complete";
-  if (run.status == "partial") return "done with gaps; all outputs are valid for what was usable";
+  if (run.status == "partial") return "done in part, see the findings; what is there is valid";
   if (run.status == "interrupted") return "stopped before the end of the data";
   if (run.status == "failed") return "failed; what is whole was kept";
   if (run.status == "running") return "still running, or killed";
@@ -92,11 +95,6 @@ Check divergence_check(const RunData& run) {
   return check;
 }
 
-/// Share of the way on which a vehicle was blind and no range held it.
-double unheld_share(const VehicleNumbers& n) {
-  return n.blind_share.value_or(0.0) * (1.0 - n.blind_held_share.value_or(0.0));
-}
-
 Check blind_check(const RunData& run) {
   Check check{CheckState::kNotChecked, "blind directions", "not known"};
   double worst = 0.0;
@@ -109,10 +107,10 @@ Check blind_check(const RunData& run) {
     worst = unheld_share(v.numbers);
     name = v.name;
   }
-  if (check.state == CheckState::kGood) check.found = "none met";
+  if (check.state == CheckState::kGood) check.found = "none met: every direction was seen";
   if (check.state == CheckState::kLook) {
-    check.found = worst > 0.0 ? fmt::format("{} of the way of {} blind and held by no range",
-                                            percent(worst), escaped(name))
+    check.found = worst > 0.0 ? fmt::format("{}: {} of its way blind and held by no range",
+                                            escaped(name), percent(worst))
                               : std::string("met, and held by ranges everywhere");
   }
   return check;
@@ -134,7 +132,10 @@ Check frame_check(const RunData& run) {
 
 Check range_check(const RunData& run) {
   const double total = run.ranges.total.value_or(0.0), used = run.ranges.used.value_or(0.0);
-  if (total <= 0.0) return {CheckState::kNotChecked, "ranges", "none given"};
+  if (total <= 0.0) {
+    return {CheckState::kNotChecked, "ranges",
+            ranges_unused(run).empty() ? "none were used" : "given, but none was used"};
+  }
   return {used >= 0.5 * total ? CheckState::kGood : CheckState::kLook, "ranges",
           fmt::format("{} used, {} rejected", counted(used), counted(total - used))};
 }
@@ -149,25 +150,43 @@ Check loop_check(const RunData& run) {
                       counted(run.loops_refused.value_or(0.0)))};
 }
 
+/// What speaks against the covariances; empty: nothing does.
+std::string covariance_doubt(const RunData& run) {
+  const auto m = [&](const char* key) {
+    return measured(run, std::string("fleet.trajectory.") + key);
+  };
+  for (const char* kind : {"nees_pose", "nees_position"}) {
+    const Number nees = m((std::string(kind) + ".mean").c_str());
+    const Number expected = m((std::string(kind) + ".expected_mean").c_str());
+    if (nees && expected && *nees > kNeesFactorMax * *expected) {
+      return fmt::format("NEES of the {} is {}, should be {}",
+                         std::string_view(kind) == "nees_pose" ? "pose" : "position",
+                         fixed(nees, 1), fixed(expected, 0));
+    }
+    const Number within = m((std::string(kind) + ".share_within_95").c_str());
+    if (within && *within < kWithin95Min) {
+      return fmt::format("only {} of the poses lie within their 95 % bounds", percent(within));
+    }
+  }
+  return {};
+}
+
 Check truth_check(const RunData& run) {
   const Number ape = truth_error(run);
   if (!ape) return {CheckState::kNotChecked, "against truth", "not evaluated"};
-  const Number nees = measured(run, "fleet.trajectory.nees_pose.mean");
-  const Number expected = measured(run, "fleet.trajectory.nees_pose.expected_mean");
-  if (nees && expected && *nees > kNeesFactorMax * *expected) {
-    return {CheckState::kLook, "against truth",
-            fmt::format("{} rmse, but errors are larger than the covariances say: NEES {}, should "
-                        "be {}",
-                        metres(ape), fixed(*nees, 1), fixed(*expected, 0))};
-  }
   // How large an error may be is the reader's to say; whether it was foretold can be checked.
-  if (!nees || !expected) {
+  if (!measured(run, "fleet.trajectory.nees_pose.mean")) {
     return {CheckState::kNotChecked, "against truth",
-            metres(ape) + " rmse (APE); no covariances to compare with"};
+            metres(ape) + " (APE rmse); no covariances to compare with"};
+  }
+  const std::string doubt = covariance_doubt(run);
+  if (!doubt.empty()) {
+    return {CheckState::kLook, "against truth",
+            fmt::format("{} (APE rmse), errors are larger than the program expects: {}",
+                        metres(ape), doubt)};
   }
   return {CheckState::kGood, "against truth",
-          fmt::format("{} rmse (APE), no larger than the covariances say: NEES {}, should be {}",
-                      metres(ape), fixed(*nees, 1), fixed(*expected, 0))};
+          fmt::format("{} (APE rmse), no larger than the program expects", metres(ape))};
 }
 
 std::string doubt_of_status(const RunData& run) {
@@ -181,6 +200,38 @@ std::string doubt_of_status(const RunData& run) {
   return {};
 }
 
+std::string names_of_map(const RunData& run) {
+  std::vector<std::string> names;
+  for (const VehicleView& v : run.vehicles) {
+    if (v.in_map) names.push_back(v.name);
+  }
+  return names_text(names);
+}
+
+/// The vehicle that went farthest blind and without a range.
+std::string doubt_of_blind(const RunData& run) {
+  const VehicleView* worst = nullptr;
+  for (const VehicleView& v : run.vehicles) {
+    if (worst == nullptr || unheld_share(v.numbers) > unheld_share(worst->numbers)) worst = &v;
+  }
+  if (worst == nullptr || unheld_share(worst->numbers) <= kUnheldShare) return {};
+  const BlindSpan* span = worst_blind(*worst);
+  std::string text = fmt::format("{} was blind on {} of its way and no range held it there: ",
+                                 escaped(worst->name), percent(unheld_share(worst->numbers)));
+  const bool sized = span != nullptr && std::isfinite(span->off_max_m);
+  text += sized ? fmt::format(
+                      "along the blind axis the map may be too long or too short by {} "
+                      "(1 sigma), and its walls look straight and thin all the same",
+                      metres(span->off_max_m))
+                : std::string(
+                      "along the blind axis the map may be too long or too short, and its "
+                      "walls look straight and thin all the same");
+  if (const Number largest = largest_error(run)) {
+    text += fmt::format("; the truth shows up to {}", metres(largest));
+  }
+  return text + '.';
+}
+
 std::string doubt_of_vehicles(const RunData& run) {
   for (const VehicleView& v : run.vehicles) {
     if (v.numbers.diverged_s.value_or(0.0) > 0.0) {
@@ -191,25 +242,17 @@ std::string doubt_of_vehicles(const RunData& run) {
   if (run.map_points.value_or(0.0) <= 0.0) return "there is no map.";
   if (run.groups.size() > 1) {
     return fmt::format(
-        "the vehicles stand in {} frames that are not joined; the map holds one of "
-        "them.",
-        run.groups.size());
+        "the vehicles stand in {} frames that are not joined: map.* holds {} alone, and where the "
+        "others were in it is not known.",
+        run.groups.size(), names_of_map(run));
   }
-  const VehicleView* worst = nullptr;
+  if (const std::string blind = doubt_of_blind(run); !blind.empty()) return blind;
   for (const VehicleView& v : run.vehicles) {
-    if (worst == nullptr || unheld_share(v.numbers) > unheld_share(worst->numbers)) worst = &v;
-  }
-  if (worst != nullptr && unheld_share(worst->numbers) > kUnheldShare) {
-    return fmt::format(
-        "{} was blind on {} of its way and no range held it there: its "
-        "length along the blind axis may be wrong.",
-        escaped(worst->name), percent(unheld_share(worst->numbers)));
-  }
-  for (const VehicleView& v : run.vehicles) {
-    if (v.numbers.sigma_max_m.value_or(0.0) > kLargeSigma_m) {
-      return fmt::format("{} expects to be off by up to {} (1 sigma).", escaped(v.name),
-                         metres(v.numbers.sigma_max_m));
-    }
+    if (v.numbers.sigma_max_m.value_or(0.0) <= kLargeSigma_m) continue;
+    const Number largest = largest_error(run);
+    if (largest && truth_check(run).state == CheckState::kGood) continue;
+    return fmt::format("{} expects to be off by up to {} (1 sigma).", escaped(v.name),
+                       metres(v.numbers.sigma_max_m));
   }
   return {};
 }
@@ -249,6 +292,16 @@ std::string_view state_word(CheckState state) {
       break;
   }
   return "\xE2\x80\x93 not checked";
+}
+
+Number largest_error(const RunData& run) { return measured(run, "fleet.trajectory.ape_m.max"); }
+
+std::string ranges_unused(const RunData& run) {
+  if (run.ranges.total.value_or(0.0) > 0.0) return {};
+  for (const Warning& w : run.warnings) {
+    if (w.id.starts_with("ranges.")) return escaped(w.text);
+  }
+  return {};
 }
 
 Number truth_error(const RunData& run) { return measured(run, "fleet.trajectory.ape_m.rmse"); }

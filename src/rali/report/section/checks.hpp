@@ -25,6 +25,12 @@ struct Check {
 /// rmse of the position against the truth over all vehicles, if evaluated.
 [[nodiscard]] Number truth_error(const RunData& run);
 
+/// Largest position error of a pose against the truth.
+[[nodiscard]] Number largest_error(const RunData& run);
+
+/// Why ranges that were given are not used (HTML); empty: none were given, or they are.
+[[nodiscard]] std::string ranges_unused(const RunData& run);
+
 [[nodiscard]] std::string_view state_class(CheckState state);
 [[nodiscard]] std::string_view state_word(CheckState state);
 

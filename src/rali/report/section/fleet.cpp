@@ -1,95 +1,67 @@
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <map>
 
 #include <fmt/format.h>
 
-#include "rali/report/internal/colours.hpp"
 #include "rali/report/internal/html.hpp"
-#include "rali/report/plot/axis.hpp"
+#include "rali/report/plot/time_rows.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
 
-constexpr double kLeft = 110.0, kWidth = 760.0, kRight = 12.0, kRow = 22.0;
 constexpr std::size_t kRowsMax = 60;
 
 std::string groups_html(const RunData& run) {
   if (run.vehicles.size() < 2) return absent("One vehicle: there is nothing to join.");
   if (run.groups.empty()) return absent("Which vehicles share a frame is not known.");
-  Table table({"frame", "vehicles"});
+  if (run.groups.size() == 1) {
+    return "<p>All in one frame: " + names_text(run.groups[0]) + ".</p>\n";
+  }
+  Table table({"frame", "vehicles", "in map.*"});
   for (std::size_t i = 0; i < run.groups.size(); ++i) {
-    table.row({fmt::format("{}", i + 1), names_text(run.groups[i])});
+    const auto& group = run.groups[i];
+    const bool in_map = std::any_of(run.vehicles.begin(), run.vehicles.end(), [&](const auto& v) {
+      return v.in_map && std::find(group.begin(), group.end(), v.name) != group.end();
+    });
+    table.row({fmt::format("{}", i + 1), names_text(group), in_map ? "yes" : "no"});
   }
   return table.html(true);
 }
 
-std::string time_axis(const Range& t, double left, double width, double y) {
-  std::string out;
-  const double step = tick_step(t.width(), 8);
-  for (const double tick : ticks_of(t, 8)) {
-    const double x = left + (tick - t.low()) / t.width() * width;
-    fmt::format_to(
-        std::back_inserter(out),
-        "<path class=\"grid\" d=\"M{0:.1f} 4V{1:.1f}\"/><text x=\"{0:.1f}\" y=\"{2:.1f}\" "
-        "class=\"mid\">{3}</text>",
-        x, y, y + 13.0, tick_text(tick, step));
-  }
-  return out + fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid axis\">time [s]</text>\n",
-                           left + 0.5 * width, y + 28.0);
-}
-
 /// Who stands as anchor when: one row per vehicle.
 std::string roles_svg(const RunData& run) {
-  Range t;
-  t.add(0.0);
-  t.add(last_time_s(run));
-  for (const Round& r : run.rounds) t.add(r.end_s);
-  t = t.widened(0.0, 1.0);
-  const double width = kWidth - kLeft - kRight;
-  const double bottom = 6.0 + kRow * static_cast<double>(run.vehicles.size());
-  std::string out = fmt::format(
-      "<svg class=\"plot\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" "
-      "aria-label=\"roles over time\">\n",
-      kWidth, bottom + 34.0);
-  out += time_axis(t, kLeft, width, bottom);
-  for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
-    const VehicleView& v = run.vehicles[i];
-    const double y = 6.0 + kRow * static_cast<double>(i);
-    fmt::format_to(std::back_inserter(out),
-                   "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"end\">{}</text>", kLeft - 8.0, y + 13.0,
-                   escaped(v.name));
-    const auto bar = [&](double a, double b, const char* css_class, const std::string& words) {
-      const double x = kLeft + (std::max(a, t.low()) - t.low()) / t.width() * width;
-      const double w = (std::min(b, t.high()) - std::max(a, t.low())) / t.width() * width;
-      if (!(w > 0.0)) return;
-      fmt::format_to(std::back_inserter(out),
-                     "<rect class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"15\">"
-                     "<title>{}</title></rect>",
-                     css_class, x, y + 2.0, w, words);
-      if (std::string_view(css_class) == "role-anchor" && w > 42.0) {
-        fmt::format_to(std::back_inserter(out),
-                       "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid "
-                       "on-dark\">anchor</text>",
-                       x + 0.5 * w, y + 13.5);
-      }
-    };
-    if (!v.way.empty()) bar(v.way.front().t_s, v.way.back().t_s, "role-drives", "drives");
+  double end_s = last_time_s(run);
+  for (const Round& r : run.rounds)
+    end_s = std::isfinite(r.end_s) ? std::max(end_s, r.end_s) : end_s;
+  std::vector<TimeRow> rows;
+  for (const VehicleView& v : run.vehicles) {
+    TimeRow row{v.name, {}};
+    if (!v.way.empty()) {
+      row.bars.push_back(
+          {v.way.front().t_s, v.way.back().t_s, "role-drives", "drives", "", 0.0, 1.0});
+    }
     for (const Round& r : run.rounds) {
       if (r.anchor != v.name) continue;
-      bar(r.begin_s, r.end_s, "role-anchor",
-          fmt::format("round {}: anchor from {} to {} s", escaped(r.round), fixed(r.begin_s, 1),
-                      fixed(r.end_s, 1)));
+      row.bars.push_back({r.begin_s, r.end_s, "role-anchor",
+                          fmt::format("round {}: anchor from {} to {} s", r.round,
+                                      fixed(r.begin_s, 1), fixed(r.end_s, 1)),
+                          "anchor", 0.0, 1.0});
     }
-    out += '\n';
+    rows.push_back(std::move(row));
   }
-  return out + "</svg>\n";
+  return svg_of(rows, end_s, "roles over time");
 }
 
+constexpr std::string_view kRoleLegend =
+    "<p class=\"legend\"><span><svg width=\"24\" height=\"14\"><rect class=\"role-drives\" "
+    "width=\"24\" height=\"14\"/></svg> drives</span><span><svg width=\"24\" height=\"14\"><rect "
+    "class=\"role-anchor\" width=\"24\" height=\"14\"/></svg> stands as anchor</span></p>\n";
+
 std::string rounds_html(const RunData& run) {
-  if (run.rounds.empty()) return absent("No rounds: nobody had to stand as anchor.");
-  std::string html = "<figure>" + roles_svg(run) + "</figure>\n";
+  if (run.rounds.empty()) return absent("No rounds are recorded.");
+  std::string html = std::string(kRoleLegend) + "<figure>" + roles_svg(run) + "</figure>\n";
   Table table({"round", "anchor", "from", "to", "ended by", "next anchor"});
   for (std::size_t i = 0; i < std::min(run.rounds.size(), kRowsMax); ++i) {
     const Round& r = run.rounds[i];
@@ -99,8 +71,12 @@ std::string rounds_html(const RunData& run) {
   return html + table.html(true);
 }
 
+std::string state_words(const std::string& state) {
+  return state == "too_small" ? "too small" : escaped(state);
+}
+
 std::string loops_html(const RunData& run) {
-  if (run.loops.empty()) return absent("No place was found again: no loop was closed or refused.");
+  if (run.loops.empty()) return absent("No loop was closed and none was refused.");
   Table table({"from", "to", "", "why", "score", "shift"});
   for (std::size_t i = 0; i < std::min(run.loops.size(), kRowsMax); ++i) {
     const Loop& l = run.loops[i];
@@ -118,18 +94,43 @@ std::string loops_html(const RunData& run) {
   return html;
 }
 
+std::string frontiers_html(const RunData& run) {
+  if (run.frontiers.empty()) return {};
+  std::map<std::string, std::size_t> states;
+  for (const Frontier& f : run.frontiers) ++states[f.state];
+  std::string sum;
+  for (const auto& [state, n] : states) {
+    sum += fmt::format("{}{} {}", sum.empty() ? "" : ", ", n, state_words(state));
+  }
+  Table table({"round", "frontier", "at x", "y", "length", "nearest", "state", "why"});
+  for (std::size_t i = 0; i < std::min(run.frontiers.size(), kRowsMax); ++i) {
+    const Frontier& f = run.frontiers[i];
+    table.row({escaped(f.round), escaped(f.id), fixed(f.p_m.x(), 1) + " m",
+               fixed(f.p_m.y(), 1) + " m",
+               std::isfinite(f.length_m) ? metres(f.length_m) : fixed(kUnknown, 0),
+               escaped(f.nearest_vehicle), state_words(f.state), escaped(f.reason)});
+  }
+  std::string html = "<h3>Frontiers: borders of what was seen</h3><p>" + sum + ".</p>\n" +
+                     "<div class=\"wide\">" + table.html(true) + "</div>";
+  if (run.frontiers.size() > kRowsMax) {
+    html += fmt::format("<p class=\"note\">and {} more in frontiers.csv</p>\n",
+                        run.frontiers.size() - kRowsMax);
+  }
+  return html;
+}
+
 }  // namespace
 
 Section fleet_section(const RunData& run) {
-  if (run.vehicles.size() < 2 && run.rounds.empty() && run.loops.empty()) {
+  if (run.vehicles.size() < 2 && run.rounds.empty() && run.loops.empty() && run.frontiers.empty()) {
     return {
         "fleet", "Fleet",
-        absent(
-            "One vehicle, no rounds, and no place was found again: nothing to join or to close.")};
+        absent("One vehicle, no rounds, no loops: nothing to join, and no drift was taken out by "
+               "coming back.")};
   }
   return {"fleet", "Fleet",
           "<h3>Frames</h3>" + groups_html(run) + "<h3>Rounds and roles</h3>" + rounds_html(run) +
-              "<h3>Loops</h3>" + loops_html(run)};
+              frontiers_html(run) + "<h3>Loops</h3>" + loops_html(run)};
 }
 
 }  // namespace rali::report

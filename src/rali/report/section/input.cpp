@@ -101,6 +101,15 @@ Section speed_section(const RunData& run) {
   return section;
 }
 
+/// "fleet.yaml:5" of a whole path: folders of the machine that ran it say nothing to a reader.
+std::string origin_words(const std::string& origin) {
+  const std::size_t colon = origin.rfind(':');
+  const std::size_t slash = origin.rfind('/');
+  const bool is_line = colon != std::string::npos && colon + 1 < origin.size() &&
+                       origin.find_first_not_of("0123456789", colon + 1) == std::string::npos;
+  return is_line && slash != std::string::npos && slash < colon ? origin.substr(slash + 1) : origin;
+}
+
 Section settings_section(const RunData& run) {
   Section section{"settings", "Settings other than default", ""};
   if (!run.settings_known) {
@@ -113,8 +122,9 @@ Section settings_section(const RunData& run) {
   }
   Table table({"setting", "value", "from"});
   for (const SettingLine& s : run.settings) {
+    if (s.key == "schema") continue;
     table.row({"<code>" + escaped(s.key) + "</code>", "<code>" + escaped(s.value) + "</code>",
-               escaped(s.origin)});
+               escaped(origin_words(s.origin))});
   }
   section.html = table.html(true);
   return section;

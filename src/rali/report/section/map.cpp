@@ -1,32 +1,68 @@
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
 #include "rali/report/plot/map_view.hpp"
+#include "rali/report/section/blind.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
 
+/// More bars of expected error along a way would hide it.
+constexpr double kBarsPerWay = 8.0;
+
 void add_ways(const RunData& run, MapView& view) {
   static const std::vector<BlindSpan> kNoSpans;
   for (const VehicleView& v : run.vehicles) {
-    if (v.truth.empty()) continue;
+    if (v.truth.empty() || !v.in_map) continue;
     view.ways.push_back({v.name + " truth", &v.truth, Style{kTruthColour, "3 3"}, nullptr, 2.6});
   }
   for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
     const VehicleView& v = run.vehicles[i];
-    if (v.way.empty()) continue;
+    if (v.way.empty() || !v.in_map) continue;
     view.ways.push_back({v.name, &v.way, style_of(i), &v.blind, 2.2});
+  }
+}
+
+/// Bars on the blind stretches, evenly along the way.
+void add_bars(const RunData& run, MapView& view) {
+  for (const VehicleView& v : run.vehicles) {
+    if (!v.in_map || v.way.empty()) continue;
+    const double stride_m = std::max(v.numbers.path_m.value_or(0.0), 1.0) / kBarsPerWay;
+    double way_m = 0.0, next_m = 0.5 * stride_m;
+    const WayPoint* before = nullptr;
+    for (const DegeneracyPoint& d : v.degeneracy) {
+      const WayPoint* p = pose_near(v.way, d.t_s);
+      if (before != nullptr) way_m += (p->p_m - before->p_m).norm();
+      before = p;
+      if (way_m < next_m || !d.blind || !d.axis.allFinite() || !std::isfinite(d.off_m)) continue;
+      next_m = way_m + stride_m;
+      view.bars.push_back({p->p_m, d.off_m * d.axis,
+                           fmt::format("{} at {:.0f} s: may be off by {:.2f} m along this axis "
+                                       "(1 sigma)",
+                                       v.name, d.t_s, d.off_m)});
+    }
+  }
+}
+
+void add_frontiers(const RunData& run, MapView& view) {
+  std::string last;
+  for (const Frontier& f : run.frontiers) last = f.round;
+  for (const Frontier& f : run.frontiers) {
+    if (f.round != last || f.state == "explored" || !f.p_m.head<2>().allFinite()) continue;
+    view.frontiers.push_back(
+        {f.p_m, fmt::format("frontier {}: {}, {:.1f} m", f.id, f.state, f.length_m)});
   }
 }
 
 void add_anchors(const RunData& run, MapView& view) {
   for (const Round& round : run.rounds) {
     for (const VehicleView& v : run.vehicles) {
-      if (v.name != round.anchor) continue;
+      if (v.name != round.anchor || !v.in_map) continue;
       const WayPoint* where = pose_near(v.way, 0.5 * (round.begin_s + round.end_s));
       if (where == nullptr) continue;
       view.anchors.push_back(
@@ -39,6 +75,8 @@ MapView base_view(const RunData& run) {
   MapView view;
   view.map = &run.map;
   add_ways(run, view);
+  add_bars(run, view);
+  add_frontiers(run, view);
   add_anchors(run, view);
   return view;
 }
@@ -71,6 +109,7 @@ void colour_by_height(const RunData& run, MapView& view) {
 ViewAxes side_axes(const RunData& run) {
   Range x = range_of_points(run.map, 0), y = range_of_points(run.map, 1);
   for (const VehicleView& v : run.vehicles) {
+    if (!v.in_map) continue;
     for (const WayPoint& w : v.way) {
       x.add(w.p_m.x());
       y.add(w.p_m.y());
@@ -98,12 +137,63 @@ std::string legend(const MapView& view) {
         "<span><svg width=\"30\" height=\"12\"><path class=\"blind-way\" d=\"M2 6H28\"/></svg> "
         "blind stretch</span>";
   }
+  if (!view.bars.empty()) {
+    out +=
+        "<span><svg width=\"34\" height=\"14\"><path class=\"off\" d=\"M3 7H31M3 1v12M31 1v12\"/>"
+        "</svg> may be off so far along the blind axis (1 sigma, at the scale of the map)</span>";
+  }
+  if (!view.frontiers.empty()) {
+    out +=
+        "<span><svg width=\"14\" height=\"12\"><path class=\"frontier\" d=\"M7 1l5 5l-5 5l-5 "
+        "-5z\"/>"
+        "</svg> frontier left at the end</span>";
+  }
   if (!view.anchors.empty()) {
     out +=
         "<span><svg width=\"14\" height=\"12\"><path class=\"anchor\" d=\"M7 1l6 10h-12z\"/>"
         "</svg> stands as anchor</span>";
   }
   return out + "<span>&#9675; begin &#9632; end of a way</span></p>\n";
+}
+
+std::vector<std::string> names_in(const RunData& run, bool in_map) {
+  std::vector<std::string> names;
+  for (const VehicleView& v : run.vehicles) {
+    if (v.in_map == in_map) names.push_back(v.name);
+  }
+  return names;
+}
+
+std::string frames_note(const RunData& run) {
+  const std::vector<std::string> others = names_in(run, false);
+  if (others.empty()) return {};
+  return fmt::format(
+      "<p class=\"doubt\">Only the map of {} is shown: {} {} not joined to it. Where {} in it is "
+      "not known.</p>\n",
+      names_text(names_in(run, true)), names_text(others), others.size() == 1 ? "is" : "are",
+      others.size() == 1 ? "that one stands" : "those stand");
+}
+
+/// Ways of vehicles that are not joined: each group by itself.
+std::string other_frames(const RunData& run) {
+  std::string html;
+  for (const std::vector<std::string>& group : run.groups) {
+    MapView view;
+    for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
+      const VehicleView& v = run.vehicles[i];
+      if (v.in_map || v.way.empty()) continue;
+      if (std::find(group.begin(), group.end(), v.name) == group.end()) continue;
+      view.ways.push_back({v.name, &v.way, style_of(i), &v.blind, 2.2});
+    }
+    view.width = 560.0;
+    view.height_max = 360.0;
+    const std::string svg = svg_of(view);
+    if (svg.empty()) continue;
+    html += fmt::format("<figure><figcaption>{}, in a frame of {} own</figcaption>{}</figure>",
+                        names_text(group), group.size() == 1 ? "its" : "their", svg);
+  }
+  if (html.empty()) return {};
+  return "<h3>Ways that are not joined to the map</h3><div class=\"plots\">" + html + "</div>\n";
 }
 
 }  // namespace
@@ -119,7 +209,7 @@ Section map_section(const RunData& run) {
     section.html = absent("There is no map and no trajectory.");
     return section;
   }
-  section.html += legend(top);
+  section.html += frames_note(run) + legend(top);
   if (run.map.size() > 0 && top.share) {
     section.html += fmt::format(
         "<div class=\"switch\"><input type=\"radio\" name=\"top\" id=\"top-error\" checked>"
@@ -132,13 +222,14 @@ Section map_section(const RunData& run) {
   }
   section.html +=
       "<p class=\"note\">From above, x of the map to the right and y up; the origin is "
-      "the first pose of the first vehicle. What stands upright is dark, floors and "
+      "the first pose. What stands upright is dark, floors and "
       "ceilings are faint.</p>\n";
   MapView side = top.share ? top : heights;
   side.axes = side_axes(run);
   side.height_max = 260.0;
   side.stretch_up = true;
   section.html += fmt::format("<h3>From the side</h3><figure>{}</figure>\n", svg_of(side));
+  section.html += "<h3>Where the LiDAR was blind</h3>" + blind_html(run) + other_frames(run);
   return section;
 }
 

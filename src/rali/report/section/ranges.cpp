@@ -5,6 +5,7 @@
 
 #include "rali/report/internal/html.hpp"
 #include "rali/report/plot/svg_plot.hpp"
+#include "rali/report/section/checks.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
@@ -44,7 +45,7 @@ std::string reasons_table(const RunData& run) {
 }
 
 std::string pairs_table(const RunData& run) {
-  Table table({"pair", "bias", "+-", "spread of residuals", "latency"});
+  Table table({"pair", "bias", "&plusmn; (1 sigma)", "spread of residuals", "latency"});
   for (const RangePair& p : run.ranges.pairs) {
     table.row({escaped(p.name), metres(p.bias_m), metres(p.bias_sigma_m), metres(p.residual_std_m),
                p.latency_s ? fixed(1e3 * *p.latency_s, 0) + " ms" : fixed(kUnknown, 0)});
@@ -95,7 +96,9 @@ std::vector<std::string> pairs_of_rows(const RunData& run) {
 Section ranges_section(const RunData& run) {
   Section section{"ranges", "Ranges", ""};
   if (run.ranges.total.value_or(0.0) <= 0.0 && run.range_rows.empty()) {
-    section.html = absent("No ranges were given: nothing but LiDAR and inertia holds the map.");
+    const std::string why = ranges_unused(run);
+    section.html = absent("No range was used: nothing but LiDAR and inertia holds the map." +
+                          (why.empty() ? "" : " " + why + "."));
     return section;
   }
   section.html = "<div class=\"plots\"><div>" + reasons_table(run) + "</div><div>" +

@@ -37,7 +37,7 @@ void add_series(const RunData& run, Plot& plot, Value&& value) {
 }
 
 std::string plots(const RunData& run) {
-  Plot ape = plot_of(run, "position error", "m");
+  Plot ape = plot_of(run, "position error after the best fit", "m");
   ape.y_min = 0.0;
   add_series(run, ape, [](const ErrorPoint& e) { return e.ape_m; });
   Plot rotation = plot_of(run, "rotation error", "deg");
@@ -47,11 +47,15 @@ std::string plots(const RunData& run) {
   add_series(run, height, [](const ErrorPoint& e) { return e.e_m.z(); });
   Plot blind = plot_of(run, "error along the blind axis", "m");
   add_series(run, blind, [](const ErrorPoint& e) { return e.along_blind_m; });
-  Plot nees = plot_of(run, "NEES", "1");
+  Plot nees = plot_of(run, "NEES of the pose: squared error over expected", "1");
   nees.log_y = true;
+  if (const Number should = measured(run, "fleet.trajectory.nees_pose.expected_mean")) {
+    nees.marks.push_back({*should, fmt::format("should be {} on average", fixed(should, 0))});
+  }
   add_series(run, nees, [](const ErrorPoint& e) { return e.nees; });
   std::string html = "<div class=\"plots\">";
-  for (const Plot* plot : {&ape, &rotation, &height, &blind, &nees}) {
+  for (Plot* plot : {&ape, &rotation, &height, &blind, &nees}) {
+    plot->legend = plot->series.size() > 1;
     if (const std::string svg = svg_of(*plot); !svg.empty()) html += "<figure>" + svg + "</figure>";
   }
   return html + "</div>\n";
@@ -62,6 +66,14 @@ struct TrackKey {
   std::string words, path;
 };
 
+/// Nothing has corrected the odometry: its numbers are those of the trajectory.
+bool same_as_odometry(const RunData& run, const std::string& path) {
+  constexpr double kSame_m = 1e-5;
+  const Number a = measured(run, path + ".trajectory.ape_m.rmse");
+  const Number b = measured(run, path + ".odometry.ape_m.rmse");
+  return a && b && std::abs(*a - *b) < kSame_m;
+}
+
 std::vector<TrackKey> tracks_of(const RunData& run) {
   std::vector<TrackKey> keys;
   const auto add = [&](const std::string& words, const std::string& path) {
@@ -69,30 +81,42 @@ std::vector<TrackKey> tracks_of(const RunData& run) {
   };
   for (const VehicleView& v : run.vehicles) {
     add(escaped(v.name), "vehicles." + v.name + ".trajectory");
-    add(escaped(v.name) + ", odometry alone", "vehicles." + v.name + ".odometry");
+    if (!same_as_odometry(run, "vehicles." + v.name)) {
+      add(escaped(v.name) + ", odometry alone", "vehicles." + v.name + ".odometry");
+    }
   }
   if (run.vehicles.size() > 1) {
     add("<b>fleet</b>", "fleet.trajectory");
-    add("fleet, odometry alone", "fleet.odometry");
+    if (!same_as_odometry(run, "fleet")) add("fleet, odometry alone", "fleet.odometry");
   }
   return keys;
 }
 
 std::string position_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table({"", "poses", "APE rmse", "largest", "rotation rmse", "drift at the end", "in height",
-               "along the blind axis, rmse", "across"});
+  Table table({"", "poses", "way in truth", "APE rmse", "largest", "rotation rmse",
+               "drift at the end", "in height", "along the blind axis, rmse", "across"});
   for (const TrackKey& key : keys) {
     const auto m = [&](const char* name) { return measured(run, key.path + name); };
-    table.row({key.words, counted(m(".poses")), metres(m(".ape_m.rmse")), metres(m(".ape_m.max")),
-               fixed(m(".ape_deg.rmse"), 2) + "&deg;", metres(m(".drift_final_m")),
-               metres(m(".drift_z_m")), metres(m(".blind.along_m.rmse")),
-               metres(m(".blind.across_m.rmse"))});
+    table.row({key.words, counted(m(".poses")), metres(m(".way_m")), metres(m(".ape_m.rmse")),
+               metres(m(".ape_m.max")), fixed(m(".ape_deg.rmse"), 2) + "&deg;",
+               metres(m(".drift_final_m")), metres(m(".drift_z_m")),
+               metres(m(".blind.along_m.rmse")), metres(m(".blind.across_m.rmse"))});
   }
-  return table.empty() ? "" : "<div class=\"wide\">" + table.html() + "</div>";
+  if (table.empty()) return {};
+  std::string html = "<div class=\"wide\">" + table.html() + "</div>";
+  html +=
+      "<p class=\"note\">APE: distance of each pose to the truth after the best fit of the whole "
+      "way to it, so that it is not zero at the begin. Drift: distance at the end if the first "
+      "poses are laid onto each other.";
+  const bool same = std::any_of(run.vehicles.begin(), run.vehicles.end(), [&](const auto& v) {
+    return same_as_odometry(run, "vehicles." + v.name);
+  });
+  if (same) html += " The odometry alone has the same numbers: nothing has corrected it.";
+  return html + "</p>\n";
 }
 
 std::string relative_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table({"relative error", "over", "rmse", "largest", "rotation rmse", "share of the way"});
+  Table table({"relative error", "over", "rmse", "largest", "rotation rmse", "rmse per way"});
   for (const TrackKey& key : keys) {
     for (int i = 0; i < 8; ++i) {
       const std::string path = fmt::format("{}.rpe.{}", key.path, i);
@@ -109,7 +133,7 @@ std::string relative_table(const RunData& run, const std::vector<TrackKey>& keys
 }
 
 std::string consistency_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table({"do the covariances hold?", "NEES, mean", "should be", "within 95 %"});
+  Table table({"do the covariances hold?", "NEES, mean", "should be", "within their 95 % bounds"});
   for (const TrackKey& key : keys) {
     for (const char* kind : {".nees_pose", ".nees_position"}) {
       const std::string path = key.path + kind;
@@ -129,7 +153,8 @@ std::string cloud_html(const RunData& run) {
   if (m("to_mesh.mean_m")) {
     html += fmt::format(
         "<p>Map to the true surface: mean <b>{}</b>, standard deviation {}, 95 % within {}; {} of "
-        "the points lie beyond {} and are left out. The map covers {} of the surface.</p>\n",
+        "the points lie beyond {} and are left out. The map covers {} of the surface of the whole "
+        "scene, rooms never entered included.</p>\n",
         metres(m("to_mesh.mean_m")), metres(m("to_mesh.std_m")), metres(m("to_mesh.p95_m")),
         percent(m("to_mesh.share_beyond_cut")), metres(m("to_mesh.cut_m")),
         percent(m("to_mesh.completeness")));

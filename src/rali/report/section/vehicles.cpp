@@ -14,7 +14,6 @@ namespace {
 constexpr double kPlotWidth = 560.0, kPlotHeight = 150.0;
 /// Speed is the way of so much time: single poses are too noisy.
 constexpr double kSpeedSpan_s = 1.0;
-constexpr std::size_t kSpansMax = 40;
 constexpr double kDegPerRad = 57.29577951308232;
 
 Plot plot_of(const RunData& run, const VehicleView& v, std::string title, std::string unit) {
@@ -57,10 +56,20 @@ Series speed_series(const VehicleView& v, Style style) {
 }
 
 Series sigma_series(const VehicleView& v, Style style) {
-  Series s{"expected, 1 sigma", {}, {}, std::move(style)};
+  Series s{"expected (1 sigma)", {}, {}, std::move(style)};
   for (const SigmaPoint& p : v.sigmas) {
     s.x.push_back(p.t_s);
     s.y.push_back(p.sigma_m);
+  }
+  return s;
+}
+
+/// Expected error along the blind axis, while there is one.
+Series off_series(const VehicleView& v, Style style) {
+  Series s{v.name, {}, {}, std::move(style)};
+  for (const DegeneracyPoint& d : v.degeneracy) {
+    s.x.push_back(d.t_s);
+    s.y.push_back(d.blind ? d.off_m : kUnknown);
   }
   return s;
 }
@@ -85,8 +94,7 @@ Series degree_series(const VehicleView& v, Style style) {
 
 /// Direction of the weakest axis: heading in the map, -90 to 90 degrees; an axis has no sign.
 Series axis_series(const VehicleView& v, bool blind_only, Style style) {
-  Series s{
-      blind_only ? "blind" : "weakest", {}, {}, std::move(style), true, blind_only ? 4.0 : 2.0};
+  Series s{blind_only ? "blind" : "seen", {}, {}, std::move(style), true, blind_only ? 4.0 : 2.0};
   for (const DegeneracyPoint& d : v.degeneracy) {
     if (!d.axis.allFinite() || d.axis.head<2>().norm() < 0.5 || d.blind != blind_only) continue;
     double heading = std::atan2(d.axis.y(), d.axis.x()) * kDegPerRad;
@@ -96,46 +104,6 @@ Series axis_series(const VehicleView& v, bool blind_only, Style style) {
     s.y.push_back(heading);
   }
   return s;
-}
-
-std::string axis_words(const geometry::Vec3& axis) {
-  if (axis.norm() < 0.5) return fixed(kUnknown, 0);
-  if (std::abs(axis.z()) > 0.8) return "up and down";
-  double heading = std::atan2(axis.y(), axis.x()) * kDegPerRad;
-  if (heading > 90.0) heading -= 180.0;
-  if (heading <= -90.0) heading += 180.0;
-  return fmt::format("{}&deg; from x", fixed(heading, 0));
-}
-
-/// Way between two times.
-double way_m(const VehicleView& v, double begin_s, double end_s) {
-  double sum_m = 0.0;
-  for (std::size_t i = 1; i < v.way.size(); ++i) {
-    if (v.way[i].t_s > begin_s && v.way[i].t_s <= end_s) {
-      sum_m += (v.way[i].p_m - v.way[i - 1].p_m).norm();
-    }
-  }
-  return sum_m;
-}
-
-std::string spans_table(const VehicleView& v) {
-  if (v.degeneracy.empty())
-    return absent("There is no degeneracy file: where it was blind is not known.");
-  if (v.blind.empty()) return absent("Blind nowhere.");
-  Table table({"blind from", "to", "way", "axis", "worst sigma along it", "held by"});
-  for (std::size_t i = 0; i < std::min(v.blind.size(), kSpansMax); ++i) {
-    const BlindSpan& b = v.blind[i];
-    table.row({fixed(b.begin_s, 1) + " s", fixed(b.end_s, 1) + " s",
-               metres(way_m(v, b.begin_s, b.end_s)), axis_words(b.axis),
-               std::isfinite(b.sigma_max_m) ? metres(b.sigma_max_m) : fixed(kUnknown, 0),
-               b.held_by.empty() ? "no range" : "ranges to " + escaped(b.held_by)});
-  }
-  std::string html = table.html();
-  if (v.blind.size() > kSpansMax) {
-    html += fmt::format("<p class=\"note\">and {} more in degeneracy/{}.csv</p>\n",
-                        v.blind.size() - kSpansMax, escaped(v.name));
-  }
-  return html;
 }
 
 std::string plots_of(const RunData& run, const VehicleView& v, const Style& style) {
@@ -153,12 +121,16 @@ std::string plots_of(const RunData& run, const VehicleView& v, const Style& styl
   degree.y_label = "lambda2/lambda3";
   degree.log_y = true;
   degree.series.push_back(degree_series(v, style));
-  Plot axis = plot_of(run, v, "axis seen worst, heading in map", "deg");
+  Plot axis = plot_of(run, v, "heading of the weakest axis", "deg");
   axis.series.push_back(axis_series(v, false, {Rgb{150, 156, 166}, ""}));
   axis.series.push_back(axis_series(v, true, {kBlindColour, ""}));
-  axis.y_min = -100.0;
-  axis.y_max = 100.0;
-  for (Plot* plot : {&z, &speed, &sigma, &degree, &axis}) {
+  axis.y_min = -95.0;
+  axis.y_max = 95.0;
+  axis.y_step = 45.0;
+  Plot off = plot_of(run, v, "may be off along the blind axis, 1 sigma", "m");
+  off.series.push_back(off_series(v, style));
+  off.y_min = 0.0;
+  for (Plot* plot : {&z, &speed, &sigma, &degree, &axis, &off}) {
     plot->legend = plot->series.size() > 1;
     if (plot->series.size() == 1) plot->series.front().label = plot->title;
     if (const std::string svg = svg_of(*plot); !svg.empty()) html += "<figure>" + svg + "</figure>";
@@ -192,15 +164,21 @@ Section vehicles_section(const RunData& run) {
   }
   section.html += numbers_table(run);
   section.html +=
-      "<p class=\"note\">Expected error: root of the trace of the position's "
-      "covariance. Hatched: the LiDAR is blind along one axis. The degree is "
+      "<p class=\"note\">Expected error: 1 sigma of the position in space (root of the trace of "
+      "its "
+      "covariance), seen from where the map begins. Hatched: the LiDAR is blind along one axis. "
+      "The degree is "
       "lambda2/lambda3 of the translation's eigenvalues: large where one direction is "
-      "seen badly.</p>\n";
+      "seen badly, 1 where all are seen alike. Headings count from x of the map.";
+  if (run.evaluated()) {
+    section.html += " Measured errors are those after the best fit of the whole way to the truth.";
+  }
+  section.html += "</p>\n";
   for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
     const VehicleView& v = run.vehicles[i];
     section.html += fmt::format("<h3>{}</h3>\n", escaped(v.name));
     section.html += v.way.empty() ? absent("It has no trajectory.") : "";
-    section.html += plots_of(run, v, {style_of(i).colour, ""}) + spans_table(v);
+    section.html += plots_of(run, v, {style_of(i).colour, ""});
   }
   return section;
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
+#include "rali/report/section/blind.hpp"
 #include "rali/report/section/checks.hpp"
 #include "rali/report/section/section.hpp"
 
@@ -20,10 +21,26 @@ double path_sum_m(const RunData& run) {
   return sum_m;
 }
 
+/// Way of all vehicles in truth, where nearly all of it was judged.
+Number true_path_m(const RunData& run) {
+  constexpr double kNearlyAll = 0.98;
+  double sum_m = 0.0;
+  for (const VehicleView& v : run.vehicles) {
+    const std::string track = "vehicles." + v.name + ".trajectory.";
+    const Number way_m = measured(run, track + "way_m");
+    if (!way_m || measured(run, track + "time_share").value_or(0.0) < kNearlyAll) return {};
+    sum_m += *way_m;
+  }
+  return run.vehicles.empty() ? Number() : Number(sum_m);
+}
+
 std::string what_sentence(const RunData& run) {
   std::string text = plural(run.vehicles.size(), "vehicle");
   text +=
       run.metrics_known ? fmt::format(" drove {}", metres(path_sum_m(run))) : " left a trajectory";
+  if (const Number truth_m = true_path_m(run); truth_m && run.metrics_known) {
+    text += fmt::format(" (in truth {})", metres(truth_m));
+  }
   if (run.duration_s) text += fmt::format(" in {} s", fixed(run.duration_s, 0));
   if (run.map_points.value_or(0.0) > 0.0) {
     text += fmt::format("; the map holds {} points", counted(run.map_points));
@@ -47,9 +64,11 @@ std::string error_sentence(const RunData& run) {
   const VehicleView* worst = worst_vehicle(run);
   std::string text;
   if (const Number ape = truth_error(run)) {
-    text = fmt::format("Against the truth the positions are off by {} (APE, rmse)", metres(ape));
+    text = fmt::format("Against the truth the positions are off by {} (APE rmse)", metres(ape));
+    if (const Number most = largest_error(run)) text += fmt::format(", at most {}", metres(most));
     if (worst != nullptr) {
-      text += fmt::format("; expected was at worst {}", metres(worst->numbers.sigma_max_m));
+      text += fmt::format("; the program expected {} at worst (1 sigma)",
+                          metres(worst->numbers.sigma_max_m));
     }
     return text + '.';
   }
@@ -76,9 +95,24 @@ std::string blind_sentence_of_many(const RunData& run, std::size_t blind) {
         return a.numbers.blind_share.value_or(0.0) < b.numbers.blind_share.value_or(0.0);
       });
   return fmt::format(
-      "The LiDAR was blind in one direction at times for {} of {} vehicles, most for {}: {} of its "
+      "The LiDAR was blind along one axis at times for {} of {} vehicles, most for {}: {} of its "
       "way.",
       blind, run.vehicles.size(), escaped(worst->name), percent(worst->numbers.blind_share));
+}
+
+/// "v1 on 27 % of its way, in the direction it drove, 90 % of that held by ranges (may be ..)"
+std::string blind_part(const VehicleView& v) {
+  std::string part =
+      fmt::format("{} on {} of its way", escaped(v.name), percent(v.numbers.blind_share));
+  const BlindSpan* worst = worst_blind(v);
+  if (worst != nullptr) part += ", " + axis_words(*worst);
+  const double held = v.numbers.blind_held_share.value_or(0.0);
+  part += held > 0.0 ? fmt::format(", {} of that held by ranges", percent(held))
+                     : std::string(", held by no range");
+  if (worst != nullptr && std::isfinite(worst->off_max_m)) {
+    part += fmt::format(" (may be off by {} along that axis, 1 sigma)", metres(worst->off_max_m));
+  }
+  return part;
 }
 
 std::string blind_sentence(const RunData& run) {
@@ -87,19 +121,13 @@ std::string blind_sentence(const RunData& run) {
   for (const VehicleView& v : run.vehicles) {
     if (!v.numbers.blind_share) continue;
     known = true;
-    if (*v.numbers.blind_share <= 0.0) continue;
-    std::string part = percent(v.numbers.blind_share) + " of the way";
-    if (run.vehicles.size() > 1) part += " of " + escaped(v.name);
-    if (run.ranges.total.value_or(0.0) > 0.0) {
-      part += fmt::format(" ({} of it held by ranges)", percent(v.numbers.blind_held_share));
-    }
-    parts.push_back(std::move(part));
+    if (*v.numbers.blind_share > 0.0) parts.push_back(blind_part(v));
   }
   if (!known) return "Whether the LiDAR was blind anywhere is not known.";
   if (parts.size() > kNamesMax) return blind_sentence_of_many(run, parts.size());
   if (parts.empty()) return "The LiDAR saw enough in every direction, on the whole way.";
-  std::string text = "The LiDAR was blind in one direction on ";
-  for (std::size_t i = 0; i < parts.size(); ++i) text += (i > 0 ? ", " : "") + parts[i];
+  std::string text = "The LiDAR was blind along one axis: ";
+  for (std::size_t i = 0; i < parts.size(); ++i) text += (i > 0 ? "; " : "") + parts[i];
   return text + '.';
 }
 
@@ -109,16 +137,17 @@ std::string tile(std::string_view value, std::string_view label) {
 
 std::string tiles(const RunData& run) {
   std::string out = "<div class=\"tiles\">";
-  out += tile(metres(path_sum_m(run)), "path, all vehicles");
+  out += tile(metres(path_sum_m(run)), run.vehicles.size() > 1 ? "path, all vehicles" : "path");
   if (run.duration_s) out += tile(fixed(run.duration_s, 0) + " s", "of data");
   out += tile(counted(run.map_points), "map points");
   if (const VehicleView* worst = worst_vehicle(run)) {
-    out += tile(metres(worst->numbers.sigma_max_m), "worst expected error, 1 sigma");
+    out += tile(metres(worst->numbers.sigma_max_m), "expected error at worst, 1 sigma");
   }
-  if (const Number ape = truth_error(run)) out += tile(metres(ape), "measured error (APE rmse)");
+  if (const Number ape = truth_error(run))
+    out += tile(metres(ape), "error against truth (APE rmse)");
   Number thickness = run.map_thickness_m;
   if (thickness && *thickness > 0.0)
-    out += tile(metres(thickness), "thickness of walls in the map");
+    out += tile(metres(thickness), "thickness of walls in the map, median");
   return out + "</div>\n";
 }
 
@@ -129,7 +158,7 @@ std::string checks_html(const RunData& run) {
                            state_word(check.state)),
                check.what, check.found});
   }
-  return table.html(true);
+  return "<div class=\"checks\">" + table.html(true) + "</div>";
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -8,6 +9,7 @@
 #include "rali/report/internal/html.hpp"
 #include "rali/report/plot/map_raster.hpp"
 #include "rali/report/section/section.hpp"
+#include "rali/report/thinned_map.hpp"
 
 namespace rali::report {
 
@@ -20,15 +22,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kPointsMax = 120'000, kWayPointsMax = 4000, kColours = 64;
-
-/// Well mixed bits of an index: which points are kept must not follow the order in the file.
-/// Source: S. Vigna, splitmix64 (public domain).
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9E3779B97F4A7C15ULL;
-  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ULL;
-  x = (x ^ (x >> 27)) * 0x94D049BB133111EBULL;
-  return x ^ (x >> 31);
-}
 
 std::vector<std::size_t> kept_points(const MapPoints& map, const std::array<Range, 3>& box) {
   const double share =
@@ -120,6 +113,42 @@ std::string script_json(const Json& json) {
   return out;
 }
 
+std::vector<WayPoint> blind_part(const VehicleView& v) {
+  std::vector<WayPoint> part;
+  for (const BlindSpan& b : v.blind) {
+    for (const WayPoint& w : v.way) {
+      if (w.t_s >= b.begin_s && w.t_s <= b.end_s) part.push_back(w);
+    }
+  }
+  return part;
+}
+
+/// What the colours mean; the scripts show the one that is chosen.
+std::string legends(const RunData& run) {
+  std::string bar = "linear-gradient(90deg";
+  for (int i = 0; i <= 8; ++i) bar += ", " + css(scale_colour(i / 8.0, false));
+  bar += ")";
+  const Range z = range_of_points(run.map, 2);
+  const ErrorScale error = error_scale(run.map);
+  std::string vehicles;
+  for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
+    vehicles += fmt::format("<i style=\"background:{}\"></i> {} ", css(style_of(i).colour),
+                            escaped(run.vehicles[i].name));
+  }
+  const bool blind = std::any_of(run.vehicles.begin(), run.vehicles.end(),
+                                 [](const auto& v) { return v.in_map && !v.blind.empty(); });
+  return fmt::format(
+      "<p class=\"legend keys\"><span data-colour=\"height\">{} <i class=\"bar\" "
+      "style=\"background:{}\"></i> {} height z</span><span data-colour=\"sigma\" hidden>{} <i "
+      "class=\"bar\" style=\"background:{}\"></i> {} expected error, 1 sigma</span><span "
+      "data-colour=\"vehicle\" hidden>{}</span><span>lines: ways of the vehicles{}</span></p>\n",
+      metres(z.empty() ? Number() : Number(z.low())), bar,
+      metres(z.empty() ? Number() : Number(z.high())),
+      metres(error.known ? Number(error.high_m) : Number()), bar,
+      metres(error.known ? Number(error.low_m) : Number()), vehicles,
+      blind ? ", with an orange border where the LiDAR was blind" : "");
+}
+
 Json scene_json(const RunData& run) {
   std::array<Range, 3> box;
   geometry::Vec3 centre;
@@ -135,9 +164,11 @@ Json scene_json(const RunData& run) {
   for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
     const VehicleView& v = run.vehicles[i];
     json["vehicle_colours"].push_back(style_of(i).colour);
+    if (!v.in_map) continue;
     json["ways"].push_back({{"name", v.name},
                             {"colour", css(style_of(i).colour)},
-                            {"points", packed_way(v.way, centre)}});
+                            {"points", packed_way(v.way, centre)},
+                            {"blind", packed_way(blind_part(v), centre)}});
     if (v.truth.empty()) continue;
     json["ways"].push_back({{"name", v.name + " truth"},
                             {"truth", true},
@@ -170,11 +201,12 @@ Section view3d_section(const RunData& run) {
       "</option></select></label> <label>cut at <input type=\"range\" id=\"view3d-cut\" min=\"1\" "
       "max=\"100\" value=\"75\"> of the height</label> <button id=\"view3d-home\">whole "
       "map</button> <span "
-      "class=\"note\">drag: turn, right button: move, click and wheel: zoom; {} of {} points</span>"
-      "</p>\n<div id=\"view3d\" class=\"view3d\"><p class=\"absent\">The 3-D view needs scripts."
+      "class=\"note\">drag to turn, right button to move, click and wheel to zoom; {} of {} points "
+      "are drawn</span>"
+      "</p>\n{}<div id=\"view3d\" class=\"view3d\"><p class=\"absent\">The 3-D view needs scripts."
       "</p></div>\n<script type=\"application/json\" id=\"view3d-data\">{}</script>\n",
       counted(static_cast<double>(json["count"].get<std::size_t>())),
-      counted(static_cast<double>(run.map.size())), script_json(json));
+      counted(static_cast<double>(run.map_file_points)), legends(run), script_json(json));
   return section;
 }
 
