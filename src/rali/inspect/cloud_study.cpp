@@ -15,6 +15,9 @@ namespace {
 constexpr double kNanMax = 0.5;
 constexpr double kFewPoints = 2000.0;
 constexpr std::size_t kRingSweeps = 20;  ///< the rings of a sensor do not change
+/// Sky and far walls come into view over many sweeps; a fault comes from one sweep to the next.
+constexpr float kNanJump = 0.15F;
+constexpr std::size_t kNanJumpSweeps = 3;  ///< on each side of the jump
 constexpr double kSpanMin_s = 0.02, kSpanMax_s = 0.2;
 
 double share_of(std::uint64_t part, std::uint64_t all) {
@@ -30,7 +33,10 @@ void CloudStudy::add(const sensor::LidarScan& scan, std::size_t points) {
   nan_ += scan.dropped_nan;
   out_of_range_ += scan.dropped_range;
   if (scan.size() == 0) ++empty_;
-  if (!scan.has_point_times) ++untimed_sweeps_;
+  if (!scan.has_point_times && scan.dropped_time == 0) ++untimed_sweeps_;
+  nan_shares_.push_back(static_cast<float>(share_of(scan.dropped_nan, points)));
+  const bool at_once = scan.has_point_times && scan.size() > 1 && scan.t_begin == scan.t_end;
+  if (at_once || scan.dropped_time > scan.size()) ++odd_time_sweeps_;
   span_sum_s_ += seconds_between(scan.t_begin, scan.t_end);
   if (scan.has_rings && sweeps_ <= kRingSweeps) add_rings(scan);
 }
@@ -77,8 +83,48 @@ void CloudStudy::report(const wire::CloudFormat& format, const std::string& topi
                    100.0 * nan, 100.0 * share_of(out_of_range_, points_)),
        "", ""},
       {nan, kNanMax}));
+  report_nan_jumps(topic, out);
   report_times(format, topic, out);
   report_rings(format, topic, out);
+}
+
+void CloudStudy::report_nan_jumps(const std::string& topic, FindingList& out) const {
+  constexpr std::size_t n = kNanJumpSweeps;
+  std::size_t jumps = 0, worst = 0;
+  float most = 0.0F;
+  for (std::size_t i = n; i + n <= nan_shares_.size(); ++i) {
+    const auto at = nan_shares_.begin() + static_cast<std::ptrdiff_t>(i);
+    const float before = *std::max_element(at - static_cast<std::ptrdiff_t>(n), at);
+    const float after = *std::min_element(at, at + static_cast<std::ptrdiff_t>(n));
+    if (after - before < kNanJump) continue;
+    ++jumps;
+    if (after - before <= most) continue;
+    most = after - before;
+    worst = i;
+  }
+  if (jumps == 0) return;
+  const auto percent = [this](std::size_t i) {
+    return 100.0 * static_cast<double>(nan_shares_[i]);
+  };
+  out.push_back(make_finding(
+      "D05", Severity::kWarning, topic,
+      {fmt::format("the share of points that are NaN or zero jumps from {:.0f} to {:.0f} % within "
+                   "one sweep ({}, the largest at sweep {})",
+                   percent(worst - 1), percent(worst), counted(jumps, "jump"), worst),
+       "fewer points to match", "Check cover, cable and supply of the LiDAR, and its driver."},
+      {static_cast<double>(most), static_cast<double>(kNanJump)}));
+}
+
+void CloudStudy::report_odd_times(const std::string& topic, FindingList& out) const {
+  if (odd_time_sweeps_ == 0) return;
+  const double share = share_of(odd_time_sweeps_, sweeps_);
+  out.push_back(
+      make_finding("D02", share > 0.2 ? Severity::kError : Severity::kWarning, topic,
+                   {fmt::format("{} whose point times are all alike or make no sense ({:.2g} %)",
+                                counted(odd_time_sweeps_, "sweep"), 100.0 * share),
+                    "they cannot be undistorted, or are left out",
+                    "Check the LiDAR's driver, or set lidar.point_time: azimuth."},
+                   {share, 0.0}));
 }
 
 void CloudStudy::report_times(const wire::CloudFormat& format, const std::string& topic,
@@ -86,8 +132,10 @@ void CloudStudy::report_times(const wire::CloudFormat& format, const std::string
   if (!format.summary.empty()) {
     out.push_back(make_finding("D02", Severity::kInfo, topic, {format.summary, "", ""}));
   }
-  if (untimed_sweeps_ == sweeps_) return;  // the format's own finding says so
-  const double span_s = span_sum_s_ / static_cast<double>(sweeps_ - untimed_sweeps_);
+  report_odd_times(topic, out);
+  const std::uint64_t without = untimed_sweeps_ + odd_time_sweeps_;
+  if (without >= sweeps_) return;  // the format's own finding says so
+  const double span_s = span_sum_s_ / static_cast<double>(sweeps_ - without);
   const bool odd = span_s < kSpanMin_s || span_s > kSpanMax_s;
   out.push_back(make_finding(
       "D02", odd ? Severity::kWarning : Severity::kInfo, topic,

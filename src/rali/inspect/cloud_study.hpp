@@ -30,6 +30,8 @@ class CloudStudy {
   };
 
   void add_rings(const sensor::LidarScan& scan);
+  void report_nan_jumps(const std::string& topic, FindingList& out) const;
+  void report_odd_times(const std::string& topic, FindingList& out) const;
   void report_times(const wire::CloudFormat& format, const std::string& topic,
                     FindingList& out) const;
   void report_rings(const wire::CloudFormat& format, const std::string& topic,
@@ -37,6 +39,8 @@ class CloudStudy {
 
   std::uint64_t sweeps_ = 0, points_ = 0, usable_ = 0, nan_ = 0, out_of_range_ = 0, empty_ = 0;
   std::uint64_t untimed_sweeps_ = 0;
+  std::uint64_t odd_time_sweeps_ = 0;  ///< all points at one time, or at times of no sense
+  std::vector<float> nan_shares_;      ///< per sweep
   double span_sum_s_ = 0.0;
   std::vector<Ring> rings_;
 };

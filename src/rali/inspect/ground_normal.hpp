@@ -7,9 +7,9 @@
 
 namespace rali::inspect {
 
-/// Unit normal of the ground in the LiDAR frame, pointing from the ground to the LiDAR: the plane
-/// with the most points near the vehicle among planes that lie below or above the LiDAR by its z
-/// axis within 45 degrees. Empty if no plane holds a good part of the points.
+/// Unit normal, in the LiDAR frame, of the plane that may be the ground, pointing from it to the
+/// LiDAR: the largest one within 45 degrees below the LiDAR by its z axis; without such a plane the
+/// largest above, which is a ceiling unless the LiDAR hangs upside down. Empty if there is neither.
 [[nodiscard]] std::optional<geometry::Vec3> ground_normal(const sensor::LidarScan& scan);
 
 }  // namespace rali::inspect

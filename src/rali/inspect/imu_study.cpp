@@ -11,12 +11,19 @@
 #include "rali/base/counted.hpp"
 #include "rali/imu/rest.hpp"
 #include "rali/inspect/make_finding.hpp"
+#include "rali/odometry/robust/stillness.hpp"
 
 namespace rali::inspect {
 namespace {
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kGravity = 9.81;
+/// Vehicles shake, turn and brake, but over two seconds the mean acceleration is gravity: braking
+/// with 2.5 m/s^2 adds 3.2 %.
+constexpr double kStretch_s = 2.0;
+constexpr double kGravityShare = 0.035;
+/// A factor beyond is a unit (decide_imu_units), not a scale.
+constexpr double kUnitShare = 0.28;
 /// Second differences of white noise have sqrt(6) times its spread, and take out slow motion.
 constexpr double kSecondDifference = 2.449489742783178;
 
@@ -48,22 +55,40 @@ std::span<const sensor::ImuSample> between(std::span<const sensor::ImuSample> sa
   return {first, last};
 }
 
-/// Values that stand at the largest value ever seen, several times in a row: a sensor at its end.
+double axis_of(const sensor::ImuSample& s, int axis) {
+  return std::abs(axis < 3 ? s.gyro_radps(axis) : s.accel_mps2(axis - 3));
+}
+
+/// Samples of one axis that stand, three or more in a row, exactly at the largest value of their
+/// stretch: a sensor at its end. Where other values repeat as well, it is the converter's step.
+std::uint64_t stuck_at_end(std::span<const sensor::ImuSample> samples, int axis) {
+  double most = 0.0;
+  for (const sensor::ImuSample& s : samples) most = std::max(most, axis_of(s, axis));
+  if (!(most > 0.0)) return 0;
+  std::uint64_t stuck = 0, run = 0, pairs = 0, alike = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double value = axis_of(samples[i], axis);
+    run = value == most ? run + 1 : 0;
+    if (run >= 3) stuck += run == 3 ? 3 : 1;
+    if (i == 0 || value == most) continue;
+    ++pairs;
+    if (value == axis_of(samples[i - 1], axis)) ++alike;
+  }
+  return alike * 5 > pairs ? 0 : stuck;
+}
+
+/// By stretches: a range that is too small shows while driving hard, not in the largest value ever.
 std::uint64_t count_saturated(std::span<const sensor::ImuSample> samples) {
   std::uint64_t saturated = 0;
-  for (int axis = 0; axis < 6; ++axis) {
-    const auto value = [axis](const sensor::ImuSample& s) {
-      return std::abs(axis < 3 ? s.gyro_radps(axis) : s.accel_mps2(axis - 3));
-    };
-    double most = 0.0;
-    for (const sensor::ImuSample& s : samples) most = std::max(most, value(s));
-    std::uint64_t run = 0;
-    for (const sensor::ImuSample& s : samples) {
-      run = most > 0.0 && value(s) == most ? run + 1 : 0;
-      if (run >= 3) saturated += run == 3 ? 3 : 1;
-    }
+  for (std::size_t begin = 0; begin < samples.size();) {
+    std::size_t end = begin + 1;
+    const Time t_end = samples[begin].t + Duration::from_s(kStretch_s);
+    while (end < samples.size() && samples[end].t < t_end) ++end;
+    const auto stretch = samples.subspan(begin, end - begin);
+    for (int axis = 0; axis < 6; ++axis) saturated += stuck_at_end(stretch, axis);
+    begin = end;
   }
-  return saturated == 3 * samples.size() ? 0 : saturated;
+  return saturated >= 3 * samples.size() ? 0 : saturated;
 }
 
 std::vector<sensor::ImuSample> valid_si(std::span<const sensor::ImuSample> raw,
@@ -140,11 +165,44 @@ void study_noise(std::span<const sensor::ImuSample> si, double period_s, const s
                    {study.vibration_factor, 20.0}));
 }
 
+/// Gravity over the whole recording: a scale that is off, or one that changes.
+void study_gravity(std::span<const sensor::ImuSample> si, const std::string& topic,
+                   FindingList& out) {
+  const Duration step = Duration::from_s(0.5 * kStretch_s);
+  double worst = 0.0;
+  Time first, last;
+  bool any = false;
+  for (Time t = si.front().t; t + step + step <= si.back().t; t = t + step) {
+    const auto stretch = between(si, t, t + step + step);
+    if (stretch.size() < 10) continue;
+    const double share = imu::statistics(stretch).accel_mean_mps2.norm() / kGravity - 1.0;
+    if (std::abs(share) <= kGravityShare || std::abs(share) > kUnitShare) continue;
+    if (!any) first = t;
+    last = t + step + step;
+    any = true;
+    if (std::abs(share) > std::abs(worst)) worst = share;
+  }
+  if (!any) return;
+  out.push_back(make_finding(
+      "D08", Severity::kWarning, topic,
+      {fmt::format("the accelerometer measures {:.2f} m/s^2, {:+.1f} % off gravity, between {:.1f} "
+                   "and {:.1f} s: its scale is off",
+                   (1.0 + worst) * kGravity, 100.0 * worst, seconds_between(si.front().t, first),
+                   seconds_between(si.front().t, last)),
+       "speed and slope come out wrong, the gyro may be off as much",
+       "Calibrate the IMU; check its range setting and supply."},
+      {worst, kGravityShare}));
+}
+
 void study_start(std::span<const sensor::ImuSample> si, const std::string& topic, ImuStudy& study,
                  FindingList& out) {
   const auto first = between(si, si.front().t, si.front().t + Duration::from_s(1.0));
-  const imu::ImuStatistics stats = imu::statistics(first);
-  study.rest_at_start = imu::is_rest(stats, imu::RestSettings{});
+  // Over blocks, as the odometry looks for rest: white noise alone is more than slow driving.
+  const imu::RestSettings settings;
+  const imu::ImuStatistics stats =
+      imu::statistics(odometry::block_means({first.begin(), first.end()}));
+  study.rest_at_start = stats.samples > 1 && odometry::is_quiet(stats, settings) &&
+                        stats.gyro_mean_radps.norm() < settings.gyro_mean_max_radps;
   if (!study.rest_at_start) {
     out.push_back(make_finding("D13", Severity::kWarning, topic,
                                {"no standstill at the start: the recording begins in motion",
@@ -202,6 +260,7 @@ ImuStudy study_imu(std::span<const sensor::ImuSample> raw, double period_s,
   const std::vector<sensor::ImuSample> si = valid_si(valid, study);
   study_noise(si, period_s, topic, study, out);
   study_start(si, topic, study, out);
+  study_gravity(si, topic, out);
   return study;
 }
 

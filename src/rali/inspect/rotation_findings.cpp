@@ -19,6 +19,8 @@ constexpr double kOffsetMin_s = 0.005;
 constexpr double kSmearMax_rad = 0.5 / kDegPerRad;
 constexpr double kMisfitMax = 0.15;     ///< about 9 degrees
 constexpr double kClearlyBetter = 0.4;  ///< of the given one's misfit
+/// Slower, and the noise of LiDAR poses is all the turning there is.
+constexpr double kTurnRateSeen_radps = 0.1;
 constexpr double kSecondAxisMin = 0.1;
 constexpr double kTiltMax_rad = 8.0 / kDegPerRad;
 constexpr double kAlike_rad = 5.0 / kDegPerRad;
@@ -103,7 +105,9 @@ void report_gyro_unit(const imu::RotationStudy& study, const std::string& topic,
 void report_time_offset(const imu::RotationStudy& study, const std::string& topic,
                         FindingList& out) {
   if (!study.time_offset_s) {
-    if (!study.offset_at_border) return report_not_seen("D12", study, "the time offset is", out);
+    const bool turned = study.turn_rate_rms > kTurnRateSeen_radps;
+    if (!study.offset_at_border || !turned)
+      return report_not_seen("D12", study, "the time offset is", out);
     out.push_back(make_finding("D12", Severity::kWarning, topic,
                                {"no time offset within 0.3 s makes LiDAR and gyro turn alike",
                                 "the clocks may differ by more", "Compare the clocks (D04)."}));
@@ -144,6 +148,19 @@ void report_extrinsics(const imu::RotationStudy& study, const ExtrinsicsGiven& g
   const std::string which =
       given.R_body_lidar ? "T_body_lidar (" + given.origin + ")" : "the identity as T_body_lidar";
   const bool wrong = misfit > kMisfitMax && other.misfit < kClearlyBetter * misfit;
+  // What the best rotation leaves is noise of the LiDAR's turns: a rotation is blamed for the rest.
+  const double least = std::min(other.misfit, study.best.misfit);
+  const double excess = std::sqrt(std::max(misfit * misfit - least * least, 0.0));
+  const double chance = 2.0 * misfit * std::sqrt(3.0 / static_cast<double>(study.pairs));
+  if (!wrong && least > kMisfitMax && excess < std::max(kMisfitMax, chance)) {
+    out.push_back(make_finding(
+        "D11", Severity::kInfo, "",
+        {fmt::format("{} fits the turning as well as any other; it turned too little to tell more",
+                     which),
+         "", "Turn the vehicle left and right a few times at the start of a recording."},
+        {misfit * kDegPerRad, kMisfitMax * kDegPerRad}));
+    return;
+  }
   if (!wrong) {
     out.push_back(make_finding(
         "D11", misfit > kMisfitMax ? Severity::kWarning : Severity::kInfo, "",
@@ -190,6 +207,18 @@ void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Ve
                                  {-1.0, 1.0}));
       return;
     }
+  }
+  // Turning tells a ceiling over the LiDAR from a floor under one that hangs upside down.
+  const bool hangs = study.gyro_ratio != 0.0 && (study.best.R_imu_lidar * *up_lidar).dot(up_imu) >
+                                                    std::cos(4.0 * kTiltMax_rad);
+  if (std::numbers::pi - tilt_rad < 2.0 * kTiltMax_rad && !hangs) {
+    out.push_back(make_finding(
+        "D07", Severity::kInfo, topic,
+        {"the plane nearest to level lies above the LiDAR: a ceiling, or the LiDAR hangs upside "
+         "down and T_body_lidar does not say so",
+         "", ""},
+        {tilt_rad * kDegPerRad, kTiltMax_rad * kDegPerRad}));
+    return;
   }
   const bool off = tilt_rad > kTiltMax_rad;
   out.push_back(make_finding(

@@ -12,7 +12,8 @@
 namespace rali::inspect {
 namespace {
 
-constexpr double kJump_s = 1.0;
+/// A clock that is set by a second must count, whatever the rounding of its stamps.
+constexpr double kJump_s = 0.8;
 constexpr double kGapPeriods = 1.5;
 
 double quantile(std::vector<double> values, double share) {
@@ -62,6 +63,9 @@ StampStatistics study_stamps(std::span<const drive::StampPair> stamps) {
   for (std::size_t i = 1; i < stamps.size(); ++i) {
     const double step = step_s(time_of(stamps[i - 1]), time_of(stamps[i]));
     if (step < kGapPeriods * s.period_s || step > 3600.0) continue;
+    // What only the clock has left out is not missing.
+    const double recorded = step_s(stamps[i - 1].record, stamps[i].record);
+    if (std::abs(step - recorded) > kJump_s) continue;
     s.missing += static_cast<std::uint64_t>(std::max(std::round(step / s.period_s) - 1.0, 0.0));
     if (step <= s.longest_gap_s) continue;
     s.longest_gap_s = step;

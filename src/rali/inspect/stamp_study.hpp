@@ -20,7 +20,7 @@ struct StampStatistics {
   std::uint64_t repeated = 0;  ///< same stamp as the one before
   std::uint64_t backward = 0;  ///< older than the one before
   std::uint64_t zero = 0;
-  std::uint64_t jumps = 0;      ///< steps above 1 s that the record time does not make
+  std::uint64_t jumps = 0;      ///< steps above 0.8 s that the record time does not make
   double batch_share = 0.0;     ///< messages that arrived within a tenth of a period of the last
   double clock_offset_s = 0.0;  ///< median of header - record
   double delay_jitter_s = 0.0;  ///< 95 % - 5 % of header - record
