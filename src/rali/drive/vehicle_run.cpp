@@ -12,6 +12,9 @@ namespace {
 /// Without a gravity estimate odom is taken as it is.
 const geometry::Vec3 kDown_mps2(0.0, 0.0, -9.80665);
 
+/// A sweep that turned less does not count for the ratio of gyro and LiDAR.
+constexpr double kTurnMin_rad = 0.01;
+
 /// Root of the expected squared 3-D position error, as `sigma` of the map's points.
 double position_sigma_m(const PoseRecord& pose) {
   const double trace = pose.covariance.bottomRightCorner<3, 3>().trace();
@@ -72,8 +75,14 @@ Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
     const geometry::SE3 step = poses_.back().T_odom_body.inverse() * record.T_odom_body;
     path_m_ += step.p.norm();
     if (record.blind) blind_m_ += step.p.norm();
-    gyro_ratio_.add_lidar(geometry::so3_log(step.R).norm());
+    // Only where it turns: the noise of hundreds of straight sweeps adds up to a turn as well.
+    const double turn_rad = geometry::so3_log(step.R).norm();
+    if (turn_rad > kTurnMin_rad) {
+      gyro_ratio_.add_lidar(turn_rad);
+      gyro_ratio_.add_gyro(gyro_turn_rad_.norm());
+    }
   }
+  gyro_turn_rad_.setZero();
   poses_.push_back(record);
   if (Status s = odometry_.add(record); !s) return s;
   return session_ != nullptr ? session_->add_pose(name_, record, frame_so_far()) : Status{};
@@ -104,7 +113,7 @@ void VehicleRun::see_imu(const sensor::ImuSample& sample) {
   // Turning before the first pose has no counterpart in the LiDAR.
   if (t_imu_ && !poses_.empty()) {
     const double dt_s = sample.t.s() - t_imu_->s();
-    if (dt_s > 0.0 && dt_s < 0.1) gyro_ratio_.add_gyro(sample.gyro_radps.norm() * dt_s);
+    if (dt_s > 0.0 && dt_s < 0.1) gyro_turn_rad_ += dt_s * sample.gyro_radps;
   }
   t_imu_ = sample.t;
 }

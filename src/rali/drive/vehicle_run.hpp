@@ -73,6 +73,7 @@ class VehicleRun {
   double tilt_sigma_rad_ = 0.0;
   double path_m_ = 0.0, blind_m_ = 0.0;
   GyroRatio gyro_ratio_;
+  geometry::Vec3 gyro_turn_rad_ = geometry::Vec3::Zero();  ///< since the last pose
   std::optional<Time> t_imu_;
 };
 
