@@ -1,0 +1,79 @@
+#include "rali/odometry/paper/local_graph.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace rali::odometry::paper {
+namespace {
+
+using geometry::Mat6;
+using geometry::Vec3;
+using geometry::Vec6;
+
+/// One second without inertial data after a start in motion. Position: 2 m/s of unknown speed and
+/// 2 m/s2 of unknown acceleration make 4 + 1 = 5 m2.
+LocalGraph after_a_blind_second() {
+  LocalGraph graph{ImuNoiseSettings{}};
+  graph.reset(Vec3::UnitZ(), false);
+  graph.advance_blind(1.0);
+  return graph;
+}
+
+TEST(LocalGraph, begins_sure_of_yaw_and_place_and_unsure_of_level) {
+  LocalGraph graph{ImuNoiseSettings{}};
+  graph.reset(Vec3::UnitZ(), true);
+  const Mat6 P = graph.pose_covariance();
+  EXPECT_NEAR(P(0, 0), 25e-6, 1e-12);
+  EXPECT_NEAR(P(1, 1), 25e-6, 1e-12);
+  EXPECT_NEAR(P(2, 2), 1e-8, 1e-14);
+  EXPECT_NEAR(P(3, 3), 1e-8, 1e-14);
+}
+
+TEST(LocalGraph, grows_by_speed_and_acceleration_where_nothing_is_measured) {
+  const Mat6 P = after_a_blind_second().pose_covariance();
+  EXPECT_NEAR(P(3, 3), 5.0, 1e-6);
+  EXPECT_NEAR(P(0, 0), 0.05 * 0.05 + 0.25, 1e-9);
+}
+
+TEST(LocalGraph, takes_a_registration_as_a_kalman_filter_does) {
+  // Prior 5 m2, information 20 /m2 at 0.5 m: variance 1/(1/5 + 20) = 0.049505 m2, step 0.49505 m;
+  // speed follows by its correlation 4/5.
+  LocalGraph graph = after_a_blind_second();
+  Mat6 information = Mat6::Zero();
+  information(3, 3) = 20.0;
+  Vec6 pull = Vec6::Zero();
+  pull[3] = 10.0;
+  imu::InertialState state;
+  imu::InertialBias bias;
+  graph.add_registration(information, pull, state, bias);
+  EXPECT_NEAR(state.p_odom_m.x(), 0.495050, 1e-6);
+  EXPECT_NEAR(state.v_odom_mps.x(), 0.396040, 1e-6);
+  EXPECT_NEAR(graph.pose_covariance()(3, 3), 0.049505, 1e-6);
+}
+
+TEST(LocalGraph, leaves_what_the_registration_does_not_see_as_it_was) {
+  LocalGraph graph = after_a_blind_second();
+  Mat6 information = Mat6::Zero();
+  information(3, 3) = 20.0;
+  Vec6 pull = Vec6::Zero();
+  pull[3] = 10.0;
+  imu::InertialState state;
+  imu::InertialBias bias;
+  graph.add_registration(information, pull, state, bias);
+  EXPECT_EQ(state.p_odom_m.y(), 0.0);
+  EXPECT_NEAR(graph.pose_covariance()(4, 4), 5.0, 1e-6);
+}
+
+TEST(LocalGraph, keeps_the_state_when_the_pull_is_no_number) {
+  LocalGraph graph = after_a_blind_second();
+  Vec6 pull = Vec6::Constant(std::numeric_limits<double>::quiet_NaN());
+  imu::InertialState state;
+  state.p_odom_m = Vec3(1.0, 2.0, 3.0);
+  imu::InertialBias bias;
+  graph.add_registration(Mat6::Identity(), pull, state, bias);
+  EXPECT_EQ(state.p_odom_m, Vec3(1.0, 2.0, 3.0));
+}
+
+}  // namespace
+}  // namespace rali::odometry::paper
