@@ -1,5 +1,6 @@
 #include "rali/drive/input/event_outlet.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -7,6 +8,12 @@
 #include "rali/base/counted.hpp"
 
 namespace rali::drive {
+namespace {
+
+constexpr double kWithoutImuMin = 0.1;   ///< share of the sweeps worth a word
+constexpr double kWithoutImuMost = 0.5;  ///< more is no map with inertial data
+
+}  // namespace
 
 void EventOutlet::push(const sensor::ImuSample& sample) {
   static_cast<void>(window_.push(sample.t, sample));
@@ -40,6 +47,8 @@ void EventOutlet::count(const vehicle::Event& event, Time t, InputReport& report
   report.t_end = t;
   if (const auto* scan = std::get_if<std::shared_ptr<const sensor::LidarScan>>(&event)) {
     ++report.sweeps;
+    if (report.imu_samples == imu_at_last_sweep_) ++sweeps_without_imu_;
+    imu_at_last_sweep_ = report.imu_samples;
     sweeps_.see(t);
     report.gaps.nan_points += (*scan)->dropped_nan;
     if (!(*scan)->has_point_times && !(*scan)->deskewed) {
@@ -54,6 +63,27 @@ void EventOutlet::count(const vehicle::Event& event, Time t, InputReport& report
   report.gaps.late = window_.late();
 }
 
+/// Sweeps before the first and behind the last inertial sample are in no gap between two of them.
+void EventOutlet::close_imu(InputReport& report) const {
+  if (!report.has_imu || report.sweeps == 0) return;
+  const double share =
+      static_cast<double>(sweeps_without_imu_) / static_cast<double>(report.sweeps);
+  if (share < kWithoutImuMin) return;
+  Finding f;
+  f.id = "D10";
+  f.vehicle = report.vehicle;
+  f.topic = report.imu_topic;
+  f.text = fmt::format("{} of {} sweeps have no inertial data: mapped with LiDAR alone there",
+                       sweeps_without_imu_, report.sweeps);
+  f.remedy = "See rali doctor.";
+  f.value = share;
+  f.limit = kWithoutImuMin;
+  report.findings.push_back(std::move(f));
+  report.gaps.imu_missing_s = std::max(
+      report.gaps.imu_missing_s, static_cast<double>(sweeps_without_imu_) * sweeps_.period_s());
+  report.gaps.damaged |= share > kWithoutImuMost;
+}
+
 void EventOutlet::close(InputReport& report) const {
   for (auto finding :
        {gap_finding(sweeps_, "D01", "sweeps"), gap_finding(imu_, "D10", "inertial data")}) {
@@ -61,6 +91,7 @@ void EventOutlet::close(InputReport& report) const {
     finding->vehicle = report.vehicle;
     report.findings.push_back(std::move(*finding));
   }
+  close_imu(report);
   report.gaps.late = window_.late();
   if (report.gaps.late == 0) return;
   Finding f;

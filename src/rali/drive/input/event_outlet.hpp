@@ -31,6 +31,7 @@ class EventOutlet {
   void close(InputReport& report) const;
 
  private:
+  void close_imu(InputReport& report) const;
   void count(const vehicle::Event& event, Time t, InputReport& report);
 
   double start_s_, duration_s_;
@@ -38,6 +39,8 @@ class EventOutlet {
   std::optional<Time> t_first_;
   GapWatch sweeps_{1.7, 0.0};
   GapWatch imu_{4.0, 0.05};
+  std::uint64_t imu_at_last_sweep_ = 0;
+  std::uint64_t sweeps_without_imu_ = 0;  ///< no sample since the sweep before
   bool past_end_ = false;
 };
 

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/drive/input/imu_fitness.hpp"
 #include "rali/drive/input/imu_intake.hpp"
 #include "rali/wire/decode.hpp"
 
@@ -82,12 +83,13 @@ FirstImu first_imu(const RecordingProbe& probe, InputReport& report) {
   FirstImu first;
   if (probe.topics.imu.empty()) return first;
   for (const StoredMessage& m : probe.messages) {
-    if (m.topic != probe.topics.imu || first.samples.size() >= kImuSamples) continue;
+    if (m.topic != probe.topics.imu) continue;
     const Result<wire::ImuMessage> imu = wire::decode_imu(m.data, m.encoding);
     if (!imu) continue;
     report.imu_frame = imu->frame_id;
     first.stamps.push_back({imu->sample.t, m.t_record});
-    if (is_plausible(imu->sample)) first.samples.push_back(imu->sample);
+    if (first.samples.size() >= kImuSamples || !is_plausible(imu->sample)) continue;
+    first.samples.push_back(imu->sample);
   }
   return first;
 }
@@ -167,6 +169,35 @@ void choose_stamps(RecordingProbe& probe, std::span<const StampPair> lidar,
   }
 }
 
+std::vector<Time> times_of(std::span<const StampPair> stamps, StampRule rule) {
+  std::vector<Time> times;
+  for (const StampPair& pair : stamps) {
+    times.push_back(rule == StampRule::kRecord ? pair.record : pair.header);
+  }
+  return times;
+}
+
+/// Inertial data that cannot help are left aside as a whole: an odometry that waits for them or
+/// believes the few it gets does worse than LiDAR alone.
+void leave_unfit_imu(std::span<const StampPair> lidar, std::span<const StampPair> imu,
+                     RecordingProbe& probe, InputReport& report) {
+  const std::optional<std::string> why =
+      unfit_inertial(times_of(lidar, probe.lidar_stamps), times_of(imu, probe.imu_stamps));
+  if (!why) return;
+  Finding f;
+  f.id = "D10";
+  f.vehicle = report.vehicle;
+  f.topic = probe.topics.imu;
+  f.text = *why + ": mapped with LiDAR alone";
+  f.effect = "Gravity and fast turns come from the LiDAR only.";
+  f.remedy = "Record the IMU with the LiDAR at 100 Hz or more; see rali doctor.";
+  report.findings.push_back(std::move(f));
+  report.gaps.damaged = true;
+  report.has_imu = false;
+  report.imu_topic.clear();
+  probe.topics.imu.clear();
+}
+
 TfTree first_tf(const RecordingProbe& probe) {
   TfTree tree;
   for (const StoredMessage& m : probe.messages) {
@@ -231,7 +262,9 @@ Result<RecordingProbe> probe_recording(RecordingChain& chain, const InputOptions
   report.gyro_scale = units->gyro_scale;
   add_findings(units->findings, report, report.imu_topic);
 
-  choose_stamps(probe, lidar_stamps(probe, options.cloud), imu.stamps, report);
+  const std::vector<StampPair> sweeps = lidar_stamps(probe, options.cloud);
+  choose_stamps(probe, sweeps, imu.stamps, report);
+  leave_unfit_imu(sweeps, imu.stamps, probe, report);
   const std::vector<sensor::LidarScan> scans = first_scans(views, probe.format, options.cloud);
   if (Status status =
           decide_extrinsics(options, first_tf(probe), scans, imu.samples, probe.units, report);
