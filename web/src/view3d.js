@@ -144,16 +144,18 @@ export function start_view(holder) {
   const controls = new OrbitControls(camera, renderer.domElement);
   controls.enableZoom = false;  // the wheel belongs to the page until the view was clicked
   const draw = () => renderer.render(scene, camera);
+  let touched = false;
   const resize = () => {
     const [width, height] = [holder.clientWidth, holder.clientHeight];
     renderer.setSize(width, height);
     camera.aspect = width / Math.max(height, 1);
     camera.updateProjectionMatrix();
-    draw();
+    if (touched) draw();
+    else home();
   };
   const home = () => { place_camera(camera, controls, bounds_of(scene)); draw(); };
   controls.addEventListener('change', draw);
-  renderer.domElement.addEventListener('pointerdown', () => { controls.enableZoom = true; });
+  renderer.domElement.addEventListener('pointerdown', () => { touched = controls.enableZoom = true; });
   renderer.domElement.addEventListener('pointerleave', () => { controls.enableZoom = false; });
   window.addEventListener('resize', resize);
   document.getElementById('view3d-home')?.addEventListener('click', home);
@@ -173,7 +175,6 @@ export function start_view(holder) {
   };
   cut?.addEventListener('input', lower);
   resize();
-  home();
   lower();
   holder.dataset.state = `${data.count} points drawn`;
 }

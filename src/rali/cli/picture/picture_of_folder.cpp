@@ -1,14 +1,15 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "rali/cli/picture/map_picture.hpp"
-#include "rali/io/files/cloud_file.hpp"
 #include "rali/io/files/text.hpp"
 #include "rali/io/files/tum.hpp"
 #include "rali/report/read_run.hpp"
+#include "rali/report/thinned_map.hpp"
 
 namespace rali::cli {
 namespace {
@@ -18,24 +19,14 @@ namespace fs = std::filesystem;
 constexpr std::array<Colour, 4> kWayColours = {
     {{224, 24, 108}, {250, 120, 0}, {120, 40, 200}, {0, 120, 215}}};
 
-std::vector<float> column(const io::CloudFile& cloud, const char* name) {
-  const int field = cloud.field(name);
-  if (field < 0) return {};
-  const std::vector<double> values = cloud.column(field);
-  std::vector<float> out(values.size());
-  std::transform(values.begin(), values.end(), out.begin(),
-                 [](double v) { return static_cast<float>(v); });
-  return out;
-}
-
 Status read_points(const std::string& out_dir, MapPicture& picture) {
   std::string path = out_dir + "/map.ply";
   if (std::error_code error; !fs::exists(path, error)) path = out_dir + "/map.pcd";
-  const Result<io::CloudFile> cloud = io::read_cloud_file(path);
-  if (!cloud) return tl::make_unexpected(cloud.error());
-  picture.x_m = column(*cloud, "x");
-  picture.y_m = column(*cloud, "y");
-  picture.z_m = column(*cloud, "z");
+  Result<report::ThinnedMap> map = report::read_thinned_map(path);
+  if (!map) return tl::make_unexpected(map.error());
+  picture.x_m = std::move(map->points.x_m);
+  picture.y_m = std::move(map->points.y_m);
+  picture.z_m = std::move(map->points.z_m);
   return {};
 }
 

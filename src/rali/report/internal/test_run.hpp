@@ -81,7 +81,7 @@ class TestRunWriter {
   void write_vehicle(std::size_t v) const {
     const std::string& name = run_.vehicles[v];
     if (name.find('/') != std::string::npos) return;
-    std::string tum = "# T_map_body\n", cov = "stamp_s,c00,c11,c22\n";
+    std::string tum = "# T_map_body\n", cov = "stamp_s,c00,c01,c02,c11,c12,c22\n";
     std::string degeneracy =
         "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from\n";
     std::string errors = "stamp_s,ape_m,rot_deg,ex,ey,ez,along_blind_m,nees\n";
@@ -90,7 +90,7 @@ class TestRunWriter {
       place(v, i, x, y, z);
       const double t_s = kBegin_s + 0.1 * i, var = 1e-4 + 2e-5 * i;
       tum += fmt::format("{:.9f} {:.6f} {:.6f} {:.6f} 0 0 0 1\n", t_s, x, y, z);
-      cov += fmt::format("{:.9f},{:.6e},{:.6e},{:.6e}\n", t_s, var, var, 0.2 * var);
+      cov += fmt::format("{:.9f},{:.6e},0,0,{:.6e},0,{:.6e}\n", t_s, var, var, 0.2 * var);
       degeneracy += fmt::format("{:.9f},{},{:.3f},1,0,0,0.05,{},{}\n", t_s, blind(v, i) ? 1 : 0,
                                 blind(v, i) ? 900.0 : 8.0 + std::sin(0.3 * i), "",
                                 blind(v, i) ? run_.vehicles[0] : "");
@@ -171,6 +171,10 @@ class TestRunWriter {
         fmt::format("round,anchor,start_s,end_s,ended_by,next_anchor,frontier_id\n1,{0},"
                     "{2:.1f},{3:.1f},arrived,{1},4\n2,{1},{3:.1f},{4:.1f},end,,\n",
                     run_.vehicles[0], run_.vehicles[1], kBegin_s, kBegin_s + 9.0, kBegin_s + 20.0));
+    folder_.write(
+        "frontiers.csv",
+        "round,id,x,y,length_m,nearest_vehicle,state,reason\n1,4,9.5,0.5,1.25,v2,explored,\n"
+        "2,5,12.0,3.5,2.5,v1,unreachable,behind the gate\n");
     folder_.write("loops.csv",
                   fmt::format("stamp_from_s,vehicle_from,stamp_to_s,vehicle_to,accepted,reason,"
                               "score,shift_m\n{0:.1f},v1,{1:.1f},v2,1,,0.83,0.12\n{0:.1f},v1,"

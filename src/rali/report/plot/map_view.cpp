@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kLeft = 46.0, kRight = 10.0, kTop = 10.0, kBottom = 36.0, kBar = 44.0;
 constexpr double kHeightMin = 110.0, kPixelsPerUnit = 1.6;
+constexpr double kBarShortest = 6.0;
 constexpr std::size_t kWayPointsMax = 2500;
 constexpr std::array<const char*, 3> kAxisNames = {"x", "y", "z"};
 
@@ -153,12 +154,14 @@ void draw_way(const MapView& view, const Frame& f, const MapWay& way, std::strin
     }
   }
   const std::string path = path_of(view, f, *way.points, -kAll, kAll);
+  if (way.halo) {
+    fmt::format_to(at, "<path class=\"halo\" d=\"{}\" stroke-width=\"{}\"/>", path,
+                   way.width + 1.8);
+  }
   fmt::format_to(at,
-                 "<path class=\"halo\" d=\"{}\" stroke-width=\"{}\"/><path class=\"s\" "
-                 "data-label=\"{}\" stroke=\"{}\" stroke-width=\"{}\" stroke-dasharray=\"{}\" "
-                 "d=\"{}\"/>\n",
-                 path, way.width + 1.8, escaped(way.label), css(way.style.colour), way.width,
-                 way.style.dash, path);
+                 "<path class=\"s\" data-label=\"{}\" stroke=\"{}\" stroke-width=\"{}\" "
+                 "stroke-dasharray=\"{}\" d=\"{}\"/>\n",
+                 escaped(way.label), css(way.style.colour), way.width, way.style.dash, path);
 }
 
 /// Begin (ring) and end (square) of a vehicle's way with its name.
@@ -204,13 +207,13 @@ void draw_frontiers(const MapView& view, const Frame& f, std::string& out) {
 
 /// A line of 2 sigma with a cap at each end. Shorter ones than can be seen are left out.
 void draw_bars(const MapView& view, const Frame& f, std::string& out) {
-  constexpr double kShortest = 3.0, kCap = 6.0;
+  constexpr double kCap = 6.0;
   for (const MapBar& bar : view.bars) {
     const geometry::Vec3 a = bar.p_m - bar.half_m, b = bar.p_m + bar.half_m;
     const double ax = f.px(along(a, view.axes.right)), ay = f.py(along(a, view.axes.up));
     const double bx = f.px(along(b, view.axes.right)), by = f.py(along(b, view.axes.up));
     const double length = std::hypot(bx - ax, by - ay);
-    if (!(length > 2.0 * kShortest && length < 1e4)) continue;
+    if (!(length > kBarShortest && length < 1e4)) continue;
     const double cx = -(by - ay) / length * kCap, cy = (bx - ax) / length * kCap;
     const std::string path = fmt::format(
         "M{:.1f} {:.1f}L{:.1f} {:.1f}M{:.1f} {:.1f}l{:.1f} {:.1f}M{:.1f} {:.1f}l{:.1f} {:.1f}", ax,
@@ -239,6 +242,13 @@ void draw_colour_bar(const MapView& view, const Frame& f, double y, std::string&
 }
 
 }  // namespace
+
+bool shows_bars(const MapView& view) {
+  const Frame f = frame_of(view);
+  std::string out;
+  draw_bars(view, f, out);
+  return !out.empty();
+}
 
 std::string svg_of(const MapView& view) {
   if (range_of(view, view.axes.right).empty() || range_of(view, view.axes.up).empty()) return {};

@@ -14,6 +14,7 @@ struct MapWay {
   Style style;
   const std::vector<BlindSpan>* blind = nullptr;
   double width = 2.2;
+  bool halo = true;  ///< a white border hides what lies below
 };
 
 /// A place with a word.
@@ -44,6 +45,9 @@ struct MapView {
   double width = 760.0, height_max = 620.0;
   bool stretch_up = false;  ///< a side view of a long map is drawn higher than it is, and says so
 };
+
+/// Whether any bar is long enough to be seen at the scale of the map.
+[[nodiscard]] bool shows_bars(const MapView& view);
 
 /// Empty if there is neither a point nor a way.
 [[nodiscard]] std::string svg_of(const MapView& view);

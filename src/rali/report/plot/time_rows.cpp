@@ -71,8 +71,8 @@ std::string svg_of(const std::vector<TimeRow>& rows, double end_s, const std::st
   const double width = kWidth - kLeft - kRight;
   const double bottom = 6.0 + kRow * static_cast<double>(rows.size());
   std::string out = fmt::format(
-      "<svg class=\"plot\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n", kWidth,
-      bottom + 34.0, escaped(words));
+      "<svg class=\"plot rows\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n",
+      kWidth, bottom + 34.0, escaped(words));
   out += axis_svg(t, width, bottom);
   double y = 6.0;
   for (const TimeRow& row : rows) {

@@ -67,7 +67,7 @@ std::string table_html(const std::vector<Entry>& entries) {
     table.row({escaped(entries[i].v->name), fixed(b.begin_s, 1) + " s", fixed(b.end_s, 1) + " s",
                metres(b.way_m), axis_cell(b), held_cell(b), off_cell(b)});
   }
-  std::string html = "<div class=\"wide\">" + table.html(true) + "</div>";
+  std::string html = "<div class=\"wide\">" + table.html() + "</div>";
   if (entries.size() > kSpansMax) {
     html += fmt::format("<p class=\"note\">The {} worst of {}; all are in degeneracy/.</p>\n",
                         kSpansMax, entries.size());

@@ -58,7 +58,7 @@ void add_vehicle_rows(const std::vector<RunData>& runs, Table& table) {
     add("sweeps dropped", &VehicleNumbers::sweeps_dropped,
         [](const Number& n) { return counted(n); });
     add("blind", &VehicleNumbers::blind_share, [](const Number& n) { return percent(n); });
-    add("held by ranges", &VehicleNumbers::blind_held_share,
+    add("of that held by ranges", &VehicleNumbers::blind_held_share,
         [](const Number& n) { return percent(n); });
     add("expected error, median", &VehicleNumbers::sigma_median_m,
         [](const Number& n) { return metres(n); });
@@ -82,39 +82,53 @@ Section metrics_section(const std::vector<RunData>& runs) {
   add_row(runs, table, "ranges used", [](const RunData& r) { return counted(r.ranges.used); });
   add_row(runs, table, "against truth (APE rmse)",
           [](const RunData& r) { return metres(truth_error(r)); });
+  add_row(runs, table, "largest error against truth",
+          [](const RunData& r) { return metres(largest_error(r)); });
+  add_row(runs, table, "NEES of the position (should be 3)", [](const RunData& r) {
+    return fixed(measured(r, "fleet.trajectory.nees_position.mean"), 1);
+  });
+  add_row(runs, table, "map to the true surface, mean",
+          [](const RunData& r) { return metres(measured(r, "cloud.to_mesh.mean_m")); });
   add_row(runs, table, "warnings",
           [](const RunData& r) { return fmt::format("{}", r.warnings.size()); });
   add_vehicle_rows(runs, table);
   return {"metrics", "Numbers side by side", "<div class=\"wide\">" + table.html() + "</div>"};
 }
 
-Section overlay_section(const std::vector<RunData>& runs) {
+/// One vehicle's ways in all runs.
+std::string overlay_of(const std::vector<RunData>& runs, const std::string& name) {
   MapView view;
-  for (const RunData& run : runs) {
-    if (view.map == nullptr && run.map.size() > 0) view.map = &run.map;
-  }
-  std::size_t index = 0;
-  std::string legend = "<p class=\"legend\">";
+  std::string legend;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     for (const VehicleView& v : runs[i].vehicles) {
-      if (v.way.empty()) continue;
-      const Style style = style_of(index++);
-      const std::string label = fmt::format("{} {}: {}", i + 1, runs[i].name, v.name);
-      view.ways.push_back({label, &v.way, style, &v.blind, 2.0});
+      if (v.name != name || v.way.empty()) continue;
+      if (view.map == nullptr && i == 0 && v.in_map && runs[i].map.size() > 0) {
+        view.map = &runs[i].map;
+      }
+      const Style style = style_of(i);
+      view.ways.push_back({fmt::format("{}", i + 1), &v.way, style, &v.blind,
+                           2.0 + 1.8 * static_cast<double>(runs.size() - 1 - i), false});
       legend += fmt::format(
           "<span><svg width=\"30\" height=\"8\"><path d=\"M0 4H30\" stroke=\"{}\" "
-          "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {}</span>",
-          css(style.colour), style.dash, escaped(label));
+          "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {} {}</span>",
+          css(style.colour), style.dash, i + 1, escaped(runs[i].name));
     }
   }
   const std::string svg = svg_of(view);
-  if (svg.empty()) return {"overlay", "Trajectories", absent("No run has a trajectory.")};
-  return {"overlay", "Trajectories",
-          legend + "</p><figure>" + svg +
-              "</figure><p class=\"note\">Each in its own map frame, as "
-              "written: begins at the first pose, z up; nothing was aligned. Grey: the map of the "
-              "first "
-              "run.</p>\n"};
+  if (svg.empty()) return {};
+  return fmt::format("<h3>{}</h3><p class=\"legend\">{}</p><figure>{}</figure>\n", escaped(name),
+                     legend, svg);
+}
+
+Section overlay_section(const std::vector<RunData>& runs) {
+  std::string html;
+  for (const std::string& name : vehicle_names(runs)) html += overlay_of(runs, name);
+  if (html.empty()) return {"overlay", "Ways", absent("No run has a trajectory.")};
+  return {"overlay", "Ways",
+          html +
+              "<p class=\"note\">As each run wrote them, nothing was aligned: a map begins at the "
+              "first pose, z up. Bars across a way: blind. Grey: the map of the first run, where "
+              "the vehicle is in it.</p>\n"};
 }
 
 Section difference_section(const std::vector<RunData>& runs) {

@@ -97,9 +97,11 @@ std::string loops_html(const RunData& run) {
 std::string frontiers_html(const RunData& run) {
   if (run.frontiers.empty()) return {};
   std::map<std::string, std::size_t> states;
-  for (const Frontier& f : run.frontiers) ++states[f.state];
+  const std::string& last = run.frontiers.back().round;
+  for (const Frontier& f : run.frontiers) states[f.state] += f.round == last ? 1 : 0;
   std::string sum;
   for (const auto& [state, n] : states) {
+    if (n == 0) continue;
     sum += fmt::format("{}{} {}", sum.empty() ? "" : ", ", n, state_words(state));
   }
   Table table({"round", "frontier", "at x", "y", "length", "nearest", "state", "why"});
@@ -110,8 +112,8 @@ std::string frontiers_html(const RunData& run) {
                std::isfinite(f.length_m) ? metres(f.length_m) : fixed(kUnknown, 0),
                escaped(f.nearest_vehicle), state_words(f.state), escaped(f.reason)});
   }
-  std::string html = "<h3>Frontiers: borders of what was seen</h3><p>" + sum + ".</p>\n" +
-                     "<div class=\"wide\">" + table.html(true) + "</div>";
+  std::string html = "<h3>Frontiers: borders of what was seen</h3><p>In the last round: " + sum +
+                     ".</p>\n" + "<div class=\"wide\">" + table.html(true) + "</div>";
   if (run.frontiers.size() > kRowsMax) {
     html += fmt::format("<p class=\"note\">and {} more in frontiers.csv</p>\n",
                         run.frontiers.size() - kRowsMax);

@@ -137,7 +137,7 @@ std::string legend(const MapView& view) {
         "<span><svg width=\"30\" height=\"12\"><path class=\"blind-way\" d=\"M2 6H28\"/></svg> "
         "blind stretch</span>";
   }
-  if (!view.bars.empty()) {
+  if (shows_bars(view)) {
     out +=
         "<span><svg width=\"34\" height=\"14\"><path class=\"off\" d=\"M3 7H31M3 1v12M31 1v12\"/>"
         "</svg> may be off so far along the blind axis (1 sigma, at the scale of the map)</span>";

@@ -12,6 +12,8 @@ namespace rali::report {
 namespace {
 
 constexpr std::size_t kPlotsMax = 12;
+/// Light and dark: they differ on grey paper too.
+constexpr Rgb kUsedColour = {125, 172, 214}, kRejectedColour = {150, 52, 0};
 
 std::string reason_words(const std::string& reason) {
   static const std::map<std::string, std::string> kWords = {
@@ -58,12 +60,12 @@ Plot residual_plot(const RunData& run, const std::string& pair) {
   plot.title = pair;
   plot.y_label = "residual [m]";
   plot.y_unit = "m";
-  plot.width = 560.0;
-  plot.height = 150.0;
+  plot.width = 440.0;
+  plot.height = 140.0;
   plot.x_min = 0.0;
   plot.x_max = last_time_s(run);
-  Series used{"used", {}, {}, {Rgb{0, 114, 178}, ""}, true, 2.2};
-  Series rejected{"rejected", {}, {}, {kBlindColour, ""}, true, 3.6};
+  Series used{"used", {}, {}, {kUsedColour, ""}, true, 2.2};
+  Series rejected{"rejected", {}, {}, {kRejectedColour, ""}, true, 3.6};
   std::vector<double> sizes;
   for (const RangeRow& row : run.range_rows) {
     if (pair_of(row) != pair || !std::isfinite(row.residual_m)) continue;
@@ -109,7 +111,7 @@ Section ranges_section(const RunData& run) {
   }
   section.html +=
       "<p class=\"note\">Residual: measured less predicted range, after the bias. "
-      "Orange dots were rejected; dots at the border lie farther out.</p>\n"
+      "Large dark dots were rejected; dots at the border lie farther out.</p>\n"
       "<div class=\"plots\">";
   const std::vector<std::string> pairs = pairs_of_rows(run);
   for (std::size_t i = 0; i < std::min(pairs.size(), kPlotsMax); ++i) {

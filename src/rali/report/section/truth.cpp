@@ -17,8 +17,8 @@ Plot plot_of(const RunData& run, std::string title, std::string unit) {
   plot.title = std::move(title);
   plot.y_label = fmt::format("[{}]", unit);
   plot.y_unit = unit;
-  plot.width = 560.0;
-  plot.height = 160.0;
+  plot.width = 440.0;
+  plot.height = 140.0;
   plot.x_min = 0.0;
   plot.x_max = last_time_s(run);
   return plot;

@@ -11,7 +11,7 @@
 namespace rali::report {
 namespace {
 
-constexpr double kPlotWidth = 560.0, kPlotHeight = 150.0;
+constexpr double kPlotWidth = 440.0, kPlotHeight = 140.0;
 /// Speed is the way of so much time: single poses are too noisy.
 constexpr double kSpeedSpan_s = 1.0;
 constexpr double kDegPerRad = 57.29577951308232;
