@@ -15,6 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     RALI_ASSERT(!mesh->triangles.empty());
     RALI_ASSERT(mesh->reflectivity.empty() || mesh->reflectivity.size() == mesh->triangles.size());
+    for (const float r : mesh->reflectivity) RALI_ASSERT(r >= 0.0F && r <= 1.0F);
     for (const auto& triangle : mesh->triangles) {
       for (const std::uint32_t v : triangle) RALI_ASSERT(v < mesh->vertices.size());
     }

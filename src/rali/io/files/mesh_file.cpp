@@ -28,6 +28,12 @@ Status check(const MeshFile& mesh, const std::string& path) {
           fmt::format("triangle {} names vertex {}, but there are {}", i, v, mesh.vertices.size()));
     }
   }
+  for (std::size_t i = 0; i < mesh.reflectivity.size(); ++i) {
+    if (mesh.reflectivity[i] >= 0.0F && mesh.reflectivity[i] <= 1.0F) continue;
+    return fail(ErrorCode::kInput, path,
+                fmt::format("triangle {} has reflectivity {}, not 0 to 1", i, mesh.reflectivity[i]),
+                "Scale the property, or leave it out.");
+  }
   return {};
 }
 

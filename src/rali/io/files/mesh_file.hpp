@@ -25,7 +25,7 @@ inline constexpr std::uint64_t kMeshBytesMax = 1ULL << 29U;
 
 /// Reads PLY (ascii, both binaries), OBJ or STL (ascii, binary), told apart by the name's ending.
 /// Errors: kInput, with file and line or offset: missing, another ending, cut, an index that names
-/// no vertex, a coordinate that is no number, no triangle.
+/// no vertex, a coordinate that is no number, a reflectivity beyond 0..1, no triangle.
 [[nodiscard]] Result<MeshFile> read_mesh_file(const std::string& path);
 
 /// The same from memory; `path` is for messages and its ending.

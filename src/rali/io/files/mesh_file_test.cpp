@@ -206,6 +206,23 @@ TEST(MeshFile, errors_name_file_and_line) {
   EXPECT_NE(missing.error().message().find("/nowhere/a.ply"), std::string::npos);
 }
 
+TEST(MeshFile, a_reflectivity_beyond_0_to_1_is_told_with_its_triangle) {
+  const auto with = [](const std::string& value) {
+    return "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+           "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"
+           "property float reflectivity\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 0.5\n"
+           "3 0 2 1 " +
+           value + "\n";
+  };
+  EXPECT_EQ(error_of(with("1"), "a.ply"), "no error");
+  EXPECT_EQ(error_of(with("200"), "a.ply"),
+            "a.ply: triangle 1 has reflectivity 200, not 0 to 1. Scale the property, or leave it "
+            "out.");
+  for (const char* value : {"nan", "-0.1", "1e30", "inf"}) {
+    EXPECT_NE(error_of(with(value), "a.ply"), "no error") << value;
+  }
+}
+
 TEST(MeshFile, negative_indices_of_obj_count_from_the_last_vertex) {
   const auto mesh = parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", "a.obj");
   ASSERT_TRUE(mesh);
