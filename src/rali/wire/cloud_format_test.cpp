@@ -158,7 +158,7 @@ TEST(CloudFormat, kitti_order_without_rings_is_timed_from_the_rear_clockwise) {
   LidarScan got;
   ASSERT_TRUE(decode_cloud(cloud.view, *format, {}, got).has_value());
   for (std::size_t i = 0; i < got.size(); i += 31) {
-    const double azimuth = std::atan2(got.y_m[i], got.x_m[i]);
+    const auto azimuth = static_cast<double>(std::atan2(got.y_m[i], got.x_m[i]));
     const double want_s = 0.1 * 0.5 * (1.0 - azimuth / std::numbers::pi);
     if (want_s > 0.0999) continue;  // the rear itself may be the first or the last
     EXPECT_NEAR(static_cast<double>(got.dt_s[i]), want_s, 1e-6);

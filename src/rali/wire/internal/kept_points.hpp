@@ -122,6 +122,7 @@ void choose_points(const CloudView& cloud, const CloudLayout& layout, const Xyz&
 /// out[i] = convert(value of `field` at kept point i).
 template <class Out, class Convert>
 void gather(const CloudView& cloud, int field, const Kept& kept, Out* out, Convert convert) {
+  if (kept.count == 0) return;  // an empty cloud has no bytes to point into
   const CloudField& which = cloud.fields[static_cast<std::size_t>(field)];
   const std::byte* const base = cloud.data.data() + which.offset;
   with_type(which.type, [&](auto type) {
