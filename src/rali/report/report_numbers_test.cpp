@@ -1,0 +1,166 @@
+#include <gtest/gtest.h>
+
+#include "rali/report/internal/html.hpp"
+#include "rali/report/internal/test_run.hpp"
+#include "rali/report/read_run.hpp"
+#include "rali/report/report.hpp"
+
+namespace rali::report {
+namespace {
+
+std::string page_of(const io::TestFolder& folder) {
+  const Result<RunData> run = read_run(folder.path());
+  EXPECT_TRUE(run) << run.error().message();
+  return run ? report_html(*run) : std::string();
+}
+
+std::string page_of(const TestRun& run) {
+  const io::TestFolder folder;
+  write_test_run(folder, run);
+  return page_of(folder);
+}
+
+bool has(const std::string& page, std::string_view text) {
+  return page.find(text) != std::string::npos;
+}
+
+std::size_t count(const std::string& page, std::string_view text) {
+  std::size_t n = 0;
+  for (std::size_t at = page.find(text); at != std::string::npos; at = page.find(text, at + 1)) ++n;
+  return n;
+}
+
+/// The text of the page without tags, entities left as they are.
+std::string text_of(const std::string& page) {
+  std::string out;
+  bool inside = false;
+  for (const char c : page) {
+    if (c == '<') inside = true;
+    if (!inside) out += c;
+    if (c == '>') inside = false;
+  }
+  return out;
+}
+
+TEST(ReportNumbers, shows_the_numbers_of_evaluation_json_in_their_places) {
+  const io::TestFolder folder;
+  TestRun run;
+  run.truth = true;
+  write_test_run(folder, run);
+  const Result<RunData> read = read_run(folder.path());
+  ASSERT_TRUE(read);
+  const std::string page = page_of(folder);
+  const std::string text = text_of(page);
+  const auto value = [&](const char* key) {
+    for (const Measured& m : read->evaluation) {
+      if (m.key == key) return Number(m.value);
+    }
+    return Number();
+  };
+  // poses, way, APE rmse, largest, rotation, drift, in height, along, across: the row of v1.
+  const std::string track = "vehicles.v1.trajectory.";
+  const auto of = [&](const char* name) { return metres(value((track + name).c_str())); };
+  const std::string row = "<td>v1</td><td>" + counted(value((track + "poses").c_str())) +
+                          "</td><td>" + of("way_m") + "</td><td>" + of("ape_m.rmse") + "</td><td>" +
+                          of("ape_m.max") + "</td><td>0.20&deg;</td><td>" + of("drift_final_m") +
+                          "</td><td>" + of("drift_z_m") + "</td><td>" + of("blind.along_m.rmse") +
+                          "</td><td>" + of("blind.across_m.rmse") + "</td>";
+  EXPECT_TRUE(has(page, row)) << row;
+  EXPECT_EQ(of("ape_m.rmse"), "0.13 m");
+  EXPECT_TRUE(has(text, "off by 0.13 m (APE rmse), at most 0.25 m"));
+  EXPECT_TRUE(has(text, "mean 0.021 m, standard deviation 0.013 m, 95 % within 0.050 m"));
+  EXPECT_TRUE(has(page, "<td>v1, pose</td><td>5.50</td><td>6</td><td>94 %</td>"));
+}
+
+TEST(ReportNumbers, shows_each_vehicle_of_metrics_json_with_its_own_numbers) {
+  const io::TestFolder folder;
+  TestRun run;
+  run.vehicles = test_names(3);
+  write_test_run(folder, run);
+  const Result<RunData> read = read_run(folder.path());
+  ASSERT_TRUE(read);
+  const std::string page = page_of(folder);
+  for (const VehicleView& v : read->vehicles) {
+    const std::string row =
+        "<td>" + v.name + "</td><td>" + metres(v.numbers.path_m) + "</td><td>" +
+        counted(v.numbers.sweeps) + "</td><td>" + counted(v.numbers.sweeps_dropped) + "</td><td>" +
+        counted(v.numbers.keyframes) + "</td><td>" + percent(v.numbers.blind_share) + "</td>";
+    EXPECT_TRUE(has(page, row)) << row;
+  }
+}
+
+TEST(ReportNumbers, calls_no_error_good_that_was_not_foretold) {
+  const io::TestFolder folder;
+  TestRun run;
+  run.truth = true;
+  write_test_run(folder, run);
+  EXPECT_TRUE(has(page_of(folder), "no larger than the program expects"));
+  std::string text = folder.read("evaluation.json");
+  // In the numbers of the fleet, which come last.
+  const std::string_view good = "\"share_within_95\":0.94";
+  text.replace(text.rfind(good), good.size(), "\"share_within_95\":0.69");
+  folder.write("evaluation.json", text);
+  const std::string page = page_of(folder);
+  EXPECT_FALSE(has(page, "no larger than the program expects"));
+  EXPECT_TRUE(has(page, "only 69 % of the poses lie within their 95 % bounds"));
+}
+
+TEST(ReportNumbers,
+     says_where_it_was_blind_along_which_axis_what_held_it_and_how_far_off_it_may_be) {
+  const io::TestFolder folder;
+  TestRun run;
+  run.vehicles = {"v1", "v2"};
+  write_test_run(folder, run);
+  const std::string page = page_of(folder);
+  // Variance along x at pose 129: 1e-4 + 129 * 2e-5 = 0.00268, its root 0.0518 m. The way turns
+  // from x to y at pose 117, 14 m along.
+  EXPECT_TRUE(has(page, "<td>v2</td><td>8.0 s</td><td>12.9 s</td>"));
+  EXPECT_TRUE(has(page, "0&deg; from x of the map</td><td>ranges to v1, 100 %"));
+  EXPECT_TRUE(has(page, "<b>&plusmn; 0.052 m</b>"));
+  std::string metrics = folder.read("metrics.json");
+  for (const std::string_view held = "\"blind_held_share\":0.9"; has(metrics, held);) {
+    metrics.replace(metrics.find(held), held.size(), "\"blind_held_share\":0");
+  }
+  folder.write("metrics.json", metrics);
+  EXPECT_TRUE(has(page_of(folder),
+                  "Largest doubt:</b> v2 was blind on 27 % of its way and no range "
+                  "held it there: along the blind axis the map may be too long "
+                  "or too short by 0.052 m (1 sigma)"));
+}
+
+TEST(ReportNumbers, draws_no_vehicle_into_the_map_of_another_frame) {
+  const io::TestFolder folder;
+  TestRun run;
+  run.vehicles = {"v1", "v2"};
+  write_test_run(folder, run);
+  EXPECT_FALSE(has(page_of(folder), "not joined"));
+  std::string metrics = folder.read("metrics.json");
+  const std::string_view joined = R"([["v1","v2"]])";
+  metrics.replace(metrics.find(joined), joined.size(), R"([["v1"],["v2"]])");
+  folder.write("metrics.json", metrics);
+  const Result<RunData> read = read_run(folder.path());
+  ASSERT_TRUE(read);
+  EXPECT_NE(read->vehicles[0].in_map, read->vehicles[1].in_map);
+  const std::string page = page_of(folder);
+  EXPECT_TRUE(has(page, "is not joined to it"));
+  EXPECT_TRUE(has(page, "in a frame of its own</figcaption>"));
+}
+
+TEST(ReportNumbers, shows_the_frontiers_that_were_left) {
+  TestRun run;
+  run.vehicles = {"v1", "v2"};
+  run.fleet = true;
+  const std::string page = page_of(run);
+  EXPECT_TRUE(has(page, "In the last round: 1 unreachable."));
+  EXPECT_TRUE(has(page, "behind the gate"));
+  EXPECT_EQ(count(page, "<title>frontier 5: unreachable, 2.5 m</title>"), 2U)
+      << "in the map by error and in that by height";
+  EXPECT_FALSE(has(page, "<title>frontier 4"));
+}
+
+TEST(ReportNumbers, names_the_day_of_the_data) {
+  EXPECT_TRUE(has(page_of(TestRun{}), "data from 2023-11-14 22:13 UTC"));
+}
+
+}  // namespace
+}  // namespace rali::report
