@@ -6,7 +6,30 @@
 if(RALI_TESTS)
   find_package(GTest REQUIRED)
   include(GoogleTest)
+  if(CMAKE_BUILD_TYPE STREQUAL "Release" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    file(WRITE ${CMAKE_BINARY_DIR}/test_header.cpp "")
+    add_library(rali_test_header STATIC ${CMAKE_BINARY_DIR}/test_header.cpp)
+    target_compile_options(rali_test_header PRIVATE -O1)
+    target_compile_definitions(rali_test_header PRIVATE
+      RALI_SOURCE_DIR="${CMAKE_SOURCE_DIR}" RALI_DATA_DIR="${CMAKE_SOURCE_DIR}/../shared/data")
+    target_link_libraries(rali_test_header PRIVATE rali_flags GTest::gtest)
+    target_precompile_headers(rali_test_header PRIVATE <algorithm> <cmath> <functional> <map>
+      <memory> <optional> <string> <variant> <vector> <gtest/gtest.h>)
+  endif()
 endif()
+
+# Most of a build's time is tests, and most of a test's time is gtest and the standard library: one
+# precompiled header for all of them, and light optimisation of what only tests run. Only in release
+# builds by gcc: everywhere else each file shows that it includes what it uses.
+function(rali_quick_test_build target)
+  if(NOT CMAKE_BUILD_TYPE STREQUAL "Release" OR NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    return()
+  endif()
+  target_compile_options(${target} PRIVATE -O1)
+  if(TARGET rali_test_header)
+    target_precompile_headers(${target} REUSE_FROM rali_test_header)
+  endif()
+endfunction()
 
 function(rali_room)
   cmake_parse_arguments(ROOM "HOT" "NAME" "DEPS;LIBS" ${ARGN})
@@ -40,6 +63,7 @@ function(rali_room)
     target_link_libraries(rali_${ROOM_NAME}_test PRIVATE rali_${ROOM_NAME} GTest::gtest_main)
     target_compile_definitions(rali_${ROOM_NAME}_test PRIVATE
       RALI_SOURCE_DIR="${CMAKE_SOURCE_DIR}" RALI_DATA_DIR="${CMAKE_SOURCE_DIR}/../shared/data")
+    rali_quick_test_build(rali_${ROOM_NAME}_test)
     gtest_discover_tests(rali_${ROOM_NAME}_test TEST_PREFIX "${ROOM_NAME}." DISCOVERY_TIMEOUT 60
       PROPERTIES TIMEOUT 300)
   endif()
