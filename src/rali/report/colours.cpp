@@ -30,7 +30,8 @@ constexpr std::array<Rgb, 16> kViridis = {{{68, 1, 84},
 constexpr std::array<Rgb, 6> kOkabeIto = {
     {{0, 114, 178}, {204, 121, 167}, {0, 158, 115}, {230, 159, 0}, {86, 180, 233}, {30, 30, 30}}};
 
-constexpr std::array<const char*, 5> kDashes = {"", "7 3", "2 2.5", "9 3 2 3", "14 4"};
+/// Dots alone mean the truth.
+constexpr std::array<const char*, 5> kDashes = {"", "7 3", "10 2.5 2 2.5 2 2.5", "9 3 2 3", "14 4"};
 
 }  // namespace
 
