@@ -25,6 +25,8 @@ constexpr double kSlowTruth_s = 0.05;
 /// A shift of the clocks is worth a word from here on, if it takes away this much of the error.
 constexpr double kShiftMin_s = 0.002;
 constexpr double kShiftShare = 0.7;
+/// Of the offset that rali map has added; its own sigma and the shift's are within.
+constexpr double kOffsetShare = 0.25;
 
 /// A vehicle with its pairs, on the way to its score.
 struct Judged {
@@ -72,6 +74,20 @@ void warn_of_slow_truth(const VehicleInput& v, const EvaluationOptions& options,
       "{}: one pose each {:.2f} s; jolts between them are not in it, so rotation errors, short RPE "
       "and NEES come out too large",
       v.truth_file, gap_s));
+}
+
+/// rali map keeps the clock of the IMU, which is the fleet's: it adds the offset it found to the
+/// LiDAR's stamps. A truth on the LiDAR's clock then lies off by just that.
+std::string cause_of_shift(double shift_s, const VehicleInput& v) {
+  const double offset_s = v.time_offset_s;
+  if (offset_s == 0.0) return "the clocks or the stamp rules differ";
+  const double left_s = std::abs(shift_s + offset_s);
+  const bool explains = left_s < std::max(kShiftMin_s, kOffsetShare * std::abs(offset_s));
+  return fmt::format(
+      "rali map has added {:+.4f} s to the LiDAR's stamps (time_offset_s of metrics.json) and "
+      "gives "
+      "poses on the IMU's clock{}",
+      offset_s, explains ? ": this truth is on the LiDAR's" : "; it is not that alone");
 }
 
 /// Judges vehicles in one frame.
@@ -155,9 +171,9 @@ class FrameJudge {
     if (shift->rmse_after_m > kShiftShare * shift->rmse_m) return;
     result_.warnings.push_back(fmt::format(
         "{}: stamps {:.3f} s {} than they are would explain most of the error (position rmse "
-        "{:.4f} -> {:.4f} m); the clocks or the stamp rules differ",
+        "{:.4f} -> {:.4f} m); {}",
         v.input->name, std::abs(shift->shift_s), shift->shift_s > 0.0 ? "later" : "earlier",
-        shift->rmse_m, shift->rmse_after_m));
+        shift->rmse_m, shift->rmse_after_m, cause_of_shift(shift->shift_s, *v.input)));
   }
 
   /// Each odometry has a frame of its own: aligned by itself.

@@ -83,12 +83,10 @@ Status read_vehicle(const std::string& out, VehicleInput& vehicle,
 
 /// Groups of metrics.json; vehicles it does not name join the first group, as in runs of other
 /// programs, which know one frame only.
-std::vector<std::vector<std::size_t>> read_groups(const std::string& file,
+std::vector<std::vector<std::size_t>> read_groups(const nlohmann::json& json,
                                                   const std::vector<VehicleInput>& vehicles) {
   std::vector<std::vector<std::size_t>> groups;
   std::vector<bool> placed(vehicles.size(), false);
-  std::ifstream in(file);
-  const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
   const auto pointer = nlohmann::json::json_pointer("/fleet/groups");
   if (json.is_object() && json.contains(pointer) && json[pointer].is_array()) {
     for (const auto& names : json[pointer]) {
@@ -112,6 +110,15 @@ std::vector<std::vector<std::size_t>> read_groups(const std::string& file,
   return groups;
 }
 
+void read_time_offsets(const nlohmann::json& json, std::vector<VehicleInput>& vehicles) {
+  for (VehicleInput& vehicle : vehicles) {
+    const nlohmann::json::json_pointer pointer =
+        nlohmann::json::json_pointer("/vehicles") / vehicle.name / "time_offset_s";
+    if (!json.is_object() || !json.contains(pointer) || !json[pointer].is_number()) continue;
+    vehicle.time_offset_s = json[pointer].get<double>();
+  }
+}
+
 Result<RunInput> read_out_folder(const std::string& path) {
   RunInput run;
   run.name = path;
@@ -131,7 +138,10 @@ Result<RunInput> read_out_folder(const std::string& path) {
     return fail(ErrorCode::kInput, path, "has neither trajectory/*.tum nor map.pcd",
                 "Give the folder that rali map has written.");
   }
-  run.groups = read_groups(path + "/metrics.json", run.vehicles);
+  std::ifstream file(path + "/metrics.json");
+  const nlohmann::json metrics = nlohmann::json::parse(file, nullptr, false);
+  run.groups = read_groups(metrics, run.vehicles);
+  read_time_offsets(metrics, run.vehicles);
   return run;
 }
 

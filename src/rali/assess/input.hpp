@@ -26,6 +26,7 @@ struct VehicleInput {
   std::vector<geometry::Vec3> blind_map;
   eval::PoseList truth;  ///< T_world_body; empty if there is none
   std::string file, truth_file;
+  double time_offset_s = 0.0;  ///< that rali map added to the LiDAR's stamps (metrics.json)
 };
 
 /// What is to be judged.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Cholesky>
+
 namespace rali::eval {
 
 using geometry::SE3;
@@ -12,6 +14,9 @@ using geometry::Vec3;
 namespace {
 
 /// Longer than this a difference of positions is no velocity.
+/// Share of the velocities that another place of the whole way must not explain: at constant
+/// velocity a shift in time and one in space are the same.
+constexpr double kVelocityLeft = 0.01;
 constexpr double kVelocitySpan_s = 0.5;
 constexpr double kLevelCosMin = 0.984807753;  // 10 degrees
 
@@ -52,24 +57,45 @@ std::vector<BlindError> blind_errors(const PairList& pairs, const SE3& T_ref_est
 }
 
 std::optional<TimeShift> time_shift(const PairList& pairs, const SE3& T_ref_est) {
-  double vv = 0.0, ve = 0.0, ee = 0.0;
+  using Vec7 = Eigen::Matrix<double, 7, 1>;
+  using Mat7 = Eigen::Matrix<double, 7, 7>;
+  Vec3 middle = Vec3::Zero();
+  for (const PosePair& pair : pairs) middle += pair.ref.p / static_cast<double>(pairs.size());
+  // Unknown: the shift, and how the whole way would then lie, which the alignment has taken for
+  // the shift: e = s v + c + w x (p - middle).
+  Mat7 H = Mat7::Zero();
+  Vec7 g = Vec7::Zero();
+  double ee = 0.0;
   std::size_t n = 0;
   for (std::size_t i = 1; i + 1 < pairs.size(); ++i) {
     const double dt = seconds_between(pairs[i - 1].t, pairs[i + 1].t);
     if (!(dt > 0.0) || dt > kVelocitySpan_s) continue;
-    const Vec3 v = (pairs[i + 1].ref.p - pairs[i - 1].ref.p) / dt;
     const Vec3 e = T_ref_est * pairs[i].est.p - pairs[i].ref.p;
-    vv += v.squaredNorm();
-    ve += v.dot(e);
+    Eigen::Matrix<double, 3, 7> J;
+    J.col(0) = (pairs[i + 1].ref.p - pairs[i - 1].ref.p) / dt;
+    J.middleCols<3>(1).setIdentity();
+    J.rightCols<3>() = -geometry::skew(pairs[i].ref.p - middle);
+    H += J.transpose() * J;
+    g += J.transpose() * e;
     ee += e.squaredNorm();
     ++n;
   }
+  const double vv = H(0, 0);
   if (!(vv > 0.0)) return std::nullopt;
+  // Without the shift first; what of the velocities is left then is what shows it.
+  Eigen::Matrix<double, 6, 6> H_way = H.bottomRightCorner<6, 6>();
+  H_way.diagonal().array() += 1e-9 * H_way.trace();  // straight ways do not show the roll
+  const auto ldlt = H_way.ldlt();
+  const Eigen::Matrix<double, 6, 1> way = ldlt.solve(g.tail<6>());
+  const double left_vv = vv - H.col(0).tail<6>().dot(ldlt.solve(H.col(0).tail<6>()));
+  if (!(left_vv > kVelocityLeft * vv)) return std::nullopt;
+  const double left_ve = g(0) - H.col(0).tail<6>().dot(way);
+  const double left_ee = std::max(0.0, ee - g.tail<6>().dot(way));
   const double count = static_cast<double>(n);
   TimeShift out;
-  out.shift_s = ve / vv;
-  out.rmse_m = std::sqrt(ee / count);
-  out.rmse_after_m = std::sqrt(std::max(0.0, ee - ve * ve / vv) / count);
+  out.shift_s = left_ve / left_vv;
+  out.rmse_m = std::sqrt(left_ee / count);
+  out.rmse_after_m = std::sqrt(std::max(0.0, left_ee - left_ve * left_ve / left_vv) / count);
   return out;
 }
 

@@ -34,10 +34,11 @@ struct BlindError {
                                                    const geometry::SE3& T_ref_est,
                                                    const std::vector<geometry::Vec3>& directions);
 
-/// Whether the error looks like one of time: position error = speed times shift.
+/// Whether the error looks like one of time: position error = speed times shift, beside another
+/// place of the whole way, which an alignment takes for a part of it.
 struct TimeShift {
   double shift_s = 0.0;       ///< to be added to the estimate's stamps
-  double rmse_m = 0.0;        ///< of the positions as they are
+  double rmse_m = 0.0;        ///< of the positions, the way laid where it fits best
   double rmse_after_m = 0.0;  ///< if the stamps were so shifted
 };
 

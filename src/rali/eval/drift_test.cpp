@@ -72,6 +72,24 @@ TEST(TimeShift, poses_that_are_stamped_too_early_are_found_by_their_speed) {
   EXPECT_FALSE(time_shift({pairs[0], pairs[0], pairs[0]}, SE3{}));
 }
 
+TEST(TimeShift, what_the_alignment_has_taken_for_it_counts_and_a_straight_way_shows_nothing) {
+  PairList bend, straight;
+  for (int i = 0; i < 200; ++i) {
+    const double t = 0.1 * i;
+    // One leg, a corner, another leg; laid over the truth 3 cm aside, as an alignment does.
+    const auto place = [](double s) { return at(std::min(s, 10.0), std::max(0.0, s - 10.0), 0.0); };
+    SE3 est = place(t + 0.04);
+    est.p += Vec3(-0.03, -0.02, 0.0);
+    bend.push_back({Time::from_s(t), est, place(t), 0});
+    straight.push_back({Time::from_s(t), at(t + 0.04, 0.0, 0.0), at(t, 0.0, 0.0), 0});
+  }
+  const auto shift = time_shift(bend, SE3{});
+  ASSERT_TRUE(shift);
+  EXPECT_NEAR(shift->shift_s, 0.04, 0.002);
+  EXPECT_LT(shift->rmse_after_m, 0.3 * shift->rmse_m);
+  EXPECT_FALSE(time_shift(straight, SE3{}));
+}
+
 TEST(ErrorsBetween, do_not_care_about_the_frame_but_about_the_vehicles_places_in_it) {
   const SE3 frame = at(10.0, -3.0, 1.0, 0.8);
   PairList a, b;
