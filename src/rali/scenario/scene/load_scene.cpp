@@ -67,6 +67,13 @@ Node without(const Node& root, std::string_view key) {
   return rest;
 }
 
+/// The map with one of its keys only.
+Node only(const Node& root, std::string_view key) {
+  Node rest = root;
+  std::erase_if(rest.children, [&](const Node& child) { return child.key != key; });
+  return rest;
+}
+
 /// `vehicles` before `rounds`, since rounds name vehicles.
 void vehicles_first(Node& root) {
   std::stable_partition(root.children.begin(), root.children.end(),
@@ -89,13 +96,18 @@ Result<SceneSetup> scene_from(const Node& root, const std::string& name,
   vehicles_first(rest);
   const config::FieldList fields = scene_fields(setup, folder);
   config::Origins origins;
+  if (setup.place == PlaceKind::kScene && rest.find("vehicles") == nullptr) {
+    // Its number of vehicles must be known before rounds are read, which name them.
+    const Node place = only(rest, "scene");
+    if (auto status = config::apply_map(place, "", "", fields, origins); !status) {
+      return tl::make_unexpected(status.error());
+    }
+    setup.fleet.vehicles = vehicles_of(setup.scene);
+  }
   if (auto status = config::apply_map(rest, "", "", fields, origins); !status) {
     return tl::make_unexpected(status.error());
   }
   setup.fleet.vehicle.scene = setup.scene;
-  if (setup.place == PlaceKind::kScene && rest.find("vehicles") == nullptr) {
-    setup.fleet.vehicles = vehicles_of(setup.scene);
-  }
   if (setup.place == PlaceKind::kMesh && setup.mesh.file.empty()) {
     return fail(ErrorCode::kUsage, root.find("mesh")->where, "mesh names no file",
                 "Give `mesh: {file: NAME}`, a .ply, .obj or .stl file.");

@@ -92,6 +92,29 @@ TEST(Scene, rounds_follow_each_other) {
   EXPECT_EQ(world->rounds[1].routes[1].front(), Vec3(1.0, 1.0, 0.0));
 }
 
+TEST(Scene, rounds_of_a_shipped_scene_name_its_vehicles_without_counting_them) {
+  const auto world = world_from("scene: corridor\nrounds:\n  - {anchor: v2}\n  - {anchor: v1}\n");
+  ASSERT_TRUE(world) << world.error().message();
+  ASSERT_EQ(world->rounds.size(), 2U);
+  EXPECT_EQ(world->rounds[0].anchor, 1);
+  for (const sim::RoundPlan& round : world->rounds) EXPECT_EQ(round.routes.size(), 2U);
+}
+
+TEST(Scene, rounds_and_a_number_of_vehicles_given_later_need_not_agree) {
+  auto setup = parse_scene("scene: corridor\nvehicles: 2\nrounds:\n  - {anchor: v2}\n", "s", "");
+  ASSERT_TRUE(setup) << setup.error().message();
+  setup->fleet.vehicles = 3;
+  const auto more = world_of(*setup);
+  ASSERT_TRUE(more) << more.error().message();
+  EXPECT_EQ(more->rounds[0].routes.size(), 3U);
+  setup->fleet.vehicles = 1;
+  const auto fewer = world_of(*setup);
+  ASSERT_FALSE(fewer);
+  EXPECT_EQ(fewer.error().message(),
+            "s:4: a round names v2, but vehicles is 1. Ask for more vehicles, or take it "
+            "out of the rounds.");
+}
+
 TEST(Scene, a_floor_plan_without_vehicles_gets_a_way_through_its_rooms) {
   const auto world = world_from(kRooms + "vehicles: 2\n");
   ASSERT_TRUE(world) << world.error().message();

@@ -187,14 +187,28 @@ class FleetPlacer {
     return check_apart(ends, "end of their ways", "");
   }
 
+  /// The number of vehicles may have been changed since the rounds were read (--vehicles).
+  Status check_named(const SceneRound& given) const {
+    std::size_t named = given.anchor < 0 ? 0 : static_cast<std::size_t>(given.anchor) + 1;
+    for (std::size_t i = 0; i < given.routes.size(); ++i) {
+      if (!given.routes[i].empty()) named = std::max(named, i + 1);
+    }
+    if (named <= world_.starts.size()) return {};
+    return fail(ErrorCode::kUsage, given.where,
+                fmt::format("a round names {}, but vehicles is {}",
+                            vehicle_name(static_cast<int>(named) - 1), world_.starts.size()),
+                "Ask for more vehicles, or take it out of the rounds.");
+  }
+
   Status given_rounds() {
     std::vector<Vec3> at;
     for (const sim::VehicleStart& start : world_.starts) at.push_back(start.p_world_m);
     for (const SceneRound& given : setup_.rounds) {
+      if (auto status = check_named(given); !status) return status;
       sim::RoundPlan round;
       round.anchor = given.anchor;
       round.routes.resize(at.size());
-      for (std::size_t i = 0; i < at.size(); ++i) {
+      for (std::size_t i = 0; i < std::min(at.size(), given.routes.size()); ++i) {
         if (given.routes[i].empty()) continue;
         auto route = checked(given.routes[i], at[i], i, where_of(i, given.route_where[i]));
         if (!route) return tl::make_unexpected(route.error());
