@@ -296,6 +296,23 @@ TEST(CloudFormat, times_that_span_no_sweep_are_refused_with_their_number) {
       << format->findings[0].text;
 }
 
+TEST(CloudFormat, a_unit_set_by_hand_that_makes_sweeps_of_minutes_is_refused_with_the_span) {
+  const auto seconds = with_times<double>(FieldType::kFloat64, "time", 1e3);  // 100 s a sweep
+  const auto endless = with_times<double>(FieldType::kFloat64, "time", 1e300);
+  CloudFormatOptions options;
+  for (const PointTime set : {PointTime::kRelativeS, PointTime::kAbsoluteS}) {
+    options.point_time = set;
+    const auto format = decide_cloud_format(views(seconds), options);
+    ASSERT_FALSE(format.has_value());
+    EXPECT_EQ(format.error().where, "lidar.point_time");
+    EXPECT_NE(format.error().what.find("spans 99.89 s in a sweep if it counts s"), std::string::npos)
+        << format.error().what;
+    EXPECT_FALSE(decide_cloud_format(views(endless), options).has_value());
+  }
+  options.point_time = PointTime::kRelativeMs;  // 0.1 s
+  EXPECT_TRUE(decide_cloud_format(views(seconds), options).has_value());
+}
+
 TEST(CloudFormat, a_span_that_contradicts_the_rate_is_kept_but_reported) {
   auto clouds = three(CloudStyle::kVelodyne);
   for (int i = 0; i < 3; ++i) {

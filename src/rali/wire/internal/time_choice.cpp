@@ -20,6 +20,7 @@ constexpr std::array<std::string_view, 16> kTimeNames = {
     "dt"};
 
 constexpr double kSpanMinS = 0.015, kSpanMaxS = 0.6;  ///< of one sweep, gaps and slow ones included
+constexpr double kSpanSetMaxS = 3.0;  ///< of one sweep, even where the unit is set by hand
 constexpr double kSpanUsualMinS = 0.018, kSpanUsualMaxS = 0.22;
 constexpr double kRelativeMaxS = 1.2;    ///< beyond this a time counts from somewhere else
 constexpr double kSameClockS = 1.0;      ///< header and points further apart: two clocks
@@ -326,7 +327,15 @@ Result<std::string> choose_time(const FirstClouds& first, const CloudFormatOptio
     const TimeValues times = read_times(first, field);
     std::string fault = unusable_because(times, candidate);
     const Unit* unit = nullptr;
-    if (fault.empty() && fixed) unit = fixed->unit;
+    if (fault.empty() && fixed) {
+      unit = fixed->unit;
+      if (!(times.span * unit->scale_s <= kSpanSetMaxS)) {
+        fault = fmt::format(
+            "field '{}' spans {:.4g} s in a sweep if it counts {}; usual are 0.02 "
+            "to 0.2 s",
+            candidate.name, times.span * unit->scale_s, unit->name);
+      }
+    }
     if (fault.empty() && unit == nullptr) unit = unit_for(times.span, first.stamp_period_s);
     if (fault.empty() && unit == nullptr) unit = unit_for(times.span, 0.0);
     if (fault.empty() && unit == nullptr) {
