@@ -3,8 +3,10 @@
 #include <fstream>
 #include <iterator>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "rali/cli/app.hpp"
 #include "rali/config/load_fleet.hpp"
@@ -39,7 +41,10 @@ class Simulate : public testing::Test {
  protected:
   void SetUp() override {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = (fs::temp_directory_path() / ("rali_simulate_" + std::string(test->name()))).string();
+    // With the process: two runs of this program at once must not clear each other's folder.
+    folder_ =
+        (fs::temp_directory_path() / fmt::format("rali_simulate_{}_{}", test->name(), ::getpid()))
+            .string();
     fs::remove_all(folder_);
   }
 
