@@ -2,6 +2,7 @@
 // recording without a fault has no warning.
 
 #include <cstdio>
+#include <ostream>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -59,6 +60,9 @@ std::vector<std::string> complaints(const std::string& report) {
 struct Case {
   std::string fault, id, words;
 };
+
+/// So that a test's name says the fault and not the bytes of the struct.
+void PrintTo(const Case& c, std::ostream* out) { *out << c.fault << ' ' << c.id; }
 
 class DoctorNames : public testing::TestWithParam<Case> {};
 
