@@ -9,29 +9,11 @@
 
 #include "rali/cli/app.hpp"
 #include "rali/cli/command.hpp"
+#include "rali/cli/run_for_test.hpp"
 #include "rali/io/files/test_folder.hpp"
 
 namespace rali::cli {
 namespace {
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-Outcome rali(const std::vector<std::string>& words) {
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome run;
-  {
-    Session session;
-    run.code = run_app(words, session);
-  }
-  std::fflush(stdout);
-  run.out = testing::internal::GetCapturedStdout();
-  run.err = testing::internal::GetCapturedStderr();
-  return run;
-}
 
 /// What the doctor says about a scene with one vehicle.
 std::string examined(const std::string& scene, const std::string& duration_s,
@@ -40,9 +22,9 @@ std::string examined(const std::string& scene, const std::string& duration_s,
   std::vector<std::string> words{
       "simulate", scene, "-o", folder.path("s"), "--vehicles", "1", "--duration", duration_s, "-q"};
   if (!fault.empty()) words.insert(words.end(), {"--fault", fault});
-  const Outcome made = rali(words);
+  const Outcome made = run_rali(words);
   EXPECT_EQ(made.code, kExitDone) << made.err;
-  const Outcome run = rali({"doctor", folder.path("s/fleet.yaml"), "-q"});
+  const Outcome run = run_rali({"doctor", folder.path("s/fleet.yaml"), "-q"});
   EXPECT_TRUE(run.code == kExitDone || run.code == kExitBelowAsked) << run.err;
   return run.out;
 }

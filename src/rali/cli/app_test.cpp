@@ -13,28 +13,10 @@
 #include "rali/cli/commands/commands.hpp"
 #include "rali/cli/help.hpp"
 #include "rali/cli/parse.hpp"
+#include "rali/cli/run_for_test.hpp"
 
 namespace rali::cli {
 namespace {
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-Outcome run(const std::vector<std::string>& arguments) {
-  Outcome result;
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  {
-    Session session;
-    result.code = run_app(arguments, session);
-  }
-  std::fflush(stdout);
-  result.out = testing::internal::GetCapturedStdout();
-  result.err = testing::internal::GetCapturedStderr();
-  return result;
-}
 
 void expect_fits(const std::string& text, std::size_t lines_max, const std::string& what) {
   std::size_t lines = 0, begin = 0;
@@ -47,41 +29,41 @@ void expect_fits(const std::string& text, std::size_t lines_max, const std::stri
 }
 
 TEST(App, without_a_command_it_tells_the_commands_and_ends_with_2) {
-  const Outcome nothing = run({});
+  const Outcome nothing = run_rali({});
   EXPECT_EQ(nothing.code, 2);
   EXPECT_EQ(nothing.out, "");
   EXPECT_NE(nothing.err.find("usage: rali COMMAND"), std::string::npos);
-  const Outcome help = run({"--help"});
+  const Outcome help = run_rali({"--help"});
   EXPECT_EQ(help.code, 0);
   EXPECT_EQ(help.err, "");
   EXPECT_NE(help.out.find("map"), std::string::npos);
 }
 
 TEST(App, the_version_stands_on_stdout) {
-  EXPECT_EQ(run({"--version"}).out.substr(0, 5), "rali ");
-  EXPECT_EQ(run({"--version"}).code, 0);
+  EXPECT_EQ(run_rali({"--version"}).out.substr(0, 5), "rali ");
+  EXPECT_EQ(run_rali({"--version"}).code, 0);
 }
 
 TEST(App, an_unknown_command_names_the_nearest) {
-  const Outcome typo = run({"mapp", "a.bag"});
+  const Outcome typo = run_rali({"mapp", "a.bag"});
   EXPECT_EQ(typo.code, 2);
   EXPECT_EQ(typo.err, "rali: error: unknown command 'mapp'. Did you mean 'map'?\n");
 }
 
 TEST(App, an_unknown_option_names_the_nearest) {
-  const Outcome typo = run({"map", "a.bag", "--oevrwrite"});
+  const Outcome typo = run_rali({"map", "a.bag", "--oevrwrite"});
   EXPECT_EQ(typo.code, 2);
   EXPECT_EQ(typo.err,
             "rali: error: rali map: unknown option '--oevrwrite'. Did you mean --overwrite?\n");
 }
 
 TEST(App, missing_inputs_and_values_are_usage_errors) {
-  EXPECT_EQ(run({"map"}).err, "rali: error: rali map: INPUT is missing. See `rali map -h`.\n");
-  EXPECT_EQ(run({"map", "a.bag", "--out"}).code, 2);
-  EXPECT_EQ(run({"map", "a.bag", "--threads", "many"}).code, 2);
-  EXPECT_EQ(run({"map", "a.bag", "--preset", "papr"}).code, 2);
-  EXPECT_EQ(run({"completion"}).code, 2);
-  EXPECT_EQ(run({"completion", "csh"}).err,
+  EXPECT_EQ(run_rali({"map"}).err, "rali: error: rali map: INPUT is missing. See `rali map -h`.\n");
+  EXPECT_EQ(run_rali({"map", "a.bag", "--out"}).code, 2);
+  EXPECT_EQ(run_rali({"map", "a.bag", "--threads", "many"}).code, 2);
+  EXPECT_EQ(run_rali({"map", "a.bag", "--preset", "papr"}).code, 2);
+  EXPECT_EQ(run_rali({"completion"}).code, 2);
+  EXPECT_EQ(run_rali({"completion", "csh"}).err,
             "rali: error: rali completion: 'csh' is none of bash, zsh, fish.\n");
 }
 
@@ -90,67 +72,72 @@ TEST(App, settings_errors_name_file_and_line) {
   std::filesystem::create_directories(dir);
   const std::string path = (dir / "fleet.yaml").string();
   std::ofstream(path) << "vehicles: {v1: {recording: a.bag}}\nsettings:\n  output:\n    map: 3\n";
-  const Outcome wrong = run({"map", path});
+  const Outcome wrong = run_rali({"map", path});
   std::filesystem::remove_all(dir);
   EXPECT_EQ(wrong.code, 2);
   EXPECT_EQ(wrong.err.substr(0, 13 + path.size() + 3), "rali: error: " + path + ":3:") << wrong.err;
-  EXPECT_EQ(run({"map", "/nowhere/fleet.yaml"}).err,
+  EXPECT_EQ(run_rali({"map", "/nowhere/fleet.yaml"}).err,
             "rali: error: /nowhere/fleet.yaml: cannot be opened.\n");
-  EXPECT_EQ(run({"map", "a.yaml", "b.bag"}).code, 2);
+  EXPECT_EQ(run_rali({"map", "a.yaml", "b.bag"}).code, 2);
 }
 
 TEST(App, settings_of_the_command_line_are_checked_before_anything_is_read) {
+  EXPECT_NE(run_rali({"map", "a.bag", "--set", "output.map_voxel=1"})
+                .err.find("Did you mean 'map_voxel_m'?"),
+            std::string::npos);
+  EXPECT_NE(run_rali({"map", "a.bag", "--map-voxel", "-1"})
+                .err.find("output.map_voxel_m is -1; allowed is"),
+            std::string::npos);
+  EXPECT_NE(run_rali({"map", "a.bag", "--lidar-model", "vlp17"}).err.find("lidar.model"),
+            std::string::npos);
   EXPECT_NE(
-      run({"map", "a.bag", "--set", "output.map_voxel=1"}).err.find("Did you mean 'map_voxel_m'?"),
+      run_rali({"map", "a.bag", "b.bag", "--lidar-topic", "/x"}).err.find("there are 2 vehicles"),
       std::string::npos);
+  EXPECT_NE(run_rali({"map", "a.bag", "--formats", "pcd,xyz"}).err.find("'xyz' is no format"),
+            std::string::npos);
+  EXPECT_NE(run_rali({"map", "a.bag", "--formats", ""}).err, "");
+  EXPECT_NE(run_rali({"map", "a.bag", "--require", "max_sigma_m"}).err.find("Write connected"),
+            std::string::npos);
   EXPECT_NE(
-      run({"map", "a.bag", "--map-voxel", "-1"}).err.find("output.map_voxel_m is -1; allowed is"),
+      run_rali({"map", "a.bag", "--require", "conected"}).err.find("Did you mean 'connected'?"),
       std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "--lidar-model", "vlp17"}).err.find("lidar.model"),
+  EXPECT_NE(run_rali({"map", "a.bag", "--threads", "-3"}).err.find("is not 0 to 1024"),
             std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "b.bag", "--lidar-topic", "/x"}).err.find("there are 2 vehicles"),
+  EXPECT_NE(run_rali({"map", "a.bag", "--threads", "abc"}).err.find("abc is no whole number"),
             std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "--formats", "pcd,xyz"}).err.find("'xyz' is no format"),
+  EXPECT_NE(
+      run_rali({"map", "a.bag", "-o", "x", "-o", "y"}).err.find("--out is given more than once"),
+      std::string::npos);
+  EXPECT_NE(run_rali({"map", "a.bag", "--dry-run", "--json"}).err.find("Leave --json out"),
             std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "--formats", ""}).err, "");
-  EXPECT_NE(run({"map", "a.bag", "--require", "max_sigma_m"}).err.find("Write connected"),
-            std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "--require", "conected"}).err.find("Did you mean 'connected'?"),
-            std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "--threads", "-3"}).err.find("is not 0 to 1024"),
-            std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "--threads", "abc"}).err.find("abc is no whole number"),
-            std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "-o", "x", "-o", "y"}).err.find("--out is given more than once"),
-            std::string::npos);
-  EXPECT_NE(run({"map", "a.bag", "--dry-run", "--json"}).err.find("Leave --json out"),
-            std::string::npos);
-  EXPECT_EQ(run({"completion", "bash", "--json"}).code, 2);
-  EXPECT_NE(run({"map", "a.bag", "--start", "1", "--duration", "2.5"}).err.find("no such file"),
-            std::string::npos)
+  EXPECT_EQ(run_rali({"completion", "bash", "--json"}).code, 2);
+  EXPECT_NE(
+      run_rali({"map", "a.bag", "--start", "1", "--duration", "2.5"}).err.find("no such file"),
+      std::string::npos)
       << "numbers of the command line were refused as text";
-  EXPECT_NE(run({"map", "a.bag", "--start", "-1"}).err.find("start_s is -1"), std::string::npos);
+  EXPECT_NE(run_rali({"map", "a.bag", "--start", "-1"}).err.find("start_s is -1"),
+            std::string::npos);
 }
 
 TEST(App, a_recording_that_is_not_there_is_named) {
-  EXPECT_EQ(run({"map", "/nowhere/a.bag"}).err,
+  EXPECT_EQ(run_rali({"map", "/nowhere/a.bag"}).err,
             "rali: error: /nowhere/a.bag: there is no such file or folder.\n");
-  EXPECT_EQ(run({"map", "/nowhere/a.bag"}).code, 2);
+  EXPECT_EQ(run_rali({"map", "/nowhere/a.bag"}).code, 2);
 }
 
 TEST(App, control_bytes_of_an_argument_do_not_reach_the_terminal) {
-  EXPECT_EQ(run({"\033[31mred"}).err.find('\033'), std::string::npos);
+  EXPECT_EQ(run_rali({"\033[31mred"}).err.find('\033'), std::string::npos);
 }
 
 TEST(App, the_log_gets_what_stderr_gets) {
   const std::string path =
       (std::filesystem::temp_directory_path() / "rali_cli_log_test.txt").string();
-  const Outcome logged = run({"map", "/nowhere/fleet.yaml", "--log", path});
+  const Outcome logged = run_rali({"map", "/nowhere/fleet.yaml", "--log", path});
   std::ifstream file(path);
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   std::filesystem::remove(path);
   EXPECT_EQ(text, logged.err);
-  EXPECT_EQ(run({"map", "a.bag", "--log", "/nowhere/log"}).code, 4);
+  EXPECT_EQ(run_rali({"map", "a.bag", "--log", "/nowhere/log"}).code, 4);
 }
 
 TEST(App, a_broken_assertion_ends_with_5_and_its_place) {
@@ -210,7 +197,7 @@ TEST(Help, tells_every_option_and_help_all_the_rare_ones) {
 
 TEST(Completion, of_each_shell_knows_every_command_and_option) {
   for (const std::string shell : {"bash", "zsh", "fish"}) {
-    const Outcome script = run({"completion", shell});
+    const Outcome script = run_rali({"completion", shell});
     EXPECT_EQ(script.code, 0);
     for (const auto& command : all_commands()) {
       if (command->hidden()) {

@@ -9,28 +9,10 @@
 
 #include "rali/cli/app.hpp"
 #include "rali/cli/command.hpp"
+#include "rali/cli/run_for_test.hpp"
 
 namespace rali::cli {
 namespace {
-
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-Outcome rali(const std::vector<std::string>& words) {
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome run;
-  {
-    Session session;
-    run.code = run_app(words, session);
-  }
-  std::fflush(stdout);
-  run.out = testing::internal::GetCapturedStdout();
-  run.err = testing::internal::GetCapturedStderr();
-  return run;
-}
 
 /// A row of the tables of `rali help-settings`.
 struct Setting {
@@ -41,7 +23,7 @@ struct Setting {
 
 std::vector<Setting> all_settings() {
   std::vector<Setting> settings;
-  std::istringstream lines(rali({"help-settings"}).out);
+  std::istringstream lines(run_rali({"help-settings"}).out);
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with("| `")) continue;
     const std::size_t end = line.find('`', 3), bounds = line.find(" | ", line.find(" | ", end) + 3);
@@ -53,7 +35,8 @@ std::vector<Setting> all_settings() {
 
 /// The recording does not exist: a value that is taken would end with another sentence.
 std::string refused(const Setting& setting, const std::string& value) {
-  const Outcome run = rali({"map", "v1.bag", "-o", "nowhere", "--set", setting.key + '=' + value});
+  const Outcome run =
+      run_rali({"map", "v1.bag", "-o", "nowhere", "--set", setting.key + '=' + value});
   const bool one_line = std::count(run.err.begin(), run.err.end(), '\n') == 1;
   const bool named = run.err.find("command line") != std::string::npos;
   const bool good = run.code == kExitNotStarted && run.out.empty() && one_line && named &&

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/cli/app.hpp"
+#include "rali/cli/run_for_test.hpp"
 #include "rali/drive/hall_recording_for_test.hpp"
 #include "rali/io/files/size_limit_for_test.hpp"
 #include "rali/io/files/test_folder.hpp"
@@ -17,25 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 using drive::test::HallRecording;
 
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
 Outcome map_it(const std::string& input, const std::string& out, bool session_file = false) {
   std::vector<std::string> words = {"map", input, "-o", out, "--threads", "1"};
   if (!session_file) words.emplace_back("--no-mcap");
-  Outcome result;
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  {
-    Session session;
-    result.code = run_app(words, session);
-  }
-  std::fflush(stdout);
-  result.out = testing::internal::GetCapturedStdout();
-  result.err = testing::internal::GetCapturedStderr();
-  return result;
+  return run_rali(words);
 }
 
 HallRecording short_recording() {

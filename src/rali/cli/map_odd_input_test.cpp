@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/cli/app.hpp"
+#include "rali/cli/run_for_test.hpp"
 #include "rali/drive/hall_recording_for_test.hpp"
 #include "rali/io/files/test_folder.hpp"
 
@@ -120,18 +121,10 @@ TEST(MapOddInput, has_a_sensible_end) {
   for (const Odd& odd : odd_recordings()) {
     const io::TestFolder folder;
     const std::string input = odd.recording.write(folder);
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    int code = -1;
-    {
-      Session session;
-      code =
-          run_app({"map", input, "-o", folder.path("out"), "--no-mcap", "--threads", "1"}, session);
-    }
-    std::fflush(stdout);
-    const std::string told =
-        testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
-    EXPECT_EQ(code, odd.code) << odd.name << '\n' << told;
+    const Outcome run =
+        run_rali({"map", input, "-o", folder.path("out"), "--no-mcap", "--threads", "1"});
+    const std::string told = run.out + run.err;
+    EXPECT_EQ(run.code, odd.code) << odd.name << '\n' << told;
     EXPECT_NE(told.find(odd.said), std::string::npos) << odd.name << '\n' << told;
   }
 }

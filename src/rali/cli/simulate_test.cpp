@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "rali/cli/app.hpp"
+#include "rali/cli/run_for_test.hpp"
 #include "rali/config/load_fleet.hpp"
 
 namespace rali::cli {
@@ -16,24 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
 Outcome simulate(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "simulate");
-  Outcome result;
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  {
-    Session session;
-    result.code = run_app(arguments, session);
-  }
-  std::fflush(stdout);
-  result.out = testing::internal::GetCapturedStdout();
-  result.err = testing::internal::GetCapturedStderr();
-  return result;
+  return run_rali(arguments);
 }
 
 /// A folder of its own that goes away.

@@ -6,32 +6,15 @@
 
 #include "rali/cli/app.hpp"
 #include "rali/cli/command.hpp"
+#include "rali/cli/run_for_test.hpp"
 #include "rali/io/files/test_folder.hpp"
 
 namespace rali::cli {
 namespace {
 
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-Outcome rali(const std::vector<std::string>& words) {
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome run;
-  {
-    Session session;
-    run.code = run_app(words, session);
-  }
-  std::fflush(stdout);
-  run.out = testing::internal::GetCapturedStdout();
-  run.err = testing::internal::GetCapturedStderr();
-  return run;
-}
-
 Outcome short_demo(const std::string& folder) {
-  return rali({"demo", "-o", folder, "--duration", "1.5", "--pedestrians", "0", "--threads", "1"});
+  return run_rali(
+      {"demo", "-o", folder, "--duration", "1.5", "--pedestrians", "0", "--threads", "1"});
 }
 
 TEST(Demo, leaves_recording_results_report_with_the_truth_and_picture) {
@@ -75,7 +58,7 @@ TEST(Demo, refuses_numbers_that_are_none) {
   const io::TestFolder folder;
   for (const char* option : {"--seed", "--duration", "--pedestrians", "--threads"}) {
     for (const char* value : {"-1", "nan", "many"}) {
-      const Outcome run = rali({"demo", "-o", folder.path("d"), option, value});
+      const Outcome run = run_rali({"demo", "-o", folder.path("d"), option, value});
       EXPECT_EQ(run.code, kExitNotStarted) << option << ' ' << value << '\n' << run.err;
       EXPECT_NE(run.err.find("rali: error: "), std::string::npos) << option << ' ' << value;
     }
@@ -85,13 +68,14 @@ TEST(Demo, refuses_numbers_that_are_none) {
 
 TEST(MapWithTruth, says_when_the_truth_is_of_another_time_and_keeps_the_map) {
   const io::TestFolder folder;
-  ASSERT_EQ(rali({"simulate", "loop", "-o", folder.path("s"), "--duration", "1", "-q"}).code, 0);
+  ASSERT_EQ(run_rali({"simulate", "loop", "-o", folder.path("s"), "--duration", "1", "-q"}).code,
+            0);
   folder.write("s/truth/v1.tum", "10 0 0 0 0 0 0 1\n11 1 0 0 0 0 0 1\n12 2 0 0 0 0 0 1\n");
   const std::vector<std::string> words{
       "map", folder.path("s/fleet.yaml"), "-o", folder.path("o"), "--threads", "1", "--truth"};
   std::vector<std::string> with_truth = words;
   with_truth.push_back(folder.path("s/truth"));
-  const Outcome run = rali(with_truth);
+  const Outcome run = run_rali(with_truth);
   EXPECT_EQ(run.code, kExitBelowAsked) << run.err;
   EXPECT_NE(run.err.find("no pose has a truth at its time"), std::string::npos) << run.err;
   EXPECT_TRUE(run.out.starts_with(folder.path("o/report.html") + '\n')) << run.out;
@@ -99,16 +83,18 @@ TEST(MapWithTruth, says_when_the_truth_is_of_another_time_and_keeps_the_map) {
   std::vector<std::string> without = words;
   without[3] = folder.path("o2");
   without.push_back(folder.path("nowhere"));
-  EXPECT_EQ(rali(without).code, kExitNotStarted);
+  EXPECT_EQ(run_rali(without).code, kExitNotStarted);
   EXPECT_FALSE(std::filesystem::exists(folder.path("o2")));
 }
 
 TEST(EvaluateRun, renews_the_report_of_the_run) {
   const io::TestFolder folder;
-  ASSERT_EQ(rali({"simulate", "loop", "-o", folder.path("s"), "--duration", "1", "-q"}).code, 0);
-  ASSERT_EQ(rali({"map", folder.path("s/fleet.yaml"), "-o", folder.path("o"), "-q"}).code, 0);
+  ASSERT_EQ(run_rali({"simulate", "loop", "-o", folder.path("s"), "--duration", "1", "-q"}).code,
+            0);
+  ASSERT_EQ(run_rali({"map", folder.path("s/fleet.yaml"), "-o", folder.path("o"), "-q"}).code, 0);
   const std::string before = folder.read("o/report.html");
-  ASSERT_EQ(rali({"evaluate", folder.path("o"), "--truth", folder.path("s/truth"), "-q"}).code, 0);
+  ASSERT_EQ(run_rali({"evaluate", folder.path("o"), "--truth", folder.path("s/truth"), "-q"}).code,
+            0);
   const std::string after = folder.read("o/report.html");
   EXPECT_NE(after.find("cloud.to_mesh.mean"), std::string::npos);
   EXPECT_EQ(before.find("cloud.to_mesh.mean"), std::string::npos);

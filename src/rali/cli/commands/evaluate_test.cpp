@@ -4,6 +4,7 @@
 
 #include "rali/cli/app.hpp"
 #include "rali/cli/command.hpp"
+#include "rali/cli/run_for_test.hpp"
 #include "rali/io/files/test_folder.hpp"
 
 namespace rali::cli {
@@ -21,21 +22,9 @@ std::string way(double bump_m, double begin_s = 100.0) {
   return text;
 }
 
-struct Outcome {
-  int code = 0;
-  std::string out, err;
-};
-
 Outcome evaluate(std::vector<std::string> words) {
-  Session session;
   words.insert(words.begin(), "evaluate");
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome run;
-  run.code = run_app(words, session);
-  run.out = testing::internal::GetCapturedStdout();
-  run.err = testing::internal::GetCapturedStderr();
-  return run;
+  return run_rali(words);
 }
 
 TEST(Evaluate, two_trajectories_give_a_table_and_exit_code_0) {

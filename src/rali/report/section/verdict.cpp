@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/report/internal/html.hpp"
 #include "rali/report/section/blind.hpp"
 #include "rali/report/section/checks.hpp"
@@ -10,10 +11,6 @@
 
 namespace rali::report {
 namespace {
-
-std::string plural(std::size_t n, std::string_view word) {
-  return fmt::format("{} {}{}", n, word, n == 1 ? "" : "s");
-}
 
 double path_sum_m(const RunData& run) {
   double sum_m = 0.0;
@@ -35,7 +32,7 @@ Number true_path_m(const RunData& run) {
 }
 
 std::string what_sentence(const RunData& run) {
-  std::string text = plural(run.vehicles.size(), "vehicle");
+  std::string text = rali::counted(run.vehicles.size(), "vehicle");
   text +=
       run.metrics_known ? fmt::format(" drove {}", metres(path_sum_m(run))) : " left a trajectory";
   if (const Number truth_m = true_path_m(run); truth_m && run.metrics_known) {
