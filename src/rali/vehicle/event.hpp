@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -9,6 +10,7 @@
 #include "rali/degeneracy/report.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/odometry/keyframe.hpp"
+#include "rali/ranging/range_use.hpp"
 #include "rali/sensor/imu_sample.hpp"
 #include "rali/sensor/lidar_scan.hpp"
 #include "rali/sensor/range_sample.hpp"
@@ -18,9 +20,17 @@ namespace rali::vehicle {
 /// The recording has ended: process what is still waiting for inertial data.
 struct EndOfData {};
 
+/// What another vehicle says about itself: only while one stands are ranges to it ranges to a
+/// place.
+struct PeerStatus {
+  VehicleId vehicle;
+  Time t;
+  bool at_rest = false;
+};
+
 /// What a vehicle can be told. Order of arrival is the order of the calls.
 using Event = std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>,
-                           sensor::RangeSample, sensor::RadioSample, EndOfData>;
+                           sensor::RangeSample, sensor::RadioSample, PeerStatus, EndOfData>;
 
 /// How well the pose of one scan is known.
 enum class PoseQuality { kGood, kWeak, kPredicted, kDiverged };
@@ -34,8 +44,20 @@ struct PoseEstimate {
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
   PoseQuality quality = PoseQuality::kGood;
   degeneracy::Report degeneracy;
-  int matches = 0;           ///< points with a plane
+  int matches = 0;  ///< points with a plane
   double residual_rms_m = 0.0;
+  bool at_rest = false;                 ///< the vehicle stands, its pose is held
+  double correction_m = 0.0;            ///< what ranges moved the pose since the last sweep
+  std::optional<VehicleId> range_from;  ///< whose range did
+};
+
+/// What the local pose graph made of an earlier keyframe: ranges that came later corrected it.
+/// Replaces what was said about it before.
+struct KeyframeCorrected {
+  KeyframeId id;
+  Time t;
+  geometry::SE3 T_odom_body;
+  geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
 };
 
 /// A new keyframe: an immutable fact.
@@ -52,7 +74,8 @@ struct GravityEstimate {
   geometry::Mat3 covariance = geometry::Mat3::Zero();
 };
 
-using Output = std::variant<PoseEstimate, KeyframeAdded, GravityEstimate, Finding>;
+using Output = std::variant<PoseEstimate, KeyframeAdded, KeyframeCorrected, GravityEstimate,
+                            ranging::RangeUse, Finding>;
 using OutputList = std::vector<Output>;
 
 }  // namespace rali::vehicle

@@ -57,6 +57,8 @@ class Vehicle::Impl {
 
   void on(const sensor::RadioSample& /*sample*/, Executor& /*executor*/, OutputList& /*out*/) {}
 
+  void on(const PeerStatus& /*status*/, Executor& /*executor*/, OutputList& /*out*/) {}
+
   [[nodiscard]] std::uint64_t state_hash() const { return odometry_->state_hash(); }
 
  private:
