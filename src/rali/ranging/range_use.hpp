@@ -19,9 +19,9 @@ enum class RangeReason {
   kLate,           ///< older than what the estimator still can use
   kBlockedByGate,  ///< does not fit the prediction within its covariance
 };
-inline constexpr ChoiceNames<9> kRangeReasonNames{
-    "used", "nlos", "outlier", "out_of_limits",  "no_pose",
-    "duplicate", "unknown_id", "late", "blocked_by_gate"};
+inline constexpr ChoiceNames<9> kRangeReasonNames{"used",          "nlos",    "outlier",
+                                                  "out_of_limits", "no_pose", "duplicate",
+                                                  "unknown_id",    "late",    "blocked_by_gate"};
 
 /// One range and its fate: a row of ranges.csv. NaN where a number is not known.
 struct RangeUse {
@@ -29,9 +29,9 @@ struct RangeUse {
   RangeReason reason = RangeReason::kNoPose;
   double predicted_m = std::numeric_limits<double>::quiet_NaN();  ///< bias included
   double residual_m = std::numeric_limits<double>::quiet_NaN();   ///< measured less predicted
-  double sigma_m = std::numeric_limits<double>::quiet_NaN();  ///< of the residual as predicted
-  double bias_m = std::numeric_limits<double>::quiet_NaN();   ///< of the pair, as estimated
-  double p_los = std::numeric_limits<double>::quiet_NaN();    ///< that the line of sight is free
+  double sigma_m = std::numeric_limits<double>::quiet_NaN();      ///< of the residual as predicted
+  double bias_m = std::numeric_limits<double>::quiet_NaN();       ///< of the pair, as estimated
+  double p_los = std::numeric_limits<double>::quiet_NaN();  ///< that the line of sight is free
 
   [[nodiscard]] bool used() const { return reason == RangeReason::kUsed; }
 };

@@ -10,6 +10,7 @@ struct RangeLimits {
   double far_m = 300.0;  ///< no such radio reaches farther
   double sigma_m = 0.10;
   double sigma_per_m = 0.001;
+  double sigma_min_m = 0.01;   ///< a recording that claims less is not believed
   double speed_max_mps = 6.0;  ///< of the two ends against each other
 
   template <class V>
@@ -18,6 +19,7 @@ struct RangeLimits {
     v("far_m", far_m, 1.0, 10000.0, "longer ranges are left out");
     v("sigma_m", sigma_m, 0.001, 10.0, "sigma of a range in line of sight");
     v("sigma_per_m", sigma_per_m, 0.0, 0.1, "and per metre of it, added in squares");
+    v("sigma_min_m", sigma_min_m, 1e-4, 1.0, "least sigma believed of a recorded range");
     v("speed_max_mps", speed_max_mps, 0.1, 100.0, "how fast a range can change");
   }
 };
