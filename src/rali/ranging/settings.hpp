@@ -24,15 +24,101 @@ struct RangeLimits {
   }
 };
 
+/// What the two signal strengths of a range say about the way in between (algorithms 4.3, step 2).
+struct SignalSettings {
+  double clear_db = 6.0;
+  double blocked_db = 10.0;
+  double blocked_factor = 5.0;
+  double beyond_factor = 10.0;
+  double p_los_clear = 0.8;
+  double p_los_blocked = 0.1;
+
+  template <class V>
+  void visit(V& v) {
+    v("clear_db", clear_db, 0.0, 60.0, "power above the first path, up to which the way is free");
+    v("blocked_db", blocked_db, 0.0, 60.0, "and from which it is blocked");
+    v("blocked_factor", blocked_factor, 1.0, 100.0, "on sigma at blocked_db, rising from 1");
+    v("beyond_factor", beyond_factor, 1.0, 1000.0, "on sigma above blocked_db");
+    v("p_los_clear", p_los_clear, 0.0, 1.0, "probability of line of sight up to clear_db");
+    v("p_los_blocked", p_los_blocked, 0.0, 1.0, "and from blocked_db on");
+  }
+};
+
+/// Which ranges of one pair contradict their neighbours in time (algorithms 4.3, step 1).
+struct SanitySettings {
+  double speed_margin_mps = 1.0;
+  double jump_sigmas = 4.0;
+  int resync_count = 5;
+  int frozen_count = 10;
+  double frozen_moved_m = 0.5;
+
+  template <class V>
+  void visit(V& v) {
+    v("speed_margin_mps", speed_margin_mps, 0.0, 100.0, "added to the largest speed");
+    v("jump_sigmas", jump_sigmas, 0.0, 100.0, "a range may change so much on the spot");
+    v("resync_count", resync_count, 1, 1000, "so many that agree with each other are believed");
+    v("frozen_count", frozen_count, 2, 10000, "so many equal values can be a frozen radio");
+    v("frozen_moved_m", frozen_moved_m, 0.0, 100.0, "if the range should have changed so much");
+  }
+};
+
+/// Which ranges fit the prediction, and how much they count (algorithms 4.3, steps 4 and 5).
+struct GateSettings {
+  double chi2 = 10.83;  ///< 0.1 % of good ranges are above
+  double longer_scale = 1.5;
+  double shorter_scale = 2.5;
+  double one_sided_above = 2.0;
+  double huber = 2.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("chi2", chi2, 1.0, 1000.0, "larger normalised squares of the residual are left out");
+    v("longer_scale", longer_scale, 0.1, 100.0, "sds at which the weight of a long range falls");
+    v("shorter_scale", shorter_scale, 0.1, 100.0, "the same for a short range");
+    v("one_sided_above", one_sided_above, 0.0, 100.0, "sds from which long counts as blocked");
+    v("huber", huber, 0.1, 100.0, "sds from which a range counts less, below one_sided_above");
+  }
+};
+
+/// When a link is not believed for a while (algorithms 4.3, step 6).
+struct LinkSettings {
+  int window = 20;
+  double suspect_share = 0.5;
+  int reacquire_count = 10;
+  double offset_sigmas = 2.0;
+  double widen_factor = 4.0;
+  int widen_most = 3;
+  double lost_s = 2.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("window", window, 2, 1000, "ranges that are judged together");
+    v("suspect_share", suspect_share, 0.0, 1.0, "with more of them rejected the link is suspect");
+    v("reacquire_count", reacquire_count, 1, 1000, "fitting ranges in a row that end that");
+    v("offset_sigmas", offset_sigmas, 0.1, 100.0, "spread around one offset: the pose is wrong");
+    v("widen_factor", widen_factor, 1.0, 100.0, "on the covariance of a pose that is wrong");
+    v("widen_most", widen_most, 0, 100, "widened so often before the user is told");
+    v("lost_s", lost_s, 0.1, 1000.0, "silence after which a link is lost");
+  }
+};
+
 /// Settings of room ranging.
 struct RangingSettings {
   bool use = true;  ///< false: ranges are read and reported, nothing more
   RangeLimits limits;
+  SignalSettings signal;
+  SanitySettings sanity;
+  GateSettings gate;
+  LinkSettings link;
 
   template <class V>
   void visit(V& v) {
     v("use", use, "ranges move the poses; false: they are only reported");
     v.group("limits", limits, "what can be a range");
+    v.group("signal", signal, "what signal strengths say about the way");
+    v.group("sanity", sanity, "ranges that contradict their neighbours in time");
+    v.group("gate", gate, "ranges that do not fit the prediction");
+    v.group("link", link, "links that are not believed for a while");
   }
 };
 
