@@ -102,6 +102,18 @@ struct LinkSettings {
   }
 };
 
+/// The part of the error of ranges that wanders slowly: multipath and the radio's own.
+struct SlowErrorSettings {
+  double slow_sigma_m = 0.04;
+  double slow_time_s = 3.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("slow_sigma_m", slow_sigma_m, 0.0, 10.0, "sd of the part of the error that wanders");
+    v("slow_time_s", slow_time_s, 0.001, 10000.0, "its correlation time");
+  }
+};
+
 /// Settings of room ranging.
 struct RangingSettings {
   bool use = true;  ///< false: ranges are read and reported, nothing more
@@ -110,6 +122,7 @@ struct RangingSettings {
   SanitySettings sanity;
   GateSettings gate;
   LinkSettings link;
+  SlowErrorSettings slow;
 
   template <class V>
   void visit(V& v) {
@@ -119,6 +132,7 @@ struct RangingSettings {
     v.group("sanity", sanity, "ranges that contradict their neighbours in time");
     v.group("gate", gate, "ranges that do not fit the prediction");
     v.group("link", link, "links that are not believed for a while");
+    v.group("slow", slow, "errors that neighbouring ranges have in common");
   }
 };
 
