@@ -1,0 +1,96 @@
+#include "rali/degeneracy/zhang.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+namespace rali::degeneracy {
+namespace {
+
+using geometry::Mat6;
+using geometry::Vec3;
+using geometry::Vec6;
+
+void add_match(Mat6& H, const Vec3& p, const Vec3& n) {
+  Vec6 h;
+  h << p.cross(n), n;
+  H += h * h.transpose();
+}
+
+/// Floor under and walls beside a corridor along x; four points on each, symmetric about the body.
+Mat6 corridor() {
+  Mat6 H = Mat6::Zero();
+  for (const double a : {-2.0, 2.0}) {
+    for (const double b : {-1.0, 1.0}) {
+      add_match(H, Vec3(a, b, -1.0), Vec3::UnitZ());
+      add_match(H, Vec3(a, 1.5, b), Vec3(0.0, -1.0, 0.0));
+      add_match(H, Vec3(a, -1.5, b), Vec3::UnitY());
+    }
+  }
+  return H;
+}
+
+TEST(ZhangFactors, of_a_corridor_worked_by_hand) {
+  // h of the floor = (b, -a, 0, 0, 0, 1); of a wall = (-+b, 0, +-a, 0, +-1, 0). Sums of squares:
+  // roll 4 + 8, pitch 4 * 4, yaw 8 * 4, y 8, z 4; x and everything mixed 0.
+  const ZhangFactors z(corridor());
+  Vec6 expected;
+  expected << 0.0, 4.0, 8.0, 12.0, 16.0, 32.0;
+  EXPECT_LT((z.factors() - expected).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(z.translation(), 0.0, 1e-12);
+  EXPECT_NEAR(std::abs(z.translation_direction().x()), 1.0, 1e-12);
+  EXPECT_EQ(z.degenerate(1.0), 1);
+  EXPECT_EQ(z.degenerate(10.0), 3);
+}
+
+TEST(ZhangFactors, remapping_lets_pass_what_is_known_and_nothing_else) {
+  const ZhangFactors z(corridor());
+  Vec6 step;
+  step << 0.01, 0.02, 0.03, 0.5, 0.1, 0.2;
+  Vec6 expected = step;
+  expected[3] = 0.0;
+  EXPECT_LT((z.remapping(1.0) * step - expected).norm(), 1e-12);
+  expected[5] = 0.0;  // z has 4
+  EXPECT_LT((z.remapping(5.0) * step - expected).norm(), 1e-12);
+  EXPECT_LT((z.remapping(0.0) * step - step).norm(), 1e-12);
+  EXPECT_LT((z.remapping(100.0) * step).norm(), 1e-12);
+}
+
+TEST(ZhangFactors, remapping_is_a_projector_for_directions_across_the_axes) {
+  // One wall at 45 degrees through the body's height: only the shift along (1, 1, 0) is known.
+  Mat6 H = Mat6::Zero();
+  const double r = std::sqrt(0.5);
+  for (int k = 0; k < 8; ++k) add_match(H, Vec3(1.0, 1.0, 0.0), Vec3(-r, -r, 0.0));
+  const ZhangFactors z(H);
+  EXPECT_NEAR(z.factors()[5], 8.0, 1e-12);
+  const Mat6 P = z.remapping(1.0);
+  EXPECT_LT((P * P - P).norm(), 1e-12);
+  EXPECT_LT((P - P.transpose()).norm(), 1e-12);
+  Vec6 step = Vec6::Zero();
+  step[3] = 1.0;
+  Vec6 expected = Vec6::Zero();
+  expected[3] = expected[4] = 0.5;
+  EXPECT_LT((P * step - expected).norm(), 1e-12);
+}
+
+TEST(ZhangFactors, depend_on_the_number_of_points_which_no_threshold_survives) {
+  const ZhangFactors once(corridor());
+  const ZhangFactors four_times(4.0 * corridor());
+  EXPECT_EQ(once.degenerate(10.0), 3);
+  EXPECT_EQ(four_times.degenerate(10.0), 1);
+}
+
+TEST(ZhangFactors, of_rubbish_are_zero_and_pass_nothing) {
+  Mat6 H = corridor();
+  H(2, 4) = std::numeric_limits<double>::quiet_NaN();
+  const ZhangFactors z(H);
+  EXPECT_EQ(z.factors(), Vec6(Vec6::Zero()));
+  EXPECT_EQ(z.degenerate(1e-9), 6);
+  EXPECT_EQ(z.remapping(1e-9), Mat6(Mat6::Zero()));
+  EXPECT_TRUE(z.translation_direction().allFinite());
+}
+
+}  // namespace
+}  // namespace rali::degeneracy
