@@ -1,6 +1,7 @@
 #pragma once
 
 #include "rali/base/settings.hpp"
+#include "rali/ranging/paper_settings.hpp"
 
 namespace rali::ranging {
 
@@ -123,6 +124,7 @@ struct RangingSettings {
   GateSettings gate;
   LinkSettings link;
   SlowErrorSettings slow;
+  PaperRangeSettings paper;
 
   template <class V>
   void visit(V& v) {
@@ -133,6 +135,7 @@ struct RangingSettings {
     v.group("gate", gate, "ranges that do not fit the prediction");
     v.group("link", link, "links that are not believed for a while");
     v.group("slow", slow, "errors that neighbouring ranges have in common");
+    v.group("paper", paper, "ranges as the paper uses them");
   }
 };
 

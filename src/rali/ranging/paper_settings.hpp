@@ -1,0 +1,84 @@
+#pragma once
+
+#include "rali/base/settings.hpp"
+
+namespace rali::ranging {
+
+/// What is fitted to the ranges of the last seconds.
+enum class PaperSmoother { kLine, kMean, kQuadratic, kNone };
+inline constexpr ChoiceNames<4> kPaperSmootherNames{"line", "mean", "quadratic", "none"};
+
+/// The points between which a range is taken: antennas, or bodies as printed.
+enum class PaperRangePoint { kAntenna, kBody };
+inline constexpr ChoiceNames<2> kPaperRangePointNames{"antenna", "body"};
+
+/// How a range becomes a distance in the plane of the correction.
+enum class PaperRange2d {
+  kProject,  ///< sqrt(u^2 - dz^2)
+  kFlat,     ///< u, as printed
+  k3d        ///< no plane: circle and direction in space
+};
+inline constexpr ChoiceNames<3> kPaperRange2dNames{"project", "flat", "3d"};
+
+/// Which of two solutions.
+enum class PaperRoot { kSmallest, kNearestImu };
+inline constexpr ChoiceNames<2> kPaperRootNames{"smallest", "nearest_imu"};
+
+/// What to do if the circle does not reach the line.
+enum class PaperNoRoot { kClosest, kNone };
+inline constexpr ChoiceNames<2> kPaperNoRootNames{"closest", "none"};
+
+/// What becomes of a range that moved the state (finding F13).
+enum class PaperThenFactor {
+  kState,  ///< it enters the graph as well, as printed
+  kGuess   ///< the move is but an initial guess, the factor alone counts
+};
+inline constexpr ChoiceNames<2> kPaperThenFactorNames{"state", "guess"};
+
+/// The paper's use of ranges: each open point of its text is a setting (algorithms.md table 0.2).
+struct PaperRangeSettings {
+  PaperSmoother smoother = PaperSmoother::kLine;
+  double smoother_s = 1.0;
+  double smoother_outlier_sds = 3.0;
+  int smoother_outlier_samples = 5;
+  double smoother_outlier_min_m = 0.005;
+  PaperRangePoint range_point = PaperRangePoint::kAntenna;
+  PaperRange2d range_2d = PaperRange2d::kProject;
+  PaperRoot root = PaperRoot::kSmallest;
+  PaperNoRoot no_root = PaperNoRoot::kClosest;
+  double gap_m = 0.3;
+  double max_s_m = 5.0;
+  double max_sensitivity = 4.0;
+  double min_horizontal = 0.5;
+  double ambiguous_sigmas = 2.0;
+  PaperThenFactor correct_then_factor = PaperThenFactor::kState;
+  double range_sigma_m = 0.1;
+
+  template <class V>
+  void visit(V& v) {
+    v.choice("smoother", smoother, kPaperSmootherNames, "what is fitted to the last ranges");
+    v("smoother_s", smoother_s, 0.05, 60.0, "over how long");
+    v("smoother_outlier_sds", smoother_outlier_sds, 1.0, 100.0,
+      "ranges farther from the fit are removed once");
+    v("smoother_outlier_samples", smoother_outlier_samples, 4, 1000,
+      "with fewer ranges none is removed");
+    v("smoother_outlier_min_m", smoother_outlier_min_m, 0.0, 1.0,
+      "least sd taken for that: resolution of the radio");
+    v.choice("range_point", range_point, kPaperRangePointNames, "what a range is between");
+    v.choice("range_2d", range_2d, kPaperRange2dNames,
+             "how a range becomes a distance in the plane");
+    v.choice("root", root, kPaperRootNames, "which of two solutions");
+    v.choice("no_root", no_root, kPaperNoRootNames, "what if the circle does not reach the line");
+    v("gap_m", gap_m, 0.0, 1000.0, "smaller differences to the range are not corrected");
+    v("max_s_m", max_s_m, 0.0, 1e6, "longer corrections are refused");
+    v("max_sensitivity", max_sensitivity, 1.0, 1e6, "metres of correction per metre of range");
+    v("min_horizontal", min_horizontal, 0.0, 1.0, "a steeper blind direction is refused");
+    v("ambiguous_sigmas", ambiguous_sigmas, 0.0, 100.0,
+      "solutions whose lengths differ by less are not told apart");
+    v.choice("correct_then_factor", correct_then_factor, kPaperThenFactorNames,
+             "whether a range that moved the state is also a factor");
+    v("range_sigma_m", range_sigma_m, 0.001, 10.0, "sd of a range");
+  }
+};
+
+}  // namespace rali::ranging
