@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "rali/base/time.hpp"
+#include "rali/graph/values.hpp"
+
+namespace rali::graph {
+
+/// Running number of a keyframe, growing.
+using Seq = std::uint32_t;
+
+/// Inertial deltas between keyframes i and j, both live (algorithms 1.3, Forster et al. 2017). The
+/// fields are those of imu::Preintegration; rows and covariance are (rotation, velocity, position)
+/// of the IMU.
+struct InertialFactor {
+  Seq i = 0;
+  Seq j = 0;
+  double duration_s = 0.0;
+  geometry::Mat3 dR = geometry::Mat3::Identity();
+  geometry::Vec3 dv_mps = geometry::Vec3::Zero();
+  geometry::Vec3 dp_m = geometry::Vec3::Zero();
+  geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();  ///< integrated with
+  geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
+  geometry::Mat3 d_rotation_d_gyro = geometry::Mat3::Zero();
+  geometry::Mat3 d_velocity_d_gyro = geometry::Mat3::Zero();
+  geometry::Mat3 d_velocity_d_accel = geometry::Mat3::Zero();
+  geometry::Mat3 d_position_d_gyro = geometry::Mat3::Zero();
+  geometry::Mat3 d_position_d_accel = geometry::Mat3::Zero();
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Identity();
+  double gyro_walk_radps_rts = 1e-5;  ///< the bias wanders by this times sqrt(duration)
+  double accel_walk_mps2_rts = 1e-4;
+  geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
+  geometry::SE3 T_body_imu;
+};
+
+/// Relative pose from LiDAR: residual (Log(Rm^T Ri^T Rj), Ri^T (pj - pi) - pm), algorithms 6.1.
+struct RelativePoseFactor {
+  Seq i = 0;
+  Seq j = 0;
+  geometry::SE3 T_i_j;
+  /// Of that residual: rotation in j, translation in i. May be singular: a blind direction is a
+  /// zero and stays one (algorithms 6.2).
+  geometry::Mat6 information = geometry::Mat6::Zero();
+};
+
+/// One range, used once (algorithms 4.1, 5.4). The antenna is between two keyframes:
+/// p = (1 - alpha) T_i p_i + alpha T_j p_j, where p_i and p_j are the antenna at the time of
+/// measurement, brought into the bodies of i and j by the odometry.
+struct RangeFactor {
+  std::uint64_t id = 0;  ///< of the measurement, never used again
+  Time t;                ///< of the measurement
+  Seq i = 0;
+  std::optional<Seq> j;  ///< absent: the antenna hangs on i alone, alpha must be 0
+  double alpha = 0.0;
+  geometry::Vec3 p_i_m = geometry::Vec3::Zero();
+  geometry::Vec3 p_j_m = geometry::Vec3::Zero();
+  /// The other end: a landmark, or else a point without error. A point that is known with an error
+  /// must be a landmark, because its error is common to all its ranges.
+  std::optional<int> landmark;
+  geometry::Vec3 p_fixed_odom_m = geometry::Vec3::Zero();
+  std::optional<int> bias;
+  std::optional<int> tau;
+  /// d range/dt, which multiplies tau; absent: from the velocities of the keyframes.
+  std::optional<double> range_rate_mps;
+  double range_m = 0.0;
+  double sigma_m = 0.1;
+  double weight = 1.0;  ///< multiplies the information (one-sided weight of algorithms 4.3)
+};
+
+/// The vehicle stands: v_i = 0, and with `next` also T_i = T_next (algorithms 2.6).
+struct StandstillFactor {
+  Seq i = 0;
+  std::optional<Seq> next;
+  double sigma_mps = 0.01;
+  double sigma_m = 0.003;
+  double sigma_rad = 8.7266e-4;  ///< 0.05 deg
+};
+
+/// n.(p - q) - h = 0: height of the body above a plane (algorithms 2.6).
+struct HeightFactor {
+  Seq i = 0;
+  geometry::Vec3 n_odom = geometry::Vec3::UnitZ();
+  geometry::Vec3 q_odom_m = geometry::Vec3::Zero();
+  double h_m = 0.0;
+  double sigma_m = 0.02;
+};
+
+/// What is known of one keyframe beforehand; the information may be singular.
+struct PriorFactor {
+  Seq i = 0;
+  KeyframeState mean;
+  StateMat information = StateMat::Zero();
+};
+
+}  // namespace rali::graph

@@ -1,0 +1,300 @@
+#include "rali/graph/linearise.hpp"
+
+#include "rali/base/assert.hpp"
+#include "rali/geometry/robust.hpp"
+#include "rali/graph/root.hpp"
+
+namespace rali::graph {
+
+using geometry::Mat3;
+using geometry::SE3;
+using geometry::skew;
+using geometry::so3_exp;
+using geometry::so3_log;
+using geometry::so3_right_jacobian;
+using geometry::so3_right_jacobian_inverse;
+using geometry::Vec3;
+
+namespace {
+
+// Nearer than this the direction between two antennas is rounding.
+constexpr double kDirectionMinM = 1e-6;
+
+const KeyframeState& value(const Window& window, Seq seq) {
+  const int k = window.find(seq);
+  RALI_ASSERT(k >= 0);
+  return window.keyframes[static_cast<std::size_t>(k)].x;
+}
+
+const GlobalNode& value(const Window& window, GlobalId id) {
+  const int g = window.find(id);
+  RALI_ASSERT(g >= 0);
+  return window.globals[static_cast<std::size_t>(g)];
+}
+
+int append(const Window& window, Seq seq, LinearFactor& out) {
+  return out.append(window.column(seq), kStateDim);
+}
+
+// Pose and velocity of the IMU of a keyframe.
+SE3 imu_pose(const KeyframeState& x, const SE3& T_body_imu) { return x.T_odom_body * T_body_imu; }
+
+// d (rotation, position) of the IMU by (rotation, position) of the body.
+geometry::Mat6 d_imu_d_body(const KeyframeState& x, const SE3& T_body_imu) {
+  geometry::Mat6 J = geometry::Mat6::Identity();
+  J.topLeftCorner<3, 3>() = T_body_imu.R.transpose();
+  J.bottomLeftCorner<3, 3>() = -x.T_odom_body.R * skew(T_body_imu.p);
+  return J;
+}
+
+void bias_walk(const InertialFactor& f, const KeyframeState& xi, const KeyframeState& xj, int ci,
+               int cj, LinearFactor& out) {
+  const double root_s = std::sqrt(f.duration_s);
+  const double gyro = 1.0 / (f.gyro_walk_radps_rts * root_s);
+  const double accel = 1.0 / (f.accel_walk_mps2_rts * root_s);
+  out.r.segment<3>(9) = gyro * (xj.gyro_bias_radps - xi.gyro_bias_radps);
+  out.r.segment<3>(12) = accel * (xj.accel_bias_mps2 - xi.accel_bias_mps2);
+  out.J.block<3, 3>(9, ci + kGyroBias).diagonal().setConstant(-gyro);
+  out.J.block<3, 3>(9, cj + kGyroBias).diagonal().setConstant(gyro);
+  out.J.block<3, 3>(12, ci + kAccelBias).diagonal().setConstant(-accel);
+  out.J.block<3, 3>(12, cj + kAccelBias).diagonal().setConstant(accel);
+}
+
+// Rows (rotation, velocity, position) by pose of i, pose of j as poses of the IMU.
+struct InertialRows {
+  Eigen::Matrix<double, 9, 1> r = Eigen::Matrix<double, 9, 1>::Zero();
+  Eigen::Matrix<double, 9, 6> d_pose_i = Eigen::Matrix<double, 9, 6>::Zero();
+  Eigen::Matrix<double, 9, 6> d_pose_j = Eigen::Matrix<double, 9, 6>::Zero();
+  Eigen::Matrix<double, 9, 3> d_velocity_i = Eigen::Matrix<double, 9, 3>::Zero();
+  Eigen::Matrix<double, 9, 3> d_velocity_j = Eigen::Matrix<double, 9, 3>::Zero();
+  Eigen::Matrix<double, 9, 6> d_bias = Eigen::Matrix<double, 9, 6>::Zero();
+};
+
+InertialRows inertial_rows(const InertialFactor& f, const KeyframeState& xi,
+                           const KeyframeState& xj) {
+  const SE3 Ti = imu_pose(xi, f.T_body_imu);
+  const SE3 Tj = imu_pose(xj, f.T_body_imu);
+  const Mat3 RiT = Ti.R.transpose();
+  const double D = f.duration_s;
+  const Vec3 db_g = xi.gyro_bias_radps - f.gyro_bias_radps;
+  const Vec3 db_a = xi.accel_bias_mps2 - f.accel_bias_mps2;
+  const Vec3 velocity_i = RiT * (xj.v_odom_mps - xi.v_odom_mps - f.g_odom_mps2 * D);
+  const Vec3 position_i = RiT * (Tj.p - Ti.p - xi.v_odom_mps * D - f.g_odom_mps2 * (0.5 * D * D));
+  const Mat3 dR = f.dR * so3_exp(f.d_rotation_d_gyro * db_g);
+  const Vec3 r_R = so3_log(dR.transpose() * RiT * Tj.R);
+  const Mat3 JrInv = so3_right_jacobian_inverse(r_R);
+
+  InertialRows rows;
+  rows.r << r_R, velocity_i - f.dv_mps - f.d_velocity_d_gyro * db_g - f.d_velocity_d_accel * db_a,
+      position_i - f.dp_m - f.d_position_d_gyro * db_g - f.d_position_d_accel * db_a;
+  rows.d_pose_i.block<3, 3>(0, 0) = -JrInv * Tj.R.transpose() * Ti.R;
+  rows.d_pose_i.block<3, 3>(3, 0) = skew(velocity_i);
+  rows.d_pose_i.block<3, 3>(6, 0) = skew(position_i);
+  rows.d_pose_i.block<3, 3>(6, 3) = -RiT;
+  rows.d_pose_j.block<3, 3>(0, 0) = JrInv;
+  rows.d_pose_j.block<3, 3>(6, 3) = RiT;
+  rows.d_velocity_i.block<3, 3>(3, 0) = -RiT;
+  rows.d_velocity_i.block<3, 3>(6, 0) = -RiT * D;
+  rows.d_velocity_j.block<3, 3>(3, 0) = RiT;
+  rows.d_bias.block<3, 3>(0, 0) = -JrInv * so3_exp(r_R).transpose() *
+                                  so3_right_jacobian(f.d_rotation_d_gyro * db_g) *
+                                  f.d_rotation_d_gyro;
+  rows.d_bias.block<3, 3>(3, 0) = -f.d_velocity_d_gyro;
+  rows.d_bias.block<3, 3>(3, 3) = -f.d_velocity_d_accel;
+  rows.d_bias.block<3, 3>(6, 0) = -f.d_position_d_gyro;
+  rows.d_bias.block<3, 3>(6, 3) = -f.d_position_d_accel;
+  return rows;
+}
+
+// Relative pose residual and its derivatives, multiplied by root.
+void relative_rows(const SE3& Ti, const SE3& Tj, const SE3& T_i_j, const geometry::Mat6& root,
+                   int row, int ci, int cj, LinearFactor& out) {
+  const Mat3 RiT = Ti.R.transpose();
+  const Vec3 r_R = so3_log(T_i_j.R.transpose() * RiT * Tj.R);
+  const Mat3 JrInv = so3_right_jacobian_inverse(r_R);
+  const Vec3 p_i = RiT * (Tj.p - Ti.p);
+  geometry::Vec6 xi;
+  xi << r_R, p_i - T_i_j.p;
+  geometry::Mat6 d_i = geometry::Mat6::Zero();
+  d_i.block<3, 3>(0, 0) = -JrInv * Tj.R.transpose() * Ti.R;
+  d_i.block<3, 3>(3, 0) = skew(p_i);
+  d_i.block<3, 3>(3, 3) = -RiT;
+  geometry::Mat6 d_j = geometry::Mat6::Zero();
+  d_j.block<3, 3>(0, 0) = JrInv;
+  d_j.block<3, 3>(3, 3) = RiT;
+  out.r.segment<6>(row) = root * xi;
+  out.J.block<6, 6>(row, ci) = root * d_i;
+  out.J.block<6, 6>(row, cj) = root * d_j;
+}
+
+}  // namespace
+
+void LinearFactor::start(int rows) {
+  J.resize(rows, 0);
+  r.setZero(rows);
+  block_count = 0;
+  cost = 0.0;
+}
+
+int LinearFactor::append(int column, int dim) {
+  const int local = static_cast<int>(J.cols());
+  J.conservativeResize(Eigen::NoChange, local + dim);
+  J.rightCols(dim).setZero();
+  blocks[static_cast<std::size_t>(block_count)] = {column, local, dim};
+  ++block_count;
+  return local;
+}
+
+void linearise(const Window& window, const InertialTerm& term, LinearFactor& out) {
+  const InertialFactor& f = term.f;
+  const KeyframeState& xi = value(window, f.i);
+  const KeyframeState& xj = value(window, f.j);
+  out.start(15);
+  const int ci = append(window, f.i, out);
+  const int cj = append(window, f.j, out);
+  const InertialRows rows = inertial_rows(f, xi, xj);
+  out.r.head<9>() = term.root * rows.r;
+  out.J.block<9, 6>(0, ci) = term.root * (rows.d_pose_i * d_imu_d_body(xi, f.T_body_imu));
+  out.J.block<9, 6>(0, cj) = term.root * (rows.d_pose_j * d_imu_d_body(xj, f.T_body_imu));
+  out.J.block<9, 3>(0, ci + kVel) = term.root * rows.d_velocity_i;
+  out.J.block<9, 3>(0, cj + kVel) = term.root * rows.d_velocity_j;
+  out.J.block<9, 6>(0, ci + kGyroBias) = term.root * rows.d_bias;
+  bias_walk(f, xi, xj, ci, cj, out);
+  out.finish();
+}
+
+void linearise(const Window& window, const RelativeTerm& term, LinearFactor& out) {
+  out.start(6);
+  const int ci = append(window, term.f.i, out);
+  const int cj = append(window, term.f.j, out);
+  relative_rows(value(window, term.f.i).T_odom_body, value(window, term.f.j).T_odom_body,
+                term.f.T_i_j, term.root, 0, ci, cj, out);
+  out.finish();
+}
+
+void range_residual(const Window& window, const RangeFactor& f, LinearFactor& out) {
+  out.start(1);
+  const double wi = 1.0 - f.alpha;
+  const KeyframeState& xi = value(window, f.i);
+  Vec3 p = wi * (xi.T_odom_body * f.p_i_m);
+  Vec3 v = wi * xi.v_odom_mps;
+  const int ci = append(window, f.i, out);
+  int cj = -1;
+  if (f.j) {
+    const KeyframeState& xj = value(window, *f.j);
+    p += f.alpha * (xj.T_odom_body * f.p_j_m);
+    v += f.alpha * xj.v_odom_mps;
+    cj = append(window, *f.j, out);
+  }
+  const Vec3 h =
+      p - (f.landmark ? value(window, landmark_id(*f.landmark)).value : f.p_fixed_odom_m);
+  const double rho = h.norm();
+  const Vec3 e = rho > kDirectionMinM ? Vec3(h / rho) : Vec3::Zero();
+  const double rate = f.range_rate_mps ? *f.range_rate_mps : e.dot(v);
+  const double tau = f.tau ? value(window, tau_id(*f.tau)).value.x() : 0.0;
+  // With its own rate a range depends on velocity, and on position through e as well.
+  const bool own_rate = f.tau && !f.range_rate_mps && rho > kDirectionMinM;
+  const Vec3 d_p = own_rate ? Vec3(e + tau / rho * (v - rate * e)) : e;
+  const auto fill = [&](int column, double w, const KeyframeState& x, const Vec3& p_body) {
+    out.J.block<1, 3>(0, column + kTheta) = -w * d_p.transpose() * x.T_odom_body.R * skew(p_body);
+    out.J.block<1, 3>(0, column + kPos) = w * d_p.transpose();
+    if (own_rate) out.J.block<1, 3>(0, column + kVel) = w * tau * e.transpose();
+  };
+  fill(ci, wi, xi, f.p_i_m);
+  if (f.j) fill(cj, f.alpha, value(window, *f.j), f.p_j_m);
+  double bias = 0.0;
+  if (f.landmark) {
+    const int c = out.append(window.column(landmark_id(*f.landmark)), 3);
+    out.J.block<1, 3>(0, c) = -d_p.transpose();
+  }
+  if (f.bias) {
+    bias = value(window, bias_id(*f.bias)).value.x();
+    out.J(0, out.append(window.column(bias_id(*f.bias)), 1)) = 1.0;
+  }
+  if (f.tau) out.J(0, out.append(window.column(tau_id(*f.tau)), 1)) = rate;
+  out.r(0) = rho + bias + tau * rate - f.range_m;
+  out.finish();
+}
+
+void linearise(const Window& window, const RangeFactor& f, double huber_sd, LinearFactor& out) {
+  range_residual(window, f, out);
+  const double scale = std::sqrt(f.weight) / f.sigma_m;
+  const double z = scale * out.r(0);
+  const double root = std::sqrt(geometry::huber_weight(z, huber_sd));
+  out.J *= scale * root;
+  out.r(0) = z * root;
+  const double a = std::abs(z);
+  out.cost = a <= huber_sd ? 0.5 * z * z : huber_sd * (a - 0.5 * huber_sd);
+}
+
+void linearise(const Window& window, const StandstillFactor& f, LinearFactor& out) {
+  out.start(f.next ? 9 : 3);
+  const KeyframeState& xi = value(window, f.i);
+  const int ci = append(window, f.i, out);
+  out.r.head<3>() = xi.v_odom_mps / f.sigma_mps;
+  out.J.block<3, 3>(0, ci + kVel).diagonal().setConstant(1.0 / f.sigma_mps);
+  if (f.next) {
+    const int cj = append(window, *f.next, out);
+    geometry::Mat6 root = geometry::Mat6::Zero();
+    root.diagonal() << Vec3::Constant(1.0 / f.sigma_rad), Vec3::Constant(1.0 / f.sigma_m);
+    relative_rows(xi.T_odom_body, value(window, *f.next).T_odom_body, {}, root, 3, ci, cj, out);
+  }
+  out.finish();
+}
+
+void linearise(const Window& window, const HeightFactor& f, LinearFactor& out) {
+  out.start(1);
+  const int ci = append(window, f.i, out);
+  const Vec3& p = value(window, f.i).T_odom_body.p;
+  out.r(0) = (f.n_odom.dot(p - f.q_odom_m) - f.h_m) / f.sigma_m;
+  out.J.block<1, 3>(0, ci + kPos) = f.n_odom.transpose() / f.sigma_m;
+  out.finish();
+}
+
+void linearise(const Window& window, const PriorTerm& term, LinearFactor& out) {
+  out.start(kStateDim);
+  append(window, term.f.i, out);
+  const StateVec delta = boxminus(value(window, term.f.i), term.f.mean);
+  out.r = term.root * delta;
+  out.J = term.root * boxminus_jacobian(delta);
+  out.finish();
+}
+
+void linearise(const Window& window, const GlobalNode& global, LinearFactor& out) {
+  const int dim = global.dim();
+  out.start(dim);
+  out.append(window.column(global.id), dim);
+  const Eigen::MatrixXd root = information_root(global.prior_information.topLeftCorner(dim, dim));
+  out.r = root * (global.value - global.prior_mean).head(dim);
+  out.J = root;
+  out.finish();
+}
+
+LinearPrior linearise(const Window& window, const DensePrior& prior) {
+  LinearPrior out;
+  const auto n = prior.H.rows();
+  Eigen::VectorXd delta(n);
+  out.H = prior.H;
+  int at = 0;
+  Eigen::MatrixXd J = Eigen::MatrixXd::Identity(n, n);
+  for (const auto& block : prior.keyframes) {
+    const StateVec d = boxminus(value(window, block.seq), block.x_lin);
+    delta.segment<kStateDim>(at) = d;
+    J.block<kStateDim, kStateDim>(at, at) = boxminus_jacobian(d);
+    out.blocks.push_back({window.column(block.seq), at, kStateDim});
+    at += kStateDim;
+  }
+  for (const auto& block : prior.globals) {
+    const int dim = dimension(block.id.kind);
+    delta.segment(at, dim) = (value(window, block.id).value - block.x_lin).head(dim);
+    out.blocks.push_back({window.column(block.id), at, dim});
+    at += dim;
+  }
+  const Eigen::VectorXd Hd = prior.H * delta;
+  out.H = J.transpose() * prior.H * J;
+  out.gradient = J.transpose() * (prior.b + Hd);
+  out.cost = prior.cost + prior.b.dot(delta) + 0.5 * delta.dot(Hd);
+  return out;
+}
+
+}  // namespace rali::graph

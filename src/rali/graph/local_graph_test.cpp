@@ -1,0 +1,269 @@
+#include "rali/graph/local_graph.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "rali/base/internal_error.hpp"
+#include "rali/base/rng.hpp"
+#include "rali/graph/chain_for_test.hpp"
+
+namespace rali::graph {
+namespace {
+
+using geometry::Vec3;
+
+LocalGraphSettings exact_settings() {
+  LocalGraphSettings settings;
+  settings.cost_change_min = 0.0;
+  settings.step_min_m = 1e-9;
+  return settings;
+}
+
+// T12 (a) of algorithms.md: three nodes, the range at the third.
+LocalGraph three_nodes() {
+  LocalGraph graph(exact_settings());
+  for (Seq k = 0; k < 3; ++k) add_keyframe_at(graph, k, {5.0 * k, 0.0, 0.0});
+  graph.add(pose_prior(0, {}, 1e-7, {0.01, 0.01, 1e-6}));
+  for (Seq k = 0; k < 2; ++k) graph.add(relative(k, k + 1, {5.0, 0.0, 0.0}, {0.5, 0.02, 1e-6}));
+  return graph;
+}
+
+RangeFactor range_at_third(std::uint64_t id) {
+  return fixed_range(id, 2, {-10.0, 1.0, 0.0}, 20.6, 0.1);
+}
+
+TEST(local_graph, solves_three_nodes_and_a_range_as_worked_by_hand) {
+  LocalGraph graph = three_nodes();
+  const RangePrediction before = graph.predict(range_at_third(1));
+  const double nu = 20.6 - before.range_m;
+  EXPECT_NEAR(nu, 0.575016, 1e-6);
+  EXPECT_NEAR(before.variance_m2 + 0.01, 0.51, 0.002);
+  EXPECT_NEAR(nu * nu / (before.variance_m2 + 0.01), 0.648, 0.003);
+  graph.add(range_at_third(1));
+  const SolveReport report = graph.solve(30);
+  EXPECT_TRUE(report.converged);
+  EXPECT_NEAR(report.cost_after, 0.3249, 5e-5);
+  EXPECT_NEAR(graph.state(1).T_odom_body.p.x(), 5.2823, 5e-5);
+  EXPECT_NEAR(graph.state(2).T_odom_body.p.x(), 10.5644, 5e-5);
+  EXPECT_NEAR(graph.state(1).T_odom_body.p.y(), 0.0, 1e-4);
+  EXPECT_NEAR(graph.state(2).T_odom_body.p.y(), 0.0, 1e-4);
+  EXPECT_NEAR(std::sqrt(graph.covariance(1)(3, 3)), 0.357, 5e-4);
+  EXPECT_NEAR(std::sqrt(graph.covariance(2)(3, 3)), 0.099, 5e-4);
+  EXPECT_NEAR(std::sqrt(graph.covariance(1)(4, 4)), 0.022, 5e-4);
+  EXPECT_NEAR(std::sqrt(graph.covariance(2)(4, 4)), 0.030, 5e-4);
+  EXPECT_NEAR(graph.newest_covariance()(3, 3), graph.covariance(2)(3, 3), 1e-12);
+}
+
+// T10 of algorithms.md: after an outage the correction is shared by where the uncertainty grew,
+// R = 0.01 m^2 of the range included.
+TEST(local_graph, shares_a_correction_as_the_axial_variance_grew) {
+  LocalGraph graph(exact_settings());
+  const std::array<double, 5> variance = {0.01, 0.01, 0.04, 0.01, 0.03};
+  add_keyframe_at(graph, 0, Vec3::Zero());
+  graph.add(pose_prior(0, {}, 1e-7, Vec3::Constant(1e-6)));
+  for (Seq k = 1; k <= 5; ++k) {
+    add_keyframe_at(graph, k, {double(k), 0.0, 0.0});
+    graph.add(relative(k - 1, k, {1.0, 0.0, 0.0}, {std::sqrt(variance[k - 1]), 0.01, 0.01}));
+  }
+  graph.add(fixed_range(1, 5, {105.0, 0.0, 0.0}, 99.5, 0.1));
+  graph.solve(30);
+  const std::array<double, 5> shared = {0.045455, 0.090909, 0.272727, 0.318182, 0.454545};
+  for (Seq k = 1; k <= 5; ++k) {
+    EXPECT_NEAR(graph.state(k).T_odom_body.p.x() - k, shared[k - 1], 1e-5);
+  }
+}
+
+// T12 (c): axial sd 0.2 m and bias sd 0.1 m are one thing to a range.
+TEST(local_graph, keeps_position_and_bias_correlated_as_worked_by_hand) {
+  LocalGraph graph(exact_settings());
+  add_keyframe_at(graph, 0, Vec3::Zero());
+  graph.add(pose_prior(0, {}, 1e-7, {0.2, 1e-6, 1e-6}));
+  graph.add_bias(0, 0.0, 0.1);
+  RangeFactor range = fixed_range(1, 0, {-50.0, 0.0, 0.0}, 50.6, 0.1);
+  range.bias = 0;
+  EXPECT_NEAR(graph.predict(range).variance_m2 + 0.01, 0.06, 1e-8);
+  graph.add(range);
+  graph.solve(30);
+  EXPECT_NEAR(graph.state(0).T_odom_body.p.x(), 0.4, 1e-6) << "gain 2/3";
+  EXPECT_NEAR(graph.bias(0).mean, 0.1, 1e-6) << "gain 1/6";
+  EXPECT_NEAR(graph.covariance(0)(3, 3), 0.013333, 1e-6) << "not 0.0894^2: the bias counts";
+  EXPECT_NEAR(graph.bias(0).variance, 0.008333, 1e-6);
+  // P_xx + 2 P_xb + P_bb with P_xb = -0.006667: what the same radio would read again.
+  RangeFactor again = range;
+  again.id = 2;
+  EXPECT_NEAR(graph.predict(again).variance_m2, 0.013333 - 2.0 * 0.006667 + 0.008333, 2e-6);
+}
+
+// Prior sd 1 m, range sd 0.1 m, the same measurement `uses` times under different ids: mean error
+// for a given error of prior and range.
+double error_of(int uses, double prior_error_m, double range_error_m, double* variance = nullptr) {
+  LocalGraph graph(exact_settings());
+  KeyframeState mean;
+  mean.T_odom_body.p.x() = prior_error_m;
+  graph.add_keyframe(0, Time{}, mean);
+  graph.add(pose_prior(0, mean, 1e-7, {1.0, 1e-6, 1e-6}));
+  for (int k = 0; k < uses; ++k) {
+    graph.add(fixed_range(static_cast<std::uint64_t>(k), 0, {-1000.0, 0.0, 0.0},
+                          1000.0 + range_error_m, 0.1));
+  }
+  graph.solve(30);
+  if (variance != nullptr) *variance = graph.covariance(0)(3, 3);
+  return graph.state(0).T_odom_body.p.x();
+}
+
+// T12 (d): what breaks when a measurement is used twice: the claim is half the true variance.
+TEST(local_graph, would_claim_half_the_variance_if_a_range_were_used_twice) {
+  for (const int uses : {1, 2}) {
+    double claimed = 0.0;
+    const double by_prior = error_of(uses, 0.1, 0.0, &claimed) / 0.1;
+    const double by_range = error_of(uses, 0.0, 0.1) / 0.1;
+    const double truth = by_prior * by_prior + 0.01 * by_range * by_range;
+    EXPECT_NEAR(std::sqrt(claimed), uses == 1 ? 0.0995037 : 0.070535, 1e-5);
+    EXPECT_NEAR(std::sqrt(truth), uses == 1 ? 0.0995037 : 0.099627, 1e-5);
+    EXPECT_NEAR(truth / claimed, uses == 1 ? 1.0 : 2.0, 0.02);
+  }
+}
+
+TEST(local_graph, refuses_a_range_that_it_has_had) {
+  LocalGraph graph = three_nodes();
+  EXPECT_FALSE(graph.contains_range(9));
+  graph.add(range_at_third(9));
+  EXPECT_TRUE(graph.contains_range(9));
+  EXPECT_THROW(graph.add(range_at_third(9)), InternalError);
+  EXPECT_TRUE(graph.remove_range(9));
+  EXPECT_FALSE(graph.remove_range(9));
+  EXPECT_THROW(graph.add(range_at_third(9)), InternalError) << "removed, but used";
+  EXPECT_EQ(graph.range_count(), 0U);
+}
+
+TEST(local_graph, remembers_marginalised_ranges_and_refuses_those_too_old_to_remember) {
+  LocalGraphSettings settings;
+  settings.range_memory_s = 1.5;
+  LocalGraph graph(settings);
+  for (Seq k = 0; k < 5; ++k) {
+    add_keyframe_at(graph, k, {double(k), 0.0, 0.0});
+    if (k > 0) graph.add(relative(k - 1, k, {1.0, 0.0, 0.0}, Vec3::Constant(0.1)));
+    graph.add(fixed_range(k, k, {50.0, 0.0, 0.0}, 50.0 - k, 0.1));
+  }
+  graph.marginalise_oldest();
+  EXPECT_EQ(graph.range_count(), 4U);
+  EXPECT_TRUE(graph.contains_range(0)) << "1 s before the oldest";
+  RangeFactor repeated = fixed_range(0, 3, {50.0, 0.0, 0.0}, 50.0, 0.1);
+  repeated.t = Time{};
+  EXPECT_THROW(graph.add(repeated), InternalError);
+  graph.marginalise_oldest();
+  EXPECT_FALSE(graph.contains_range(0)) << "2 s before the oldest: forgotten, the set is bounded";
+  EXPECT_TRUE(graph.contains_range(1));
+  EXPECT_THROW(graph.add(repeated), InternalError) << "too old to be checked";
+}
+
+TEST(local_graph, refuses_what_does_not_exist_or_is_not_a_number) {
+  LocalGraph graph = three_nodes();
+  RangeFactor range = range_at_third(1);
+  range.bias = 4;
+  EXPECT_THROW(graph.add(range), InternalError);
+  range = range_at_third(1);
+  range.range_m = NAN;
+  EXPECT_THROW(graph.add(range), InternalError);
+  range = range_at_third(1);
+  range.alpha = 0.5;
+  EXPECT_THROW(graph.add(range), InternalError) << "half way to no keyframe";
+  EXPECT_THROW(graph.add(relative(2, 3, Vec3::Zero(), Vec3::Ones())), InternalError);
+  EXPECT_THROW(add_keyframe_at(graph, 2, Vec3::Zero()), InternalError);
+  EXPECT_THROW(add_keyframe_at(graph, 3, Vec3::Constant(NAN)), InternalError);
+  EXPECT_FALSE(graph.contains_range(1));
+}
+
+// Nothing at all, a chain that floats, a blind axis: huge, but numbers, and no step into the blue.
+TEST(local_graph, reports_a_huge_variance_where_nothing_holds_and_does_not_move) {
+  LocalGraph graph(exact_settings());
+  add_keyframe_at(graph, 0, {1.0, 2.0, 3.0});
+  graph.solve(5);
+  EXPECT_TRUE(graph.newest_covariance().allFinite());
+  EXPECT_GT(graph.newest_covariance().diagonal().minCoeff(), 1e6);
+  EXPECT_EQ(graph.state(0).T_odom_body.p, Vec3(1.0, 2.0, 3.0));
+
+  for (Seq k = 1; k < 60; ++k) {
+    add_keyframe_at(graph, k, {1.0 + k, 2.0, 3.0});
+    graph.add(relative(k - 1, k, {1.01, 0.0, 0.0}, {0.0, 0.005, 0.005}));
+  }
+  graph.solve(20);
+  const geometry::Mat6 P = graph.covariance(59);
+  ASSERT_TRUE(P.allFinite());
+  EXPECT_GT(P(3, 3), 1e6) << "blind along x";
+  EXPECT_GT(P(4, 4), 1e4) << "floats in y";
+  EXPECT_LT((graph.state(59).T_odom_body.p - Vec3(60.0, 2.0, 3.0)).norm(), 1e-3);
+  while (graph.keyframes().size() > 10) graph.marginalise_oldest();
+  graph.solve(5);
+  EXPECT_GT(graph.covariance(59)(3, 3), 1e6);
+  EXPECT_LT((graph.state(59).T_odom_body.p - Vec3(60.0, 2.0, 3.0)).norm(), 1e-3);
+}
+
+TEST(local_graph, names_the_range_that_all_others_contradict) {
+  LocalGraph graph = three_nodes();
+  EXPECT_FALSE(graph.largest_nis_range().has_value());
+  for (std::uint64_t id = 10; id < 16; ++id) {
+    RangeFactor range = range_at_third(id);
+    range.range_m = id == 13 ? 22.0 : 20.02;
+    graph.add(range);
+  }
+  graph.solve(30);
+  const std::optional<RangeNis> worst = graph.largest_nis_range();
+  ASSERT_TRUE(worst.has_value());
+  EXPECT_EQ(worst->id, 13U);
+  EXPECT_TRUE(graph.remove_range(13));
+  graph.solve(30);
+  EXPECT_NEAR(graph.state(2).T_odom_body.p.x(), 10.0, 0.01);
+  // 1.98 m against sd 0.1 m of the range and 0.044 m of the other five with the chain.
+  const RangePrediction without = graph.predict(range_at_third(13));
+  const double nu = 22.0 - without.range_m;
+  EXPECT_NEAR(worst->nis, nu * nu / (0.01 + without.variance_m2), 0.1 * worst->nis);
+  EXPECT_LT(graph.largest_nis_range()->nis, 1.0);
+}
+
+TEST(local_graph, a_long_range_among_good_ones_pulls_less_than_its_weight) {
+  LocalGraph graph = three_nodes();
+  for (std::uint64_t id = 0; id < 10; ++id) {
+    RangeFactor range = range_at_third(id);
+    range.range_m = id == 0 ? 25.0 : std::sqrt(401.0);
+    graph.add(range);
+  }
+  graph.solve(30);
+  // Least squares: 0.5 m. Huber at 2 sd: 2 x 0.1 m / 9, less what the chain (0.7 m) holds back.
+  EXPECT_NEAR(graph.state(2).T_odom_body.p.x(), 10.0 + 0.2 / 9.0, 2e-4);
+}
+
+TEST(local_graph, holds_a_vehicle_that_stands_and_its_height) {
+  LocalGraph graph(exact_settings());
+  KeyframeState x;
+  x.v_odom_mps = {0.3, 0.0, 0.0};
+  graph.add_keyframe(0, Time::from_s(0), x);
+  add_keyframe_at(graph, 1, {0.2, 0.1, 0.4});
+  graph.add(StandstillFactor{0, 1});
+  graph.add(HeightFactor{1, Vec3::UnitZ(), Vec3(0.0, 0.0, -0.5), 0.7, 0.02});
+  graph.add(pose_prior(0, {}, 0.01, {0.1, 0.1, 10.0}));
+  graph.solve(20);
+  EXPECT_LT(graph.state(0).v_odom_mps.norm(), 1e-6);
+  EXPECT_LT((graph.state(1).T_odom_body.p - Vec3(0.0, 0.0, 0.2)).norm(), 1e-4);
+  EXPECT_NEAR(std::sqrt(graph.covariance(0)(5, 5)), std::hypot(0.02, 0.003), 1e-5);
+}
+
+TEST(local_graph, gives_the_same_bytes_twice) {
+  const auto run = [] {
+    LocalGraph graph = three_nodes();
+    for (std::uint64_t id = 0; id < 7; ++id) graph.add(range_at_third(id));
+    graph.solve(5);
+    graph.marginalise_oldest();
+    graph.solve(5);
+    return std::pair(graph.state(2).T_odom_body.p, graph.newest_covariance());
+  };
+  const auto a = run();
+  const auto b = run();
+  EXPECT_EQ(std::memcmp(a.first.data(), b.first.data(), sizeof(Vec3)), 0);
+  EXPECT_EQ(std::memcmp(a.second.data(), b.second.data(), sizeof(StateMat)), 0);
+}
+
+}  // namespace
+}  // namespace rali::graph

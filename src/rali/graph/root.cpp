@@ -1,0 +1,46 @@
+#include "rali/graph/root.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "rali/base/assert.hpp"
+
+namespace rali::graph {
+
+namespace {
+
+// Eigenvalues of a matrix scaled to unit diagonal that are smaller than this are rounding of zero.
+constexpr double kZeroEigenvalue = 1e-12;
+constexpr double kSigmaMin = 1e-9;
+constexpr double kCorrelationSlack = 1e-10;
+
+}  // namespace
+
+Eigen::MatrixXd information_root(const Eigen::MatrixXd& information) {
+  RALI_ASSERT(information.allFinite());
+  const Eigen::VectorXd scale = information.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd unscale = scale.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const Eigen::MatrixXd unit =
+      unscale.asDiagonal() * (0.5 * (information + information.transpose())) * unscale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
+  const double least = kZeroEigenvalue * eigen.eigenvalues().maxCoeff();
+  const Eigen::VectorXd roots = eigen.eigenvalues().unaryExpr(
+      [least](double value) { return value > least ? std::sqrt(value) : 0.0; });
+  return roots.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+}
+
+Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance) {
+  RALI_ASSERT(covariance.allFinite());
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(kSigmaMin * kSigmaMin).cwiseSqrt();
+  const Eigen::VectorXd unscale = sigma.cwiseInverse();
+  Eigen::MatrixXd unit =
+      unscale.asDiagonal() * (0.5 * (covariance + covariance.transpose())) * unscale.asDiagonal();
+  unit.diagonal().setConstant(1.0 + kCorrelationSlack);
+  const Eigen::LLT<Eigen::MatrixXd> llt(unit);
+  RALI_ASSERT(llt.info() == Eigen::Success);
+  const Eigen::MatrixXd inverse_root =
+      llt.matrixL().solve(Eigen::MatrixXd::Identity(unit.rows(), unit.cols()));
+  return inverse_root * unscale.asDiagonal();
+}
+
+}  // namespace rali::graph

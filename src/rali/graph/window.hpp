@@ -1,0 +1,88 @@
+#pragma once
+
+#include <vector>
+
+#include "rali/graph/factors.hpp"
+
+namespace rali::graph {
+
+struct KeyframeNode {
+  Seq seq = 0;
+  Time t;
+  KeyframeState x;
+};
+
+/// Landmark, bias or tau; a scalar uses the first coefficient.
+struct GlobalNode {
+  GlobalId id;
+  geometry::Vec3 value = geometry::Vec3::Zero();
+  geometry::Vec3 prior_mean = geometry::Vec3::Zero();
+  geometry::Mat3 prior_information = geometry::Mat3::Zero();  ///< zero once it is in the Prior
+  bool retired = false;                                       ///< no range will come any more
+
+  [[nodiscard]] int dim() const { return dimension(id.kind); }
+};
+
+/// Factors with the square root of their information, worked out once.
+struct InertialTerm {
+  InertialFactor f;
+  Eigen::Matrix<double, 9, 9> root;  ///< root^T root = information
+};
+
+struct RelativeTerm {
+  RelativePoseFactor f;
+  geometry::Mat6 root;
+};
+
+struct PriorTerm {
+  PriorFactor f;
+  StateMat root;
+};
+
+/// What is left of marginalised keyframes: cost + b.d + d.H d/2 with d = x [-] x_lin over its
+/// blocks. The linearisation points never change until the next marginalisation replaces them.
+struct DensePrior {
+  struct KeyframeBlock {
+    Seq seq = 0;
+    KeyframeState x_lin;
+  };
+
+  struct GlobalBlock {
+    GlobalId id;
+    geometry::Vec3 x_lin = geometry::Vec3::Zero();
+  };
+
+  std::vector<KeyframeBlock> keyframes;  ///< first in H, 15 each
+  std::vector<GlobalBlock> globals;      ///< then these
+  Eigen::MatrixXd H;
+  Eigen::VectorXd b;
+  double cost = 0.0;
+};
+
+/// Values and factors of the local graph: plain data, in the order they were added.
+struct Window {
+  std::vector<KeyframeNode> keyframes;  ///< by seq
+  std::vector<GlobalNode> globals;      ///< by id
+  std::vector<InertialTerm> inertial;
+  std::vector<RelativeTerm> relative;
+  std::vector<RangeFactor> ranges;
+  std::vector<StandstillFactor> standstill;
+  std::vector<HeightFactor> heights;
+  std::vector<PriorTerm> priors;
+  DensePrior dense;
+
+  /// Place in `keyframes` or `globals`; -1 if it is not there.
+  [[nodiscard]] int find(Seq seq) const;
+  [[nodiscard]] int find(GlobalId id) const;
+
+  /// First column of a keyframe or global in the vector of unknowns: keyframes first.
+  [[nodiscard]] int column(Seq seq) const;
+  [[nodiscard]] int column(GlobalId id) const;
+  [[nodiscard]] int keyframe_columns() const;
+  [[nodiscard]] int columns() const;
+
+  /// Moves every value by its part of delta.
+  void move(const Eigen::VectorXd& delta);
+};
+
+}  // namespace rali::graph
