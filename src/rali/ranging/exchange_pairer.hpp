@@ -1,0 +1,88 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "rali/ranging/settings.hpp"
+#include "rali/sensor/range_sample.hpp"
+
+namespace rali::ranging {
+
+/// A range to pass on, or one that says nothing new.
+struct PairedRange {
+  sensor::RangeSample sample;
+  bool duplicate = false;
+};
+
+/// How the two directions of one pair of vehicles differ: whether they are one measurement or two.
+struct ExchangeStatistics {
+  VehicleId low, high;
+  std::int64_t exchanges = 0;      ///< of which both directions were seen
+  double mean_difference_m = 0.0;  ///< reported by `low` less reported by `high`
+  double variance_m2 = 0.0;        ///< of the difference
+
+  /// Correlation of the errors of the two directions if each has sd `sigma_m`: 1 for one and the
+  /// same measurement, 0 for two independent ones.
+  [[nodiscard]] double error_correlation(double sigma_m) const;
+};
+
+/// Finds ranges that are one measurement (algorithms 4.7): j's radio reports u_jk and k's u_kj, and
+/// both may come from one exchange; and what comes a second time, through the network or by a
+/// repeated message.
+///
+/// Key: the pair of antennas and the time within half a slot. Of both directions of one exchange
+/// the mean is passed on once, sigma unchanged. Directions that differ by more than `agree_m` have
+/// errors of their own: both are passed on.
+///
+/// Only a pair of which both directions are heard makes a range wait, at most until a range half a
+/// slot later comes or release() is called. Ranges of one pair leave in order of time; ranges of
+/// different pairs may overtake each other by half a slot.
+class ExchangePairer {
+ public:
+  explicit ExchangePairer(const ExchangeSettings& settings);
+
+  /// Takes the next range and appends to `out` what is decided by it.
+  void add(const sensor::RangeSample& sample, std::vector<PairedRange>& out);
+
+  /// Lets go of all that waits for a range from before `now`.
+  void release(Time now, std::vector<PairedRange>& out);
+
+  /// Lets go of all: the recording has ended.
+  void flush(std::vector<PairedRange>& out);
+
+  /// One row per pair of vehicles with both directions, in order of their numbers.
+  [[nodiscard]] std::vector<ExchangeStatistics> statistics() const;
+
+ private:
+  /// (low id, high id, antenna of low, antenna of high)
+  using Key = std::array<std::uint16_t, 4>;
+
+  struct Past {
+    sensor::RangeSample sample;
+    bool paired = false;
+  };
+
+  struct Link {
+    std::multimap<std::int64_t, Past> past;  ///< by stamp
+    bool heard[2] = {false, false};          ///< directions
+    std::optional<sensor::RangeSample> waiting;
+  };
+
+  [[nodiscard]] bool within_half_slot(Time a, Time b) const;
+  [[nodiscard]] static Past* find(Link& link, Time from, Time to, bool same_direction,
+                                  const sensor::RangeSample& sample);
+  void remember(Link& link, const sensor::RangeSample& sample, bool paired) const;
+  void count(const sensor::RangeSample& a, const sensor::RangeSample& b);
+  void join(Link& link, Past& partner, const sensor::RangeSample& sample,
+            std::vector<PairedRange>& out);
+
+  ExchangeSettings settings_;
+  std::map<Key, Link> links_;
+  std::vector<Key> waiting_;  ///< links with a range that waits
+  std::map<std::array<std::uint16_t, 2>, ExchangeStatistics> statistics_;
+};
+
+}  // namespace rali::ranging
