@@ -115,6 +115,36 @@ struct SlowErrorSettings {
   }
 };
 
+/// When ranges of both directions of a pair are one measurement (algorithms 4.7).
+struct ExchangeSettings {
+  double slot_s = 0.02;
+  double agree_m = 0.3;
+  int history = 1000;
+
+  template <class V>
+  void visit(V& v) {
+    v("slot_s", slot_s, 0.0, 1.0, "both directions within half of it are one exchange");
+    v("agree_m", agree_m, 0.0, 100.0, "unless they differ by more");
+    v("history", history, 1, 1000000, "ranges of a pair kept to find repeats");
+  }
+};
+
+/// Time of a radio's own clock on the host's clock (algorithms 4.6).
+struct ArrivalClockSettings {
+  double window_s = 60.0;
+  double slope_max_ppm = 100.0;
+  double restart_s = 1.0;
+  int restart_count = 10;
+
+  template <class V>
+  void visit(V& v) {
+    v("window_s", window_s, 1.0, 3600.0, "length of the arrivals looked at");
+    v("slope_max_ppm", slope_max_ppm, 0.0, 10000.0, "largest drift of the two clocks");
+    v("restart_s", restart_s, 0.01, 3600.0, "larger jumps of the device's clock begin anew");
+    v("restart_count", restart_count, 1, 10000, "arrivals later than that before it does");
+  }
+};
+
 /// Settings of room ranging.
 struct RangingSettings {
   bool use = true;  ///< false: ranges are read and reported, nothing more
@@ -124,6 +154,8 @@ struct RangingSettings {
   GateSettings gate;
   LinkSettings link;
   SlowErrorSettings slow;
+  ExchangeSettings exchange;
+  ArrivalClockSettings arrival;
   PaperRangeSettings paper;
 
   template <class V>
@@ -135,6 +167,8 @@ struct RangingSettings {
     v.group("gate", gate, "ranges that do not fit the prediction");
     v.group("link", link, "links that are not believed for a while");
     v.group("slow", slow, "errors that neighbouring ranges have in common");
+    v.group("exchange", exchange, "both directions of one exchange");
+    v.group("arrival", arrival, "radios whose stamps are of their own clock");
     v.group("paper", paper, "ranges as the paper uses them");
   }
 };
