@@ -168,7 +168,7 @@ TEST(RangeCorrection, a_long_correction_is_refused) {
 TEST(RangeCorrection, numbers_that_are_none_move_nothing) {
   const double nan = std::nan("");
   for (const CorrectionInput& in : {at(nan, 0.0, 20.0), at(20.0, 0.0, nan), at(20.0, 0.0, 0.0),
-                                    at(20.0, 0.0, -5.0), at(20.0, INFINITY, 5.0)}) {
+                                    at(20.0, 0.0, -5.0), at(20.0, 1e308 * 10.0, 5.0)}) {
     const Correction out = correct_on_circle(in, {});
     EXPECT_EQ(out.outcome, CorrectionOutcome::kInconsistent);
     EXPECT_EQ(out.s_m, 0.0);
