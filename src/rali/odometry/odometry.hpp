@@ -12,6 +12,7 @@
 #include "rali/degeneracy/report.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/odometry/keyframe.hpp"
+#include "rali/odometry/side_filter.hpp"
 #include "rali/sensor/calibration.hpp"
 #include "rali/sensor/imu_sample.hpp"
 #include "rali/sensor/lidar_scan.hpp"
@@ -26,12 +27,13 @@ struct ScanResult {
   TrackState state = TrackState::kWaiting;
   geometry::SE3 T_odom_body;
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
-  geometry::Mat6 covariance = geometry::Mat6::Zero();       ///< of geometry::boxplus
+  geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus
   geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, without prior
   std::span<const degeneracy::PlaneEvidence> planes;
   /// Axial, lateral, vertical, roll, pitch, yaw of this scan, where the odometry knows them.
   std::optional<std::array<degeneracy::DirectionInfo, 6>> directions;
   std::span<const geometry::Vec3> feature_normals_body;  ///< paper's ring-neighbour normals
+  bool at_rest = false;                                  ///< the vehicle stands, the pose is held
   int matches = 0;
   int iterations = 0;
   double residual_rms_m = 0.0;
@@ -54,6 +56,9 @@ class Odometry {
   /// Gravity in odom [m/s^2] and its covariance; (0,0,-9.81) with zero covariance without IMU.
   [[nodiscard]] virtual geometry::Vec3 gravity_odom() const = 0;
   [[nodiscard]] virtual geometry::Mat3 gravity_covariance() const = 0;
+
+  /// The way in for measurements between sweeps; null if this odometry has none.
+  [[nodiscard]] virtual SideFilter* side_filter() { return nullptr; }
 
   [[nodiscard]] virtual std::uint64_t state_hash() const = 0;
 };

@@ -39,22 +39,25 @@ Drift::Drift(const DriftSettings& settings) : settings_(settings), D_(1, Mat6::Z
   D_[0].diagonal().tail<3>().setConstant(settings.start_sigma_m * settings.start_sigma_m);
 }
 
-Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local) {
+Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local,
+                   const Mat6& share) {
   const double last = static_cast<double>(D_.size() - 1);
   const double at = std::clamp(mean_epoch, 0.0, last);
   const auto below = static_cast<std::size_t>(at);
   const std::size_t above = std::min(below + 1, D_.size() - 1);
   const double f = at - static_cast<double>(below);
   const Mat6 D_reference = (1.0 - f) * D_[below] + f * D_[above];
-  const Mat6 A = left_from_boxplus(T_odom_body);
-  const Mat6 L = A * P_local * A.transpose();
+  const Mat6 B = boxplus_from_left(T_odom_body);
+  map_error_ = share * B * D_reference * B.transpose() * share.transpose();
   if ((T_odom_body.p - p_epoch_).norm() > settings_.epoch_m) {
     p_epoch_ = T_odom_body.p;
     ++epoch_;
-    D_.push_back(D_reference + settings_.growth * L);
+    const Mat6 A = left_from_boxplus(T_odom_body);
+    const Mat6 registered = share * P_local * share.transpose();
+    const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
+    D_.push_back(A * inherited * A.transpose());
   }
-  const Mat6 B = boxplus_from_left(T_odom_body);
-  return B * D_reference * B.transpose() + P_local;
+  return map_error_ + P_local;
 }
 
 void Drift::add(const SE3& T_odom_body, const Mat6& P) {

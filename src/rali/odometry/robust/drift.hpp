@@ -29,7 +29,9 @@ struct DriftSettings {
 ///
 /// Planes inherit the error of the pose that saw them first. A scan that matches planes of
 /// generation e has their error plus its own; new planes inherit that. So the error grows with
-/// the number of generations passed, and falls back when the vehicle returns to old planes.
+/// the number of generations passed, and falls back when the vehicle returns to old planes. Where
+/// the LiDAR tells nothing the map's error is none of the pose's: there the filter knows its own,
+/// and new planes inherit it.
 /// Covariances of a common left perturbation T' = Exp(phi, rho) T about odom's origin, so that
 /// they add without lever arms. Order rotation, translation.
 class Drift {
@@ -40,10 +42,15 @@ class Drift {
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
 
   /// @param mean_epoch weighted mean generation of the planes matched by this scan.
-  /// @param P_local covariance (boxplus) of the registration against them.
+  /// @param P_local covariance (boxplus) of the pose, the map taken for granted.
+  /// @param share how the pose follows the map (boxplus): the identity where the LiDAR knows all
+  /// directions, zero along what it cannot see.
   /// @return covariance (boxplus) of the pose relative to odom's origin.
   geometry::Mat6 update(const geometry::SE3& T_odom_body, double mean_epoch,
-                        const geometry::Mat6& P_local);
+                        const geometry::Mat6& P_local, const geometry::Mat6& share);
+
+  /// What of the last update's covariance is the map's (boxplus).
+  [[nodiscard]] const geometry::Mat6& map_error() const { return map_error_; }
 
   /// A new map begins at a pose that is itself uncertain by P (boxplus): a new generation.
   void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
@@ -53,6 +60,7 @@ class Drift {
   std::uint32_t epoch_ = 0;
   geometry::Vec3 p_epoch_ = geometry::Vec3::Zero();
   std::vector<geometry::Mat6> D_;  ///< by generation
+  geometry::Mat6 map_error_ = geometry::Mat6::Zero();
 };
 
 }  // namespace rali::odometry

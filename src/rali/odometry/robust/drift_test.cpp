@@ -11,6 +11,9 @@ using geometry::Mat6;
 using geometry::SE3;
 using geometry::Vec3;
 
+/// The LiDAR knows all directions.
+const Mat6 kFollows = Mat6::Identity();
+
 Mat6 local(double sigma_rad, double sigma_m) {
   Mat6 P = Mat6::Zero();
   P.diagonal().head<3>().setConstant(sigma_rad * sigma_rad);
@@ -32,7 +35,7 @@ DriftSettings from_nothing() {
 
 TEST(Drift, begins_with_the_doubt_about_the_first_pose) {
   Drift drift{DriftSettings{}};
-  const geometry::Mat6 P = drift.update(geometry::SE3{}, 0.0, geometry::Mat6::Zero());
+  const geometry::Mat6 P = drift.update(geometry::SE3{}, 0.0, geometry::Mat6::Zero(), kFollows);
   EXPECT_NEAR(std::sqrt(P(0, 0)), 0.1 * 3.14159265 / 180.0, 1e-9);
   EXPECT_NEAR(std::sqrt(P(3, 3)), 0.005, 1e-12);
 }
@@ -41,7 +44,7 @@ TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {
   Drift drift{from_nothing()};
   const Mat6 P = local(1e-3, 0.005);
   for (int k = 0; k < 50; ++k) {
-    EXPECT_LT((drift.update(at(0.005 * k), 0.0, P) - P).norm(), 1e-15);
+    EXPECT_LT((drift.update(at(0.005 * k), 0.0, P, kFollows) - P).norm(), 1e-15);
   }
   EXPECT_EQ(drift.epoch(), 0U);
 }
@@ -52,7 +55,7 @@ TEST(Drift, adds_one_registration_per_generation_of_planes) {
   Mat6 seen = P;
   for (int k = 1; k <= 25; ++k) {
     // Always matched with the newest planes: each half metre is a generation.
-    seen = drift.update(at(0.51 * k), static_cast<double>(drift.epoch()), P);
+    seen = drift.update(at(0.51 * k), static_cast<double>(drift.epoch()), P, kFollows);
   }
   EXPECT_EQ(drift.epoch(), 25U);
   // 24 generations carry the error of one registration each, and this one's own.
@@ -63,12 +66,12 @@ TEST(Drift, falls_back_on_return_to_the_first_planes) {
   Drift drift{from_nothing()};
   const Mat6 P = local(1e-3, 0.01);
   Mat6 far = P;
-  for (int k = 1; k <= 40; ++k) far = drift.update(at(0.51 * k), drift.epoch(), P);
-  const Mat6 home = drift.update(at(0.2), 0.0, P);
+  for (int k = 1; k <= 40; ++k) far = drift.update(at(0.51 * k), drift.epoch(), P, kFollows);
+  const Mat6 home = drift.update(at(0.2), 0.0, P, kFollows);
   EXPECT_GT(sigma_x(far), 5.0 * sigma_x(home));
   EXPECT_LT((home - P).norm(), 1e-15);
   // New planes seen from here inherit little error again.
-  const Mat6 next = drift.update(at(0.8), drift.epoch(), P);
+  const Mat6 next = drift.update(at(0.8), drift.epoch(), P, kFollows);
   EXPECT_LT(sigma_x(next), 2.0 * sigma_x(P));
 }
 
@@ -77,8 +80,9 @@ TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
   Mat6 P = Mat6::Zero();
   P(2, 2) = 1e-6;  // 1 mrad of heading per registration
   P.diagonal().tail<3>().setConstant(1e-12);
-  static_cast<void>(drift.update(at(0.6), 0.0, P));  // generation 1 turns by 1 mrad about x = 0.6
-  const Mat6 far = drift.update(at(100.6), 1.0, Mat6::Zero());
+  static_cast<void>(
+      drift.update(at(0.6), 0.0, P, kFollows));  // generation 1 turns by 1 mrad about x = 0.6
+  const Mat6 far = drift.update(at(100.6), 1.0, Mat6::Zero(), kFollows);
   EXPECT_NEAR(std::sqrt(far(4, 4)), 0.1, 1e-3);  // 100 m away: 10 cm to the side
   EXPECT_NEAR(std::sqrt(far(2, 2)), 1e-3, 1e-6);
   EXPECT_NEAR(sigma_x(far), 0.0, 1e-3);
@@ -87,13 +91,14 @@ TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
 TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.01);
-  for (int k = 1; k <= 4; ++k) static_cast<void>(drift.update(at(0.51 * k), drift.epoch(), P));
-  const double two = drift.update(at(2.04), 2.0, P)(3, 3);
-  const double three = drift.update(at(2.04), 3.0, P)(3, 3);
-  EXPECT_NEAR(drift.update(at(2.04), 2.5, P)(3, 3), 0.5 * (two + three), 1e-12);
-  const double newest = drift.update(at(2.04), 4.0, P)(3, 3);
-  EXPECT_DOUBLE_EQ(drift.update(at(2.04), 1e9, P)(3, 3), newest);
-  EXPECT_DOUBLE_EQ(drift.update(at(2.04), -5.0, P)(3, 3), P(3, 3));
+  for (int k = 1; k <= 4; ++k)
+    static_cast<void>(drift.update(at(0.51 * k), drift.epoch(), P, kFollows));
+  const double two = drift.update(at(2.04), 2.0, P, kFollows)(3, 3);
+  const double three = drift.update(at(2.04), 3.0, P, kFollows)(3, 3);
+  EXPECT_NEAR(drift.update(at(2.04), 2.5, P, kFollows)(3, 3), 0.5 * (two + three), 1e-12);
+  const double newest = drift.update(at(2.04), 4.0, P, kFollows)(3, 3);
+  EXPECT_DOUBLE_EQ(drift.update(at(2.04), 1e9, P, kFollows)(3, 3), newest);
+  EXPECT_DOUBLE_EQ(drift.update(at(2.04), -5.0, P, kFollows)(3, 3), P(3, 3));
 }
 
 }  // namespace

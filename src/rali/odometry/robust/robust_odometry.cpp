@@ -45,7 +45,9 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   held_ = inertial_ && trusted && standstill_.update(state_, imu_);
   if (inertial_) imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
   map_.prune(state_.T_odom_body.p);
-  return result_of(scan, done);
+  const ScanResult result = result_of(scan, done);
+  poses_.clear();
+  return result;
 }
 
 /// Standing still: the pose stays as it is, whatever the noise of the next scans, as long as the
@@ -63,7 +65,7 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   trial.P.topLeftCorner<6, 6>().diagonal().head<3>().array() += 1e-4;
   trial.P.topLeftCorner<6, 6>().diagonal().tail<3>().array() += 1e-2;
   const UpdateResult seen =
-      update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_, axes_, true);
+      update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_, axes_, blind_, true);
   const geometry::Vec6 step = geometry::boxminus(trial.T_odom_body, before.T_odom_body);
   const bool moved = seen.matches >= settings_.update.matches_min &&
                      (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
@@ -98,8 +100,13 @@ void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) 
   bound_biases(findings);
 }
 
+/// Goes on to t_end; `poses_` holds the way since the end of the last sweep.
 void RobustOdometry::predict(Time t_end) {
-  poses_.assign(1, {state_.t, state_.T_odom_body});
+  if (poses_.empty() || poses_.back().t != state_.t) {
+    poses_.assign(1, {state_.t, state_.T_odom_body});
+  }
+  poses_.back().T_odom_body = state_.T_odom_body;
+  if (t_end <= state_.t) return;
   if (inertial_ && !imu_.empty()) {
     propagate_over(state_, imu_, t_end, noise_, poses_);
     return;
@@ -142,13 +149,25 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     const Vec3 v = state_.v;
     const Vec3 w = state_.gyro_bias_radps;
     state_ = predicted;
-    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, inertial_);
+    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, blind_, inertial_);
     if (k == 0 && !inertial_) look_around(predicted, done);
     start = state_.T_odom_body;
     if ((state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01) break;
   }
   axes_ = done.axes;
+  remember_blindness(done);
   return done;
+}
+
+/// A direction is blind at once, and seen again only after several scans in a row: one of many
+/// seems to tell something by chance.
+void RobustOdometry::remember_blindness(const UpdateResult& done) {
+  if (done.matches < settings_.update.matches_min) return;
+  for (std::size_t k = 0; k < 3; ++k) {
+    seeing_scans_[k] = done.sees[k] ? seeing_scans_[k] + 1 : 0;
+    if (!done.sees[k]) blind_[k] = true;
+    if (seeing_scans_[k] >= settings_.aware.scans_to_better) blind_[k] = false;
+  }
 }
 
 void RobustOdometry::insert(const LidarScan& scan) {
@@ -174,17 +193,19 @@ void RobustOdometry::insert_points(const SE3& T_odom_body) {
 /// takes repeated looks at the same planes for independent), plus the error of the map there.
 Mat6 RobustOdometry::covariance(const UpdateResult& update) {
   Mat6 local = state_.P.topLeftCorner<6, 6>();
+  Mat6 share = Mat6::Identity();
   if (update.matches > 0) {
     Mat6 I = update.information;
     const double weak = 1.0 / (settings_.drift.sigma_max_m * settings_.drift.sigma_max_m);
     I.diagonal().array() += weak;
     const Mat6 single = I.inverse();
-    local += single;
+    share = single * update.information;
+    local += share * single * share.transpose();
   }
   // A scan that matched nothing hangs on the newest generation, not on the first.
   const bool matched = update.matches >= settings_.update.matches_min;
   const double epoch = matched ? update.mean_epoch : static_cast<double>(drift_.epoch());
-  return drift_.update(state_.T_odom_body, epoch, local);
+  return drift_.update(state_.T_odom_body, epoch, local, matched ? share : Mat6::Identity());
 }
 
 void RobustOdometry::bound_biases(FindingList& findings) {
@@ -233,6 +254,7 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   ScanResult out;
   out.t = scan.t_end;
   out.state = track_state_;
+  out.at_rest = held_;
   out.T_odom_body = quiet_start_ && !inertial_ ? track_.front().T_odom_body : state_.T_odom_body;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
   out.covariance = covariance(update);

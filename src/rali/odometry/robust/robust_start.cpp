@@ -39,7 +39,7 @@ ScanResult RobustOdometry::start(const LidarScan& scan) {
   state_.P.diagonal().segment<3>(kPos).setConstant(1e-10);
   state_.P.diagonal().segment<3>(kVel).setConstant(cv.start_speed_mps * cv.start_speed_mps);
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
-  poses_.assign(1, {state_.t, state_.T_odom_body});
+  poses_.assign(1, {state_.t, state_.T_odom_body});  // nothing is known of the way before
   sampler_.sample(scan);
   insert(scan);
   if (scan.has_point_times && !scan.deskewed) first_scan_ = std::make_unique<LidarScan>(scan);
@@ -60,6 +60,7 @@ void RobustOdometry::straighten_first(const LidarScan& second) {
   Vec3 v = Vec3::Zero();
   Vec3 w = Vec3::Zero();
   for (int k = 0; k < kRounds; ++k) {
+    poses_.clear();
     predict(second.t_end);
     sampler_.sample(second);
     // Both sweeps are undistorted alike: what a wrong speed does to them then cancels.
@@ -78,6 +79,7 @@ void RobustOdometry::straighten_first(const LidarScan& second) {
     insert(*first);
     if (!useful) break;
   }
+  poses_.clear();
 }
 
 /// Before gravity is known the gyro already tells the turn rate, to its turn-on bias: sparse rings
@@ -87,8 +89,7 @@ void RobustOdometry::turn_with_gyro(Time t_end) {
   if (samples.empty()) return;
   const double bias = 0.4 * settings_.initialisation.rest.gyro_mean_max_radps;
   state_.gyro_bias_radps = imu::statistics(samples).gyro_mean_radps;
-  state_.P.middleRows<3>(kGyroBias).setZero();
-  state_.P.middleCols<3>(kGyroBias).setZero();
+  decorrelate(state_, kGyroBias, 3);
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(bias * bias);
 }
 
@@ -106,7 +107,7 @@ void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& don
   for (const SE3& start : search_pose(recent_, points_, guess, up, settings_.search)) {
     FilterState other = predicted;
     const UpdateResult elsewhere =
-        update_with_scan(other, matcher_, map_, start, settings_, axes_, false);
+        update_with_scan(other, matcher_, map_, start, settings_, axes_, blind_, false);
     if (elsewhere.fit > 1.05 * done.fit) {
       done = elsewhere;
       state_ = other;
@@ -172,9 +173,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   state_.gyro_bias_radps = guess->gyro_bias_radps;
   state_.accel_bias_mps2 = guess->accel_bias_mps2;
   state_.g_odom_mps2 = guess->g_odom_mps2;
-  const Mat6 pose = state_.P.topLeftCorner<6, 6>();
-  state_.P.setZero();
-  state_.P.topLeftCorner<6, 6>() = pose;
+  decorrelate(state_, kVel, kStateDim - kVel);
   const auto set = [this](int index, int n, double sigma) {
     state_.P.diagonal().segment(index, n).setConstant(sigma * sigma);
   };
@@ -185,7 +184,13 @@ void RobustOdometry::try_initialise(FindingList& findings) {
     // All scans so far were taken from one place: the first pose. The map of the first scan alone
     // was poor, and the poses found with it wander; begin again with all of them there.
     state_.T_odom_body = track_.front().T_odom_body;
+    decorrelate(state_, kTheta, 6);
     state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
+    // Registration on the move finds the map tilted against the rest by so much, and for good.
+    const Mat3& R = state_.T_odom_body.R;
+    const Vec3 up_body = R.transpose() * -state_.g_odom_mps2.normalized();
+    const double tilt_var = settings_.update.tilt_sigma_rad * settings_.update.tilt_sigma_rad;
+    state_.P.topLeftCorner<3, 3>() += tilt_var * (Mat3::Identity() - up_body * up_body.transpose());
     map_ = PlaneMap(settings_.map);
     recent_.clear();
     for (const BodyPoints& points : start_points_) {
@@ -208,8 +213,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
 /// exactly, and what it did not know becomes an error of the whole map.
 void RobustOdometry::begin_map() {
   drift_.add(state_.T_odom_body, state_.P.topLeftCorner<6, 6>());
-  state_.P.topRows<6>().setZero();
-  state_.P.leftCols<6>().setZero();
+  decorrelate(state_, kTheta, 6);
   state_.P.diagonal().head<6>().setConstant(1e-10);
 }
 
@@ -226,7 +230,10 @@ void RobustOdometry::restart(FindingList& findings) {
   const Time now = state_.t;
   SE3 pose = last_good_;
   const Vec3 gravity = state_.g_odom_mps2;
+  SideStates side = std::move(state_.side);
   state_ = FilterState{};
+  state_.P_side = SideCross::Zero(kStateDim, side.size());
+  state_.side = std::move(side);
   state_.t = now;
   state_.T_odom_body = pose;
   state_.g_odom_mps2 = gravity.allFinite() ? gravity : FilterState{}.g_odom_mps2;

@@ -60,7 +60,7 @@ void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end
   F.block<3, 3>(kVel, kAccelBias) = -dt_s * R;
   F.block<3, 2>(kVel, kGravity) =
       -dt_s * geometry::skew(state.g_odom_mps2) * gravity_basis(state.g_odom_mps2);
-  state.P = F * state.P * F.transpose();
+  propagate_covariance(state, F);
   const double white_a = noise.accel_mps2_rthz * noise.vibration_factor;
   const double white_g = noise.gyro_radps_rthz * noise.vibration_factor;
   state.P.diagonal().segment<3>(kVel).array() += white_a * white_a * dt_s;

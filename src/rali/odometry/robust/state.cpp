@@ -32,6 +32,17 @@ void add_error(FilterState& state, const StateVec& delta) {
   state.g_odom_mps2 = so3_exp(turn) * state.g_odom_mps2;
 }
 
+void propagate_covariance(FilterState& state, const StateCov& F) {
+  state.P = F * state.P * F.transpose();
+  if (state.side.size() > 0) state.P_side = (F * state.P_side).eval();
+}
+
+void decorrelate(FilterState& state, int first, int n) {
+  state.P.middleRows(first, n).setZero();
+  state.P.middleCols(first, n).setZero();
+  state.P_side.middleRows(first, n).setZero();
+}
+
 void propagate_inertial(FilterState& state, const Vec3& gyro_radps, const Vec3& accel_mps2,
                         double dt_s, const ProcessNoise& noise) {
   const Vec3 w = gyro_radps - state.gyro_bias_radps;
@@ -52,7 +63,7 @@ void propagate_inertial(FilterState& state, const Vec3& gyro_radps, const Vec3& 
   F.block<3, 3>(kPos, kTheta) = -0.5 * dt_s * Ra_dt;
   F.block<3, 3>(kPos, kAccelBias) = -0.5 * dt_s * Rdt;
   F.block<3, 2>(kPos, kGravity) = 0.5 * dt_s * g_dt;
-  state.P = F * state.P * F.transpose();
+  propagate_covariance(state, F);
 
   // White noise enters through the same Jacobians; R R^T = I makes the blocks multiples of I.
   const double qg = noise.gyro_radps_rthz * noise.gyro_radps_rthz * dt_s;
@@ -87,7 +98,7 @@ void propagate_constant_velocity(FilterState& state, double dt_s, const ProcessN
   F.block<3, 3>(kPos, kTheta) = -R * skew(travel);
   F.block<3, 3>(kPos, kVel) = R * V * dt_s;
   F.block<3, 3>(kPos, kGyroBias) = -0.5 * dt_s * dt_s * R * skew(state.v);
-  state.P = F * state.P * F.transpose();
+  propagate_covariance(state, F);
 
   const double qv = noise.accel_walk * noise.accel_walk * dt_s;
   const double qw = noise.gyro_walk * noise.gyro_walk * dt_s;

@@ -4,6 +4,7 @@
 
 #include "rali/base/time.hpp"
 #include "rali/geometry/se3.hpp"
+#include "rali/odometry/side_filter.hpp"
 
 namespace rali::odometry {
 
@@ -21,6 +22,8 @@ enum StateIndex : int {
 inline constexpr int kStateDim = 17;
 using StateVec = Eigen::Matrix<double, kStateDim, 1>;
 using StateCov = Eigen::Matrix<double, kStateDim, kStateDim>;
+/// Covariance of the state with the side states.
+using SideCross = Eigen::Matrix<double, kStateDim, Eigen::Dynamic, 0, kStateDim, SideStates::kMax>;
 
 /// State of the filter at time t.
 ///
@@ -35,6 +38,8 @@ struct FilterState {
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
   geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
   StateCov P = StateCov::Zero();
+  SideStates side;
+  SideCross P_side = SideCross::Zero(kStateDim, 0);
 };
 
 /// Two unit vectors that with g form an orthogonal frame: tangent of the gravity sphere.
@@ -42,6 +47,12 @@ struct FilterState {
 
 /// state (+) delta; the covariance is left alone.
 void add_error(FilterState& state, const StateVec& delta);
+
+/// The error of the state develops by F; noise is added by the caller.
+void propagate_covariance(FilterState& state, const StateCov& F);
+
+/// Forgets what the state's entries [first, first + n) have to do with all else.
+void decorrelate(FilterState& state, int first, int n);
 
 /// Noise of one step of propagation, already with everything that driving adds.
 struct ProcessNoise {

@@ -1,6 +1,7 @@
 #include "rali/odometry/robust/update.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <span>
 
@@ -42,41 +43,77 @@ void share_tilt_error(const FilterState& state, double sigma_rad, LidarSystem& s
   system.b = (share * system.b).eval();
 }
 
-/// Information that keeps the estimate at its prediction along directions of which the scan tells
-/// nothing. A loose prior there would otherwise be moved by what little couples it with the rest:
-/// a young map off by a milliradian in pitch is explained as well by metres along a corridor. The
-/// covariance does not count it.
-Mat6 held_blind(std::span<const degeneracy::DirectionInfo, 6> directions) {
-  constexpr double kHold = 1e8;  // 0.1 mm
-  Mat6 H = Mat6::Zero();
-  for (const degeneracy::DirectionInfo& info : directions.first<3>()) {
-    if (info.information > 0.0) continue;
-    H.bottomRightCorner<3, 3>() += kHold * info.direction_odom * info.direction_odom.transpose();
+/// Directions in state space that the scan must not touch: position and speed along what it cannot
+/// see. Exact zeros in its information are not enough: with a loose prior there, the axis of a
+/// tunnel that jitters by a milliradian from scan to scan, or bends, turns what the LiDAR knows
+/// across it into speed along it. So these are considered, not estimated (Schmidt 1966).
+class Untouched {
+ public:
+  /// @param R_odom_v turns the state's velocity to odom: the identity with inertial data.
+  Untouched(std::span<const degeneracy::DirectionInfo, 6> directions, const Mat3& R_odom_v) {
+    for (const degeneracy::DirectionInfo& info : directions.first<3>()) {
+      if (info.information <= 0.0) axes_ += info.direction_odom * info.direction_odom.transpose();
+    }
+    axes_v_ = R_odom_v.transpose() * axes_ * R_odom_v;
   }
-  return H;
+
+  /// Takes the untouched part out of the rows of M.
+  template <class M>
+  void clear_rows(M& m) const {
+    m.template middleRows<3>(kPos) -= (axes_ * m.template middleRows<3>(kPos)).eval();
+    m.template middleRows<3>(kVel) -= (axes_v_ * m.template middleRows<3>(kVel)).eval();
+  }
+
+ private:
+  Mat3 axes_ = Mat3::Zero();    ///< projector on the blind translations
+  Mat3 axes_v_ = Mat3::Zero();  ///< the same for the velocity
+};
+
+void make_blind(degeneracy::DirectionInfo& info) {
+  info.information = 0.0;
+  info.sigma = std::numeric_limits<double>::infinity();
+  info.category = degeneracy::Category::kNone;
 }
 
 void symmetrise(StateCov& P) { P = 0.5 * (P + P.transpose()).eval(); }
 
 /// Covariance after the update, moved from the prediction's tangent space to the estimate's.
-StateCov posterior(const StateCov& P, const Mat6& I, const Vec3& theta) {
+void set_posterior(FilterState& state, const FilterState& predicted, const Mat6& I,
+                   const Untouched& untouched, const Vec3& theta) {
+  const StateCov& P = predicted.P;
   const Mat6 S = Mat6::Identity() + I * P.topLeftCorner<6, 6>();
   const Mat6 gain = S.partialPivLu().solve(I);
-  StateCov out = P - P.leftCols<6>() * gain * P.topRows<6>();
+  // With K the optimal gain and T what may be touched: (1 - TKH) P (1 - TKH)' + TK R K'T'.
+  const StateCov Q = P.leftCols<6>() * gain * P.topRows<6>();
+  StateCov TQ = Q;
+  untouched.clear_rows(TQ);
+  StateCov TQT = TQ.transpose();
+  untouched.clear_rows(TQT);
+  StateCov out = P - TQ - TQ.transpose() + TQT;
   const Mat3 J = geometry::so3_right_jacobian(theta);
   out.topRows<3>() = (J * out.topRows<3>()).eval();
   out.leftCols<3>() = (out.leftCols<3>() * J.transpose()).eval();
   symmetrise(out);
-  return out;
+  state.P = out;
+  if (predicted.side.size() == 0) return;
+  // Side states are touched by what they share with the pose, in any direction.
+  using PoseCross = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, SideStates::kMax>;
+  const PoseCross gained = gain * predicted.P_side.topRows<6>();
+  state.P_side = predicted.P_side - P.leftCols<6>() * gained;
+  state.P_side.topRows<3>() = (J * state.P_side.topRows<3>()).eval();
+  state.side.covariance =
+      predicted.side.covariance - predicted.P_side.topRows<6>().transpose() * gained;
 }
 
 }  // namespace
 
 UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneMap& map,
                               const geometry::SE3& start, const RobustSettings& settings,
-                              const degeneracy::Axes& axes_before, bool inertial) {
+                              const degeneracy::Axes& axes_before,
+                              const std::array<bool, 3>& blind_before, bool inertial) {
   const FilterState predicted = state;
   const Mat6 P66 = predicted.P.topLeftCorner<6, 6>();
+  const Mat3 R_odom_v = inertial ? Mat3::Identity() : predicted.T_odom_body.R;
   UpdateResult result;
   result.axes = axes_before;
   StateVec delta = StateVec::Zero();
@@ -100,6 +137,10 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
         degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, settings.aware);
     result.directions = degeneracy::direction_information(
         system.I, matcher.evidence(), state.T_odom_body.R, result.axes, settings.aware);
+    for (std::size_t d = 0; d < 3; ++d) {
+      result.sees[d] = result.directions[d].information > 0.0;
+      if (blind_before[d]) make_blind(result.directions[d]);
+    }
     degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
     if (inertial) share_tilt_error(state, settings.update.tilt_sigma_rad, system);
     result.information = system.I;
@@ -107,11 +148,13 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
 
     const Vec6 before = delta.head<6>();
     move_to_prior(before.head<3>(), system);
-    const Mat6 A = Mat6::Identity() + (system.I + held_blind(result.directions)) * P66;
+    const Mat6 A = Mat6::Identity() + system.I * P66;
     const Vec6 y = A.partialPivLu().solve(system.I * before - system.b);
     delta = predicted.P.leftCols<6>() * y;
+    Untouched(result.directions, R_odom_v).clear_rows(delta);
     state = predicted;
     add_error(state, delta);
+    if (state.side.size() > 0) state.side.mean += predicted.P_side.topRows<6>().transpose() * y;
 
     const double step_m = (delta.segment<3>(kPos) - before.tail<3>()).norm();
     const double step_deg = kRadian * (delta.segment<3>(kTheta) - before.head<3>()).norm();
@@ -119,7 +162,8 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     result.converged = step_m < settings.update.stop_m && step_deg < settings.update.stop_deg;
     if (result.converged && k > 0) break;
   }
-  state.P = posterior(predicted.P, system.I, delta.segment<3>(kTheta));
+  set_posterior(state, predicted, system.I, Untouched(result.directions, R_odom_v),
+                delta.segment<3>(kTheta));
   result.fit = system.weight_sum / static_cast<double>(matcher.size());
   if (system.weight_sum > 0.0) {
     result.residual_rms_m = std::sqrt(system.residual_sum2_m2 / system.weight_sum);
@@ -137,6 +181,14 @@ void update_linear(FilterState& state, const Eigen::Matrix<double, D, kStateDim>
   const StateCov A = StateCov::Identity() - K * H;
   state.P = A * state.P * A.transpose() + K * R * K.transpose();  // Joseph: stays positive
   symmetrise(state.P);
+  if (state.side.size() > 0) {
+    using SideRows = Eigen::Matrix<double, Eigen::Dynamic, D, 0, SideStates::kMax, D>;
+    const SideRows side_PHt = state.P_side.transpose() * H.transpose();
+    const SideRows side_K = side_PHt * S.inverse();
+    state.side.mean += side_K * residual;
+    state.side.covariance -= side_K * side_PHt.transpose();
+    state.P_side -= PHt * side_K.transpose();
+  }
   add_error(state, K * residual);
 }
 

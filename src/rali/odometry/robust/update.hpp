@@ -21,12 +21,15 @@ struct UpdateResult {
       geometry::Mat6::Zero();  ///< LiDAR alone, what it cannot know removed
   degeneracy::Axes axes = degeneracy::Axes::Identity();
   std::array<degeneracy::DirectionInfo, 6> directions;
+  std::array<bool, 3> sees{};  ///< translations of which this scan alone tells something
 };
 
 /// Moves the state to where prior and LiDAR agree (iterated Kalman filter in information form;
 /// the LiDAR's 6x6 information may be singular: blind directions keep the prior).
 /// @param start where the iteration begins; the prior is the state's own pose.
 /// @param axes_before the physical directions of the last scan.
+/// @param blind_before translations taken as blind whatever this scan seems to tell: one scan of
+/// many tells something by chance.
 /// @param inertial the prior comes from inertial data. If so gravity holds roll and pitch in the
 /// long run (UpdateSettings::tilt_sigma_rad); if not it is poor, and the first iterations look into
 /// neighbouring cells.
@@ -34,7 +37,8 @@ struct UpdateResult {
 [[nodiscard]] UpdateResult update_with_scan(FilterState& state, Matcher& matcher,
                                             const PlaneMap& map, const geometry::SE3& start,
                                             const RobustSettings& settings,
-                                            const degeneracy::Axes& axes_before, bool inertial);
+                                            const degeneracy::Axes& axes_before,
+                                            const std::array<bool, 3>& blind_before, bool inertial);
 
 /// Ordinary Kalman update with one linear measurement of dimension D.
 /// @param H Jacobian (D x 17), @param residual z - h(x), @param R covariance.

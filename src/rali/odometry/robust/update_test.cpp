@@ -110,7 +110,7 @@ struct Place {
     Matcher matcher(settings.match);
     matcher.set_points(seen_from(truth), Vec3::Zero());
     return update_with_scan(state, matcher, map, state.T_odom_body, settings,
-                            degeneracy::Axes::Identity(), true);
+                            degeneracy::Axes::Identity(), {}, true);
   }
 };
 

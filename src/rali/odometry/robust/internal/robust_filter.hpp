@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -23,7 +24,7 @@ namespace rali::odometry::internal {
 /// The filter behind make_robust_odometry(). The way of a scan (predict, update, constrain, judge,
 /// insert) is in robust_odometry.cpp; how it begins, finds itself and begins again in
 /// robust_start.cpp.
-class RobustOdometry final : public Odometry {
+class RobustOdometry final : public Odometry, private SideFilter {
  public:
   RobustOdometry(const OdometrySettings& settings, const sensor::Calibration& calibration,
                  bool has_imu)
@@ -57,13 +58,32 @@ class RobustOdometry final : public Odometry {
 
   [[nodiscard]] std::uint64_t state_hash() const override;
 
+  [[nodiscard]] SideFilter* side_filter() override { return this; }
+
  private:
+  // How measurements between sweeps come in: robust_side.cpp.
+  [[nodiscard]] std::optional<Moment> advance_to(Time t) override;
+
+  [[nodiscard]] const SideStates& side() const override { return state_.side; }
+
+  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance) override;
+  void remove_side(int first, int n) override;
+  void walk_side(int index, double variance) override;
+  [[nodiscard]] double variance(const SideMeasurement& measurement) const override;
+  geometry::Vec3 apply(const SideMeasurement& measurement, double R) override;
+  void widen(double factor) override;
+
+  [[nodiscard]] geometry::Mat3 position_covariance() const override {
+    return state_.P.block<3, 3>(kPos, kPos);
+  }
+
   ScanResult start(const sensor::LidarScan& scan);
   void straighten_first(const sensor::LidarScan& second);
   void predict(Time t_end);
   void turn_with_gyro(Time t_end);
   [[nodiscard]] SweepMotion sweep_motion(const sensor::LidarScan& scan) const;
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
+  void remember_blindness(const UpdateResult& done);
   void look_around(const FilterState& predicted, UpdateResult& done);
   void stand_if_still();
   void remember_start(const sensor::LidarScan& scan, const UpdateResult& seen);
@@ -88,7 +108,7 @@ class RobustOdometry final : public Odometry {
 
   FilterState state_;
   InertialBuffer imu_;
-  std::vector<TimedPose> poses_;    ///< of the last prediction
+  std::vector<TimedPose> poses_;    ///< predicted since the last sweep
   std::vector<TrackedPose> track_;  ///< until gravity is known
   ScanSampler sampler_;
   Matcher matcher_;
@@ -107,6 +127,8 @@ class RobustOdometry final : public Odometry {
   std::vector<BodyPoints> start_points_;  ///< of the first scans, until gravity is known
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
+  std::array<bool, 3> blind_{};        ///< translations along axes_ that the LiDAR does not see
+  std::array<int, 3> seeing_scans_{};  ///< in a row, that told something there
   TrackState track_state_ = TrackState::kWaiting;
   static constexpr int kYoungScans = 5;
   int scans_in_map_ = 0;

@@ -1,0 +1,120 @@
+#include <cmath>
+
+#include "rali/base/assert.hpp"
+#include "rali/odometry/robust/internal/robust_filter.hpp"
+
+namespace rali::odometry::internal {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+namespace {
+
+/// How a measurement moves with the whole state. Without inertial data the state's velocity is in
+/// the body.
+Eigen::Matrix<double, 1, kStateDim> row_of(const SideMeasurement& m, const Mat3& R_odom_v) {
+  Eigen::Matrix<double, 1, kStateDim> H = Eigen::Matrix<double, 1, kStateDim>::Zero();
+  H.segment<6>(kTheta) = m.d_pose;
+  H.segment<3>(kVel) = m.d_velocity * R_odom_v;
+  return H;
+}
+
+}  // namespace
+
+std::optional<Moment> RobustOdometry::advance_to(Time t) {
+  const bool found_itself = started_ && (inertial_ || !has_imu_);
+  if (!found_itself || t < state_.t) return std::nullopt;
+  if (!held_) predict(t);
+  Moment now;
+  now.t = t;
+  now.T_odom_body = state_.T_odom_body;
+  now.at_rest = held_;
+  if (held_) return now;
+  now.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
+  now.w_body_radps = state_.gyro_bias_radps;
+  if (has_imu_ && !imu_.empty()) now.w_body_radps = imu_.at(t).gyro_radps - state_.gyro_bias_radps;
+  return now;
+}
+
+int RobustOdometry::add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance) {
+  SideStates& side = state_.side;
+  const int first = side.size();
+  const auto n = static_cast<int>(mean.size());
+  if (first + n > SideStates::kMax) return -1;
+  const auto grow = [first, n](FilterState& state, const auto& mean_new, const auto& cov_new) {
+    state.side.mean.conservativeResize(first + n);
+    state.side.mean.tail(n) = mean_new;
+    state.side.covariance.conservativeResize(first + n, first + n);
+    state.side.covariance.bottomRows(n).setZero();
+    state.side.covariance.rightCols(n).setZero();
+    state.side.covariance.bottomRightCorner(n, n) = cov_new;
+    state.P_side.conservativeResize(kStateDim, first + n);
+    state.P_side.rightCols(n).setZero();
+  };
+  grow(state_, mean, covariance);
+  // While held, earlier states are kept to go back to: they must know the same quantities.
+  for (FilterState& earlier : held_states_) grow(earlier, mean, covariance);
+  return first;
+}
+
+void RobustOdometry::remove_side(int first, int n) {
+  const auto shrink = [first, n](FilterState& state) {
+    const int size = state.side.size();
+    RALI_ASSERT(first >= 0 && n >= 0 && first + n <= size);
+    const int behind = size - first - n;
+    SideStates& side = state.side;
+    side.mean.segment(first, behind) = side.mean.tail(behind).eval();
+    side.covariance.middleRows(first, behind) = side.covariance.bottomRows(behind).eval();
+    side.covariance.middleCols(first, behind) = side.covariance.rightCols(behind).eval();
+    state.P_side.middleCols(first, behind) = state.P_side.rightCols(behind).eval();
+    side.mean.conservativeResize(size - n);
+    side.covariance.conservativeResize(size - n, size - n);
+    state.P_side.conservativeResize(kStateDim, size - n);
+  };
+  shrink(state_);
+  for (FilterState& earlier : held_states_) shrink(earlier);
+}
+
+void RobustOdometry::walk_side(int index, double variance) {
+  state_.side.covariance(index, index) += variance;
+}
+
+double RobustOdometry::variance(const SideMeasurement& m) const {
+  const Mat3 R_odom_v = inertial_ ? Mat3::Identity() : state_.T_odom_body.R;
+  const Eigen::Matrix<double, 1, kStateDim> H = row_of(m, R_odom_v);
+  const double map = (m.d_pose * drift_.map_error() * m.d_pose.transpose()).value();
+  double out = map + (H * state_.P * H.transpose()).value();
+  if (m.d_side.size() > 0) {
+    out += 2.0 * (H * state_.P_side * m.d_side).value() +
+           m.d_side.dot(state_.side.covariance * m.d_side);
+  }
+  return out;
+}
+
+Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
+  const Mat3 R_odom_v = inertial_ ? Mat3::Identity() : state_.T_odom_body.R;
+  const Eigen::Matrix<double, 1, kStateDim> H = row_of(m, R_odom_v);
+  StateVec PH = state_.P * H.transpose();
+  if (m.d_side.size() > 0) PH += state_.P_side * m.d_side;
+  const SideStates::Vector side_PH =
+      state_.P_side.transpose() * H.transpose() + state_.side.covariance * m.d_side;
+  // The map's own error is in the innovation, but not ours to correct (Schmidt 1966): as noise.
+  const double S = variance(m) + R;
+  const StateVec shift = PH * (m.residual / S);
+  state_.P -= PH * PH.transpose() / S;
+  state_.P = 0.5 * (state_.P + state_.P.transpose()).eval();
+  if (m.d_side.size() > 0) {
+    state_.P_side -= PH * side_PH.transpose() / S;
+    state_.side.covariance -= side_PH * side_PH.transpose() / S;
+    state_.side.mean += side_PH * (m.residual / S);
+  }
+  add_error(state_, shift);
+  return shift.segment<3>(kPos);
+}
+
+void RobustOdometry::widen(double factor) {
+  state_.P *= factor;
+  state_.P_side *= std::sqrt(factor);
+}
+
+}  // namespace rali::odometry::internal
