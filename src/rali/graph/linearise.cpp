@@ -19,6 +19,7 @@ namespace {
 
 // Nearer than this the direction between two antennas is rounding.
 constexpr double kDirectionMinM = 1e-6;
+constexpr int kPoseDim = 6;
 
 const KeyframeState& value(const Window& window, Seq seq) {
   const int k = window.find(seq);
@@ -32,8 +33,9 @@ const GlobalNode& value(const Window& window, GlobalId id) {
   return window.globals[static_cast<std::size_t>(g)];
 }
 
-int append(const Window& window, Seq seq, LinearFactor& out) {
-  return out.append(window.column(seq), kStateDim);
+// The first `dim` unknowns of a keyframe: pose 6, with velocity 9, all 15.
+int append(const Window& window, Seq seq, int dim, LinearFactor& out) {
+  return out.append(window.column(seq), dim);
 }
 
 // Pose and velocity of the IMU of a keyframe.
@@ -150,8 +152,8 @@ void linearise(const Window& window, const InertialTerm& term, LinearFactor& out
   const KeyframeState& xi = value(window, f.i);
   const KeyframeState& xj = value(window, f.j);
   out.start(15);
-  const int ci = append(window, f.i, out);
-  const int cj = append(window, f.j, out);
+  const int ci = append(window, f.i, kStateDim, out);
+  const int cj = append(window, f.j, kStateDim, out);
   const InertialRows rows = inertial_rows(f, xi, xj);
   out.r.head<9>() = term.root * rows.r;
   out.J.block<9, 6>(0, ci) = term.root * (rows.d_pose_i * d_imu_d_body(xi, f.T_body_imu));
@@ -165,8 +167,8 @@ void linearise(const Window& window, const InertialTerm& term, LinearFactor& out
 
 void linearise(const Window& window, const RelativeTerm& term, LinearFactor& out) {
   out.start(6);
-  const int ci = append(window, term.f.i, out);
-  const int cj = append(window, term.f.j, out);
+  const int ci = append(window, term.f.i, kPoseDim, out);
+  const int cj = append(window, term.f.j, kPoseDim, out);
   relative_rows(value(window, term.f.i).T_odom_body, value(window, term.f.j).T_odom_body,
                 term.f.T_i_j, term.root, 0, ci, cj, out);
   out.finish();
@@ -178,13 +180,16 @@ void range_residual(const Window& window, const RangeFactor& f, LinearFactor& ou
   const KeyframeState& xi = value(window, f.i);
   Vec3 p = wi * (xi.T_odom_body * f.p_i_m);
   Vec3 v = wi * xi.v_odom_mps;
-  const int ci = append(window, f.i, out);
+  // With its own rate a range depends on velocity, and on position through e as well.
+  const bool own_rate = f.tau && !f.range_rate_mps;
+  const int dim = own_rate ? kVel + 3 : kPoseDim;
+  const int ci = append(window, f.i, dim, out);
   int cj = -1;
   if (f.j) {
     const KeyframeState& xj = value(window, *f.j);
     p += f.alpha * (xj.T_odom_body * f.p_j_m);
     v += f.alpha * xj.v_odom_mps;
-    cj = append(window, *f.j, out);
+    cj = append(window, *f.j, dim, out);
   }
   const Vec3 h =
       p - (f.landmark ? value(window, landmark_id(*f.landmark)).value : f.p_fixed_odom_m);
@@ -192,9 +197,7 @@ void range_residual(const Window& window, const RangeFactor& f, LinearFactor& ou
   const Vec3 e = rho > kDirectionMinM ? Vec3(h / rho) : Vec3::Zero();
   const double rate = f.range_rate_mps ? *f.range_rate_mps : e.dot(v);
   const double tau = f.tau ? value(window, tau_id(*f.tau)).value.x() : 0.0;
-  // With its own rate a range depends on velocity, and on position through e as well.
-  const bool own_rate = f.tau && !f.range_rate_mps && rho > kDirectionMinM;
-  const Vec3 d_p = own_rate ? Vec3(e + tau / rho * (v - rate * e)) : e;
+  const Vec3 d_p = own_rate && rho > kDirectionMinM ? Vec3(e + tau / rho * (v - rate * e)) : e;
   const auto fill = [&](int column, double w, const KeyframeState& x, const Vec3& p_body) {
     out.J.block<1, 3>(0, column + kTheta) = -w * d_p.transpose() * x.T_odom_body.R * skew(p_body);
     out.J.block<1, 3>(0, column + kPos) = w * d_p.transpose();
@@ -230,11 +233,11 @@ void linearise(const Window& window, const RangeFactor& f, double huber_sd, Line
 void linearise(const Window& window, const StandstillFactor& f, LinearFactor& out) {
   out.start(f.next ? 9 : 3);
   const KeyframeState& xi = value(window, f.i);
-  const int ci = append(window, f.i, out);
+  const int ci = append(window, f.i, kVel + 3, out);
   out.r.head<3>() = xi.v_odom_mps / f.sigma_mps;
   out.J.block<3, 3>(0, ci + kVel).diagonal().setConstant(1.0 / f.sigma_mps);
   if (f.next) {
-    const int cj = append(window, *f.next, out);
+    const int cj = append(window, *f.next, kPoseDim, out);
     geometry::Mat6 root = geometry::Mat6::Zero();
     root.diagonal() << Vec3::Constant(1.0 / f.sigma_rad), Vec3::Constant(1.0 / f.sigma_m);
     relative_rows(xi.T_odom_body, value(window, *f.next).T_odom_body, {}, root, 3, ci, cj, out);
@@ -244,7 +247,7 @@ void linearise(const Window& window, const StandstillFactor& f, LinearFactor& ou
 
 void linearise(const Window& window, const HeightFactor& f, LinearFactor& out) {
   out.start(1);
-  const int ci = append(window, f.i, out);
+  const int ci = append(window, f.i, kPoseDim, out);
   const Vec3& p = value(window, f.i).T_odom_body.p;
   out.r(0) = (f.n_odom.dot(p - f.q_odom_m) - f.h_m) / f.sigma_m;
   out.J.block<1, 3>(0, ci + kPos) = f.n_odom.transpose() / f.sigma_m;
@@ -253,7 +256,7 @@ void linearise(const Window& window, const HeightFactor& f, LinearFactor& out) {
 
 void linearise(const Window& window, const PriorTerm& term, LinearFactor& out) {
   out.start(kStateDim);
-  append(window, term.f.i, out);
+  append(window, term.f.i, kStateDim, out);
   const StateVec delta = boxminus(value(window, term.f.i), term.f.mean);
   out.r = term.root * delta;
   out.J = term.root * boxminus_jacobian(delta);

@@ -12,6 +12,7 @@ struct LinearFactor {
   static constexpr int kRowsMax = 15;
   static constexpr int kColumnsMax = 35;  ///< two keyframes, landmark, bias, tau
 
+  /// A keyframe comes with its pose (6), its pose and velocity (9) or all 15.
   struct Block {
     int column = 0;  ///< in the vector of unknowns
     int local = 0;   ///< in J

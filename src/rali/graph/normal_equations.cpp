@@ -40,7 +40,7 @@ void NormalEquations::add(const LinearFactor& factor) {
       if (B.column > A.column) continue;
       const auto Jb = J.middleCols(B.local, B.dim);
       if (!border_a) {
-        block(B.column / kStateDim, A.column / kStateDim).noalias() +=
+        block(B.column / kStateDim, A.column / kStateDim).topLeftCorner(A.dim, B.dim).noalias() +=
             Ja.transpose().lazyProduct(Jb);
       } else if (B.column < keyframe_columns_) {
         border_rows_.block(A.column - keyframe_columns_, B.column, A.dim, B.dim).noalias() +=
@@ -99,11 +99,19 @@ void NormalEquations::for_each_entry(const Put& put) const {
 }
 
 void NormalEquations::make_pattern() {
-  std::vector<Eigen::Triplet<double>> entries;
-  for_each_entry([&](int row, int column, double v) { entries.emplace_back(row, column, v); });
   const int n = keyframe_columns_ + border_;
+  Eigen::Index count = 0;
+  for_each_entry([&count](int, int, double) { ++count; });
   matrix_.resize(n, n);
-  matrix_.setFromTriplets(entries.begin(), entries.end());
+  matrix_.resizeNonZeros(count);
+  int* begins = matrix_.outerIndexPtr();
+  int* rows = matrix_.innerIndexPtr();
+  int at = 0;
+  for_each_entry([&](int row, int column, double) {
+    if (row == column) begins[column] = at;  // the first of its column
+    rows[at++] = row;
+  });
+  begins[n] = at;
   ldlt_.analyzePattern(matrix_);
   has_pattern_ = true;
 }
