@@ -70,6 +70,10 @@ class SideFilter {
   /// The pose was found to be wrong: its covariance is multiplied.
   virtual void widen(double factor) = 0;
 
+  /// Surfaces of the map that the line between two points in odom goes through.
+  [[nodiscard]] virtual int surfaces_between(const geometry::Vec3& p_odom_m,
+                                             const geometry::Vec3& q_odom_m) const = 0;
+
   /// Of the body's position in odom, without the map's own error.
   [[nodiscard]] virtual geometry::Mat3 position_covariance() const = 0;
 };

@@ -145,6 +145,80 @@ struct ArrivalClockSettings {
   }
 };
 
+/// How the place of an antenna that stands is found from ranges to it (anchor_finder.hpp).
+struct FinderSettings {
+  double spacing_m = 0.2;
+  double spacing_s = 2.0;
+  int samples_min = 8;
+  int samples_max = 150;
+  double travel_min_m = 2.0;
+  double travel_again_m = 0.5;
+  double height_sigma_m = 0.3;
+  double speed_sigma_min_mps = 0.005;
+  int directions = 16;
+  int iterations = 30;
+  double huber = 2.0;
+  double merge_m = 0.3;
+  double rival_chi2 = 13.8;
+  double chi2_max = 2.5;
+  double sigma_max_m = 0.4;
+
+  template <class V>
+  void visit(V& v) {
+    v("spacing_m", spacing_m, 0.0, 10.0, "way between ranges that are used");
+    v("spacing_s", spacing_s, 0.0, 600.0, "or time, at rest");
+    v("samples_min", samples_min, 5, 10000, "ranges needed");
+    v("samples_max", samples_max, 10, 10000, "ranges kept, the last ones");
+    v("travel_min_m", travel_min_m, 0.0, 100.0, "way needed");
+    v("travel_again_m", travel_again_m, 0.0, 100.0, "and more of it before the next try");
+    v("height_sigma_m", height_sigma_m, 0.01, 100.0, "how level the vehicles stand");
+    v("speed_sigma_min_mps", speed_sigma_min_mps, 1e-5, 10.0, "least doubt about the own speed");
+    v("directions", directions, 4, 360, "in which the search begins");
+    v("iterations", iterations, 1, 1000, "of each search");
+    v("huber", huber, 0.1, 100.0, "sds from which a range counts less");
+    v("merge_m", merge_m, 0.01, 10.0, "nearer solutions are one");
+    v("rival_chi2", rival_chi2, 0.0, 1000.0, "a rival is refuted by so much (13.8: odds 1000)");
+    v("chi2_max", chi2_max, 0.1, 100.0, "squares per range that a solution may leave");
+    v("sigma_max_m", sigma_max_m, 0.01, 100.0, "how well the place is known before it is used");
+  }
+};
+
+/// The constant error of a pair of antennas (algorithms 4.4) and of the stamps (4.5).
+struct BiasSettings {
+  double sigma_m = 0.1;
+  double walk_m_rts = 0.001;
+  double tau_sigma_s = 0.02;
+  double tau_walk_s_rts = 1e-4;
+
+  template <class V>
+  void visit(V& v) {
+    v("sigma_m", sigma_m, 1e-4, 10.0, "sigma of the bias of a pair before it is estimated");
+    v("walk_m_rts", walk_m_rts, 0.0, 1.0, "how fast it wanders [m/sqrt(s)]");
+    v("tau_sigma_s", tau_sigma_s, 0.0, 10.0, "sigma of the stamps' offset");
+    v("tau_walk_s_rts", tau_walk_s_rts, 0.0, 1.0, "how fast it wanders [s/sqrt(s)]");
+  }
+};
+
+/// Whether the map stands between two antennas (algorithms 4.3, step 3).
+struct SightSettings {
+  bool use = true;
+  int surfaces = 2;
+  double end_m = 0.5;
+  double sigma_factor = 5.0;
+  double valid_s = 0.25;
+  double valid_m = 0.25;
+
+  template <class V>
+  void visit(V& v) {
+    v("use", use, "ranges through walls of the map count less");
+    v("surfaces", surfaces, 1, 100, "surfaces crossed from which the way is blocked");
+    v("end_m", end_m, 0.0, 10.0, "left out at both antennas");
+    v("sigma_factor", sigma_factor, 1.0, 100.0, "on sigma behind a wall");
+    v("valid_s", valid_s, 0.0, 10.0, "how long an answer holds");
+    v("valid_m", valid_m, 0.0, 10.0, "and how far the vehicle may move meanwhile");
+  }
+};
+
 /// Settings of room ranging.
 struct RangingSettings {
   bool use = true;  ///< false: ranges are read and reported, nothing more
@@ -154,6 +228,10 @@ struct RangingSettings {
   GateSettings gate;
   LinkSettings link;
   SlowErrorSettings slow;
+  BiasSettings bias;
+  SightSettings sight;
+  FinderSettings finder;
+  double status_valid_s = 1.5;  ///< how long a peer stands that said so
   ExchangeSettings exchange;
   ArrivalClockSettings arrival;
   PaperRangeSettings paper;
@@ -167,6 +245,10 @@ struct RangingSettings {
     v.group("gate", gate, "ranges that do not fit the prediction");
     v.group("link", link, "links that are not believed for a while");
     v.group("slow", slow, "errors that neighbouring ranges have in common");
+    v.group("bias", bias, "what a pair's ranges are all wrong by");
+    v.group("sight", sight, "walls of the map between the antennas");
+    v.group("finder", finder, "finding the place of a vehicle that stands");
+    v("status_valid_s", status_valid_s, 0.1, 60.0, "how long a peer stands that said so");
     v.group("exchange", exchange, "both directions of one exchange");
     v.group("arrival", arrival, "radios whose stamps are of their own clock");
     v.group("paper", paper, "ranges as the paper uses them");

@@ -29,6 +29,7 @@ PoseEstimate pose_of(VehicleId self, const odometry::ScanResult& result) {
   pose.v_odom_mps = result.v_odom_mps;
   pose.covariance = result.covariance;
   pose.quality = quality_of(result.state);
+  pose.at_rest = result.at_rest;
   pose.matches = result.matches;
   pose.residual_rms_m = result.residual_rms_m;
   return pose;
@@ -43,8 +44,8 @@ degeneracy::Report degeneracy_of(const odometry::ScanResult& result,
     report.directions = *result.directions;
   } else {
     axes = degeneracy::physical_axes(result.lidar_information, g_odom_mps2, axes, aware);
-    report.directions = degeneracy::direction_information(
-        result.lidar_information, result.planes, result.T_odom_body.R, axes, aware);
+    report.directions = degeneracy::direction_information(result.lidar_information, result.planes,
+                                                          result.T_odom_body.R, axes, aware);
   }
   return report;
 }

@@ -27,6 +27,8 @@ struct PeerSettings {
   std::string name;
   std::vector<geometry::Vec3> antennas_body_m;  ///< in the peer's body
   std::optional<PeerPrior> prior;
+  std::optional<double>
+      bias_m;  ///< of ranges between the two, as the user knows it; else estimated
 };
 
 /// Everything one vehicle's software needs to know before its first event.

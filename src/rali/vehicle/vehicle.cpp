@@ -7,6 +7,7 @@
 #include "rali/odometry/make_odometry.hpp"
 #include "rali/vehicle/paper_detector.hpp"
 #include "rali/vehicle/pose_report.hpp"
+#include "rali/vehicle/range_stage.hpp"
 
 namespace rali::vehicle {
 
@@ -19,9 +20,10 @@ class Vehicle::Impl {
   Impl(VehicleId self, const VehicleSettings& settings)
       : settings_(settings),
         self_(self),
-        odometry_(odometry::make_odometry(settings.odometry, settings.calibration,
-                                          settings.has_imu)),
+        odometry_(
+            odometry::make_odometry(settings.odometry, settings.calibration, settings.has_imu)),
         paper_(settings),
+        ranges_(self, settings),
         categories_(settings.odometry.robust.aware) {}
 
   void on(const ImuSample& sample, Executor& executor, OutputList& out) {
@@ -48,16 +50,21 @@ class Vehicle::Impl {
 
   void on(const EndOfData& /*end*/, Executor& executor, OutputList& out) {
     run_waiting(executor, out, true);
+    ranges_.flush(out);
     out.emplace_back(GravityEstimate{self_, t_scan_, odometry_->gravity_odom(),
                                      odometry_->gravity_covariance()});
   }
 
-  // Ranges and radio strength have no consumer before the range stages exist.
-  void on(const sensor::RangeSample& /*sample*/, Executor& /*executor*/, OutputList& /*out*/) {}
+  void on(const sensor::RangeSample& sample, Executor& /*executor*/, OutputList& out) {
+    ranges_.add(sample, out);
+  }
 
+  void on(const PeerStatus& status, Executor& /*executor*/, OutputList& /*out*/) {
+    ranges_.on(status);
+  }
+
+  // The strength of the data link ends rounds: nothing that one vehicle decides alone.
   void on(const sensor::RadioSample& /*sample*/, Executor& /*executor*/, OutputList& /*out*/) {}
-
-  void on(const PeerStatus& /*status*/, Executor& /*executor*/, OutputList& /*out*/) {}
 
   [[nodiscard]] std::uint64_t state_hash() const { return odometry_->state_hash(); }
 
@@ -94,6 +101,8 @@ class Vehicle::Impl {
   }
 
   void run(const LidarScan& scan, Executor& executor, OutputList& out) {
+    const RangeEffect effect = ranges_.run(scan.t_end, odometry_->side_filter(),
+                                           odometry_->gravity_odom(), first_pose_, out);
     FindingList findings;
     const odometry::ScanResult result = odometry_->process(scan, executor, findings);
     for (Finding& f : findings) {
@@ -102,6 +111,9 @@ class Vehicle::Impl {
     }
     if (result.state == odometry::TrackState::kWaiting) return;
     PoseEstimate pose = pose_of(self_, result);
+    pose.correction_m = effect.shift_m;
+    pose.range_from = effect.from;
+    if (!first_pose_) first_pose_ = result.T_odom_body;
     pose.degeneracy = degeneracy_of(result, settings_.odometry, odometry_->gravity_odom(), axes_);
     pose.degeneracy.paper = paper_.degree(scan, result, odometry_->gravity_odom());
     // The first scan of a map has nothing to be compared with: that is not blindness.
@@ -121,6 +133,8 @@ class Vehicle::Impl {
   VehicleId self_;
   std::unique_ptr<odometry::Odometry> odometry_;
   PaperDetector paper_;
+  RangeStage ranges_;
+  std::optional<geometry::SE3> first_pose_;
   degeneracy::CategoryFilter categories_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::deque<std::shared_ptr<const LidarScan>> waiting_;

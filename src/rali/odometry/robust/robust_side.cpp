@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "rali/base/assert.hpp"
@@ -110,6 +111,29 @@ Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
   }
   add_error(state_, shift);
   return shift.segment<3>(kPos);
+}
+
+int RobustOdometry::surfaces_between(const Vec3& p_odom_m, const Vec3& q_odom_m) const {
+  const double step_m = 0.25 * settings_.map.voxel_m;
+  const Vec3 way = q_odom_m - p_odom_m;
+  const double length_m = way.norm();
+  const int steps = std::max(1, static_cast<int>(length_m / step_m));
+  const Vec3 step = way / steps;
+  int surfaces = 0;
+  Vec3 last_crossing = p_odom_m;
+  for (int k = 0; k < steps; ++k) {
+    const Vec3 a = p_odom_m + k * step;
+    const int index = map_.find(a + 0.5 * step);
+    if (index < 0) continue;
+    const Plane& plane = map_.plane(index);
+    const double before = plane.n.dot(a - plane.q);
+    const double after = plane.n.dot(a + step - plane.q);
+    if (before * after > 0.0) continue;
+    const bool other = surfaces == 0 || (a - last_crossing).norm() > settings_.map.voxel_m;
+    if (other) ++surfaces;
+    last_crossing = a;
+  }
+  return surfaces;
 }
 
 void RobustOdometry::widen(double factor) {

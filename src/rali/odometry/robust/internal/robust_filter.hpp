@@ -72,6 +72,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] double variance(const SideMeasurement& measurement) const override;
   geometry::Vec3 apply(const SideMeasurement& measurement, double R) override;
   void widen(double factor) override;
+  [[nodiscard]] int surfaces_between(const geometry::Vec3& p_odom_m,
+                                     const geometry::Vec3& q_odom_m) const override;
 
   [[nodiscard]] geometry::Mat3 position_covariance() const override {
     return state_.P.block<3, 3>(kPos, kPos);

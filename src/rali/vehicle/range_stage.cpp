@@ -1,0 +1,361 @@
+#include "rali/vehicle/range_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rali/ranging/range_model.hpp"
+#include "rali/ranging/signal_quality.hpp"
+
+namespace rali::vehicle {
+
+using geometry::Mat3;
+using geometry::SE3;
+using geometry::Vec3;
+using odometry::Moment;
+using odometry::SideFilter;
+using odometry::SideStates;
+using ranging::RangeReason;
+using ranging::RangeUse;
+using sensor::RangeSample;
+
+namespace {
+
+/// Peers begin their numbers anew: more antennas than that nobody has, and a hostile recording
+/// must not make pairs without end.
+constexpr std::size_t kPairsMax = 64;
+
+/// Frame of priors: at the first pose, level, heading along x.
+SE3 level_start(const SE3& T_odom_first, const Vec3& up_odom) {
+  const Vec3 forward = T_odom_first.R.col(0);
+  const Vec3 x = (forward - forward.dot(up_odom) * up_odom).normalized();
+  SE3 T;
+  T.R.col(0) = x;
+  T.R.col(1) = up_odom.cross(x);
+  T.R.col(2) = up_odom;
+  T.p = T_odom_first.p;
+  return T;
+}
+
+}  // namespace
+
+RangeStage::RangeStage(VehicleId self, const VehicleSettings& settings)
+    : self_(self), settings_(settings) {
+  for (const PeerSettings& peer : settings.peers) {
+    Peer p;
+    p.settings = peer;
+    peers_.emplace(peer.id, std::move(p));
+  }
+}
+
+void RangeStage::add(const RangeSample& sample, OutputList& out) {
+  PairKey key;
+  if (!settings_.ranging.use || !understand(sample, key)) {
+    RangeUse use;
+    use.sample = sample;
+    use.reason = settings_.ranging.use ? RangeReason::kUnknownId : RangeReason::kNoPose;
+    out.emplace_back(use);
+    return;
+  }
+  if (!waiting_.empty() && sample.t < waiting_.back().t) {
+    const auto after = std::upper_bound(waiting_.begin(), waiting_.end(), sample.t,
+                                        [](Time t, const RangeSample& s) { return t < s.t; });
+    waiting_.insert(after, sample);
+    return;
+  }
+  waiting_.push_back(sample);
+}
+
+void RangeStage::on(const PeerStatus& status) {
+  const auto found = peers_.find(status.vehicle);
+  if (found == peers_.end()) return;
+  Peer& peer = found->second;
+  if (peer.heard && status.t < peer.t_status) return;
+  peer.heard = true;
+  peer.t_status = status.t;
+  if (peer.at_rest && !status.at_rest) peer.moved = true;
+  peer.at_rest = status.at_rest;
+}
+
+/// Own antenna, peer and its antenna; false if an end is nobody's.
+bool RangeStage::understand(const RangeSample& sample, PairKey& key) const {
+  const bool forth = sample.from == self_;
+  if (!forth && sample.to != self_) return false;
+  const VehicleId peer = forth ? sample.to : sample.from;
+  const std::uint8_t own = forth ? sample.from_antenna : sample.to_antenna;
+  const std::uint8_t other = forth ? sample.to_antenna : sample.from_antenna;
+  const auto found = peers_.find(peer);
+  if (found == peers_.end() || own >= settings_.antennas_body_m.size() ||
+      other >= found->second.settings.antennas_body_m.size()) {
+    return false;
+  }
+  key = {own, peer, other};
+  return pairs_.size() < kPairsMax || pairs_.contains(key);
+}
+
+RangeStage::Pair& RangeStage::pair_of(const PairKey& key) {
+  const auto found = pairs_.find(key);
+  if (found != pairs_.end()) return found->second;
+  const ranging::RangingSettings& r = settings_.ranging;
+  const std::optional<double> given = peers_.at(std::get<1>(key)).settings.bias_m;
+  // A bias somebody calibrated still wanders by some of what it was.
+  constexpr double kCalibratedShare = 0.2;
+  const double sigma_m = given ? kCalibratedShare * r.bias.sigma_m : r.bias.sigma_m;
+  Pair pair{ranging::RangeSanity(r.limits, r.sanity),
+            ranging::RangeLink(r.gate, r.link),
+            ranging::RangeThinning(r.slow),
+            ranging::AnchorFinder(r.finder, given.value_or(0.0), sigma_m),
+            -1,
+            {},
+            given.value_or(0.0),
+            sigma_m,
+            std::nullopt,
+            Vec3::Zero(),
+            false};
+  return pairs_.emplace(key, std::move(pair)).first->second;
+}
+
+RangeEffect RangeStage::run(Time t_end, SideFilter* filter, const Vec3& g_odom_mps2,
+                            const std::optional<SE3>& first_pose, OutputList& out) {
+  RangeEffect effect;
+  up_odom_ = -g_odom_mps2.normalized();
+  first_pose_ = first_pose;
+  if (filter != nullptr) forget_moved(*filter);
+  while (!waiting_.empty() && waiting_.front().t <= t_end) {
+    RangeUse use;
+    use.sample = waiting_.front();
+    waiting_.pop_front();
+    if (filter != nullptr) this->use(use.sample, *filter, effect, use);
+    out.emplace_back(use);
+  }
+  return effect;
+}
+
+void RangeStage::flush(OutputList& out) {
+  for (const RangeSample& sample : waiting_) {
+    RangeUse use;
+    use.sample = sample;
+    out.emplace_back(use);
+  }
+  waiting_.clear();
+}
+
+/// A peer that drives off takes its place with it.
+void RangeStage::forget_moved(SideFilter& filter) {
+  std::vector<PlaceKey> gone;
+  for (const auto& [key, first] : places_) {
+    const Peer& peer = peers_.at(std::get<0>(key));
+    if (peer.heard && !peer.at_rest) gone.push_back(key);
+  }
+  for (const PlaceKey& key : gone) {
+    const int first = places_.at(key);
+    places_.erase(key);
+    remove_states(first, 3, filter);
+  }
+  if (gone.empty()) return;
+  for (auto& [key, pair] : pairs_) pair.finder.reset();
+}
+
+void RangeStage::remove_states(int first, int n, SideFilter& filter) {
+  filter.remove_side(first, n);
+  const auto move_down = [first, n](int& index) {
+    if (index >= first + n) index -= n;
+  };
+  for (auto& [key, index] : places_) move_down(index);
+  for (auto& [key, pair] : pairs_) move_down(pair.bias);
+  move_down(tau_);
+}
+
+void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect& effect,
+                     RangeUse& use) {
+  PairKey key;
+  if (!understand(sample, key)) {
+    use.reason = RangeReason::kUnknownId;
+    return;
+  }
+  Pair& pair = pair_of(key);
+  const Peer& peer = peers_.at(std::get<1>(key));
+  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
+  const ranging::RangingSettings& r = settings_.ranging;
+  double sigma_m = ranging::sigma_of(sample.range_m, r.limits, sample.sigma_m);
+  const ranging::SignalQuality signal = ranging::signal_quality(sample, r.signal);
+  use.p_los = signal.p_los;
+  const std::optional<Moment> now = filter.advance_to(sample.t);
+  const bool stands =
+      peer.heard && peer.at_rest && (sample.t - peer.t_status).s() < r.status_valid_s;
+  const auto known = places_.find(place_key);
+  std::optional<Prediction> prediction;
+  if (now && stands && (known != places_.end() || place_from_prior(place_key, filter))) {
+    add_pair_states(pair, sample.t, filter);
+    walk(pair, sample.t, filter);
+    prediction = predict(*now, key, pair, places_.at(place_key), filter);
+  }
+  const double rate = prediction ? prediction->rate_mps : std::nan("");
+  if (const auto wrong = pair.sanity.check(sample.t, sample.range_m, sigma_m, rate)) {
+    use.reason = *wrong;
+    return;
+  }
+  sigma_m *= signal.sigma_factor;
+  if (!prediction) {
+    use.reason = now ? RangeReason::kNoPose : RangeReason::kLate;
+    if (now && stands) {
+      static_cast<void>(find_place(place_key, key, *now, sample, filter));
+      use.reason = RangeReason::kNoPose;
+    } else if (!stands) {
+      use.reason = RangeReason::kNoPose;
+    }
+    return;
+  }
+  bool clear = signal.clear();
+  if (blocked(pair, sample.t, *prediction, filter)) {
+    sigma_m *= r.sight.sigma_factor;
+    use.p_los = std::isnan(use.p_los) ? r.signal.p_los_blocked
+                                      : std::min(use.p_los, r.signal.p_los_blocked);
+    clear = false;
+  }
+  odometry::SideMeasurement& m = prediction->measurement;
+  m.residual = sample.range_m - prediction->predicted_m;
+  const double H_P_H = filter.variance(m);
+  use.predicted_m = prediction->predicted_m;
+  use.residual_m = m.residual;
+  use.bias_m = prediction->bias_m;
+  use.sigma_m = std::sqrt(H_P_H + sigma_m * sigma_m);
+  const ranging::LinkDecision decision =
+      pair.link.decide({sample.t, m.residual, H_P_H + sigma_m * sigma_m, sigma_m, clear});
+  if (decision.advice == ranging::LinkAdvice::kWeAreWrong) filter.widen(decision.widen_factor);
+  use.reason = decision.reason;
+  if (!decision.use) return;
+  use.reason = RangeReason::kUsed;
+  const double R = decision.gate.R_m2 * pair.thinning.inflation(sample.t, sigma_m, now->at_rest);
+  const Vec3 shift = filter.apply(m, R);
+  effect.shift_m += shift.norm();
+  effect.from = std::get<1>(key);
+}
+
+/// What was measured by hand before the start, as long as the peer has not moved.
+bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
+  const Peer& peer = peers_.at(std::get<0>(key));
+  if (!peer.settings.prior || peer.moved || !first_pose_) return false;
+  const PeerPrior& prior = *peer.settings.prior;
+  const Vec3 lever = peer.settings.antennas_body_m[std::get<1>(key)];
+  const SE3 T_odom_start = level_start(*first_pose_, up_odom_);
+  const Vec3 p = T_odom_start * (prior.T_self_peer * lever);
+  const double turned_m = prior.sigma_rad * (prior.T_self_peer.p.norm() + lever.norm());
+  SideStates::Vector mean = p;
+  SideStates::Matrix covariance =
+      (prior.sigma_m * prior.sigma_m + turned_m * turned_m) * Mat3::Identity();
+  const int first = filter.add_side(mean, covariance);
+  if (first < 0) return false;
+  places_.emplace(key, first);
+  return true;
+}
+
+bool RangeStage::find_place(const PlaceKey& key, const PairKey& pair_key, const Moment& now,
+                            const RangeSample& sample, SideFilter& filter) {
+  Pair& pair = pair_of(pair_key);
+  const Vec3 own = settings_.antennas_body_m[std::get<0>(pair_key)];
+  const Vec3 other = peers_.at(std::get<0>(key)).settings.antennas_body_m[std::get<1>(key)];
+  ranging::FinderSample s;
+  s.t = sample.t;
+  s.p_odom_antenna_m = now.T_odom_body * own;
+  s.covariance_m2 = filter.position_covariance();
+  s.range_m = sample.range_m;
+  s.sigma_m = ranging::sigma_of(sample.range_m, settings_.ranging.limits, sample.sigma_m);
+  const auto found = pair.finder.add(s, other.z() - own.z(), up_odom_);
+  if (!found) return false;
+  SideStates::Vector mean = found->p_odom_m;
+  SideStates::Matrix covariance = found->covariance_m2;
+  const int first = filter.add_side(mean, covariance);
+  if (first < 0) return false;
+  places_.emplace(key, first);
+  pair.finder.reset();
+  return true;
+}
+
+void RangeStage::add_pair_states(Pair& pair, Time t, SideFilter& filter) {
+  const auto add = [&filter](double mean, double sigma) {
+    SideStates::Vector m(1);
+    m[0] = mean;
+    SideStates::Matrix c(1, 1);
+    c(0, 0) = sigma * sigma;
+    return filter.add_side(m, c);
+  };
+  if (tau_ < 0) {
+    tau_ = add(0.0, settings_.ranging.bias.tau_sigma_s);
+    t_tau_ = t;
+  }
+  if (pair.bias < 0) {
+    pair.bias = add(pair.bias_m, pair.bias_sigma_m);
+    pair.t_bias = t;
+  }
+}
+
+void RangeStage::walk(Pair& pair, Time t, SideFilter& filter) {
+  const ranging::BiasSettings& b = settings_.ranging.bias;
+  const auto step = [&](int index, Time& last, double walk) {
+    if (index >= 0 && t > last) filter.walk_side(index, walk * walk * (t - last).s());
+    last = std::max(last, t);
+  };
+  step(pair.bias, pair.t_bias, b.walk_m_rts);
+  step(tau_, t_tau_, b.tau_walk_s_rts);
+}
+
+/// u = rho + b + tau drho/dt (algorithms 4.1), and how it moves with the filter's state.
+std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, const PairKey& key,
+                                                          const Pair& pair, int place,
+                                                          const SideFilter& filter) const {
+  const SideStates& side = filter.side();
+  Prediction out;
+  out.p_odom_peer_m = side.mean.segment<3>(place);
+  const ranging::RangeEnd own{now.T_odom_body, settings_.antennas_body_m[std::get<0>(key)],
+                              now.v_odom_mps, now.w_body_radps};
+  const auto p = ranging::predict(own, out.p_odom_peer_m, settings_.ranging.limits.near_m);
+  if (!p) return std::nullopt;
+  out.p_odom_antenna_m = own.antenna_odom_m();
+  out.rate_mps = p->rate_mps;
+  out.predicted_m = p->rho_m;
+  odometry::SideMeasurement& m = out.measurement;
+  m.d_pose.head<3>() = p->d_theta_j;
+  m.d_pose.tail<3>() = p->d_p_j;
+  m.d_side = SideStates::Vector::Zero(side.size());
+  m.d_side.segment<3>(place) = p->d_p_k.transpose();
+  if (pair.bias >= 0) {
+    out.bias_m = side.mean[pair.bias];
+    m.d_side[pair.bias] = 1.0;
+  }
+  out.predicted_m += out.bias_m;
+  if (tau_ >= 0) {
+    out.predicted_m += side.mean[tau_] * p->rate_mps;
+    m.d_side[tau_] = p->rate_mps;
+    m.d_velocity = side.mean[tau_] * p->d_p_j;
+  }
+  return out;
+}
+
+/// Asked again after a while or some way: marching through the map costs more than the rest. Where
+/// the pose is doubtful along the map, the walls must be in the way at both ends of the doubt too.
+bool RangeStage::blocked(Pair& pair, Time t, const Prediction& prediction,
+                         const SideFilter& filter) const {
+  const ranging::SightSettings& s = settings_.ranging.sight;
+  if (!s.use) return false;
+  const Vec3& p = prediction.p_odom_antenna_m;
+  const bool fresh = pair.t_sight && (t - *pair.t_sight).s() < s.valid_s &&
+                     (p - pair.p_sight_m).norm() < s.valid_m;
+  if (fresh) return pair.blocked;
+  pair.t_sight = t;
+  pair.p_sight_m = p;
+  const Vec3& q = prediction.p_odom_peer_m;
+  const double length_m = (q - p).norm();
+  pair.blocked = false;
+  if (length_m < 3.0 * s.end_m) return false;
+  const Vec3 end = s.end_m / length_m * (q - p);
+  const Mat3 P = filter.position_covariance();
+  const Vec3 spread = 2.0 * P.diagonal().cwiseMax(0.0).cwiseSqrt();
+  for (const double side : {0.0, -1.0, 1.0}) {
+    const Vec3 from = p + end + side * spread;
+    if (filter.surfaces_between(from, q - end) < s.surfaces) return false;
+  }
+  pair.blocked = true;
+  return true;
+}
+
+}  // namespace rali::vehicle

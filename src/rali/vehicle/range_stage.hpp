@@ -1,0 +1,113 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "rali/odometry/side_filter.hpp"
+#include "rali/ranging/anchor_finder.hpp"
+#include "rali/ranging/range_link.hpp"
+#include "rali/ranging/range_sanity.hpp"
+#include "rali/ranging/range_thinning.hpp"
+#include "rali/vehicle/event.hpp"
+#include "rali/vehicle/settings.hpp"
+
+namespace rali::vehicle {
+
+/// What ranges did to the pose since the last sweep.
+struct RangeEffect {
+  double shift_m = 0.0;  ///< sum of the shifts' lengths along the way they went
+  std::optional<VehicleId> from;
+};
+
+/// Ranges to peers that stand, as measurements of the odometry's filter (algorithms 4.3, 5.3): each
+/// raw range once, at its own time. Its place, the pair's bias and the stamps' offset are side
+/// states of the filter. Every range handed in comes out as one RangeUse.
+class RangeStage {
+ public:
+  RangeStage(VehicleId self, const VehicleSettings& settings);
+
+  /// Waits until the sweep that covers its time is there.
+  void add(const sensor::RangeSample& sample, OutputList& out);
+  void on(const PeerStatus& status);
+
+  /// Uses what was measured up to `t_end`, the end of the next sweep.
+  /// @param filter may be null: then every range is without effect
+  /// @param g_odom_mps2 gravity as the odometry knows it
+  /// @param first_pose pose of the first sweep, if there was one: priors refer to it
+  RangeEffect run(Time t_end, odometry::SideFilter* filter, const geometry::Vec3& g_odom_mps2,
+                  const std::optional<geometry::SE3>& first_pose, OutputList& out);
+
+  /// What is left at the end of the data cannot be used any more.
+  void flush(OutputList& out);
+
+ private:
+  /// (own antenna, peer, peer's antenna)
+  using PairKey = std::tuple<std::uint8_t, VehicleId, std::uint8_t>;
+  /// (peer, peer's antenna)
+  using PlaceKey = std::tuple<VehicleId, std::uint8_t>;
+
+  struct Pair {
+    ranging::RangeSanity sanity;
+    ranging::RangeLink link;
+    ranging::RangeThinning thinning;
+    ranging::AnchorFinder finder;
+    int bias = -1;  ///< side state
+    Time t_bias;
+    double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is a side state
+    // Line of sight, as asked last.
+    std::optional<Time> t_sight;
+    geometry::Vec3 p_sight_m = geometry::Vec3::Zero();
+    bool blocked = false;
+  };
+
+  struct Peer {
+    PeerSettings settings;
+    Time t_status;
+    bool heard = false;
+    bool at_rest = false;
+    bool moved = false;  ///< since the start: what was known of its place then is worth nothing
+  };
+
+  struct Prediction {
+    odometry::SideMeasurement measurement;
+    double predicted_m = 0.0;
+    double bias_m = 0.0;
+    double rate_mps = 0.0;
+    geometry::Vec3 p_odom_antenna_m = geometry::Vec3::Zero();
+    geometry::Vec3 p_odom_peer_m = geometry::Vec3::Zero();
+  };
+
+  [[nodiscard]] Pair& pair_of(const PairKey& key);
+  [[nodiscard]] bool understand(const sensor::RangeSample& sample, PairKey& key) const;
+  void use(const sensor::RangeSample& sample, odometry::SideFilter& filter, RangeEffect& effect,
+           ranging::RangeUse& use);
+  void forget_moved(odometry::SideFilter& filter);
+  void remove_states(int first, int n, odometry::SideFilter& filter);
+  [[nodiscard]] bool place_from_prior(const PlaceKey& key, odometry::SideFilter& filter);
+  [[nodiscard]] bool find_place(const PlaceKey& key, const PairKey& pair,
+                                const odometry::Moment& now, const sensor::RangeSample& sample,
+                                odometry::SideFilter& filter);
+  void add_pair_states(Pair& pair, Time t, odometry::SideFilter& filter);
+  void walk(Pair& pair, Time t, odometry::SideFilter& filter);
+  [[nodiscard]] std::optional<Prediction> predict(const odometry::Moment& now, const PairKey& key,
+                                                  const Pair& pair, int place,
+                                                  const odometry::SideFilter& filter) const;
+  [[nodiscard]] bool blocked(Pair& pair, Time t, const Prediction& prediction,
+                             const odometry::SideFilter& filter) const;
+
+  VehicleId self_;
+  VehicleSettings settings_;
+  std::map<VehicleId, Peer> peers_;
+  std::map<PairKey, Pair> pairs_;
+  std::map<PlaceKey, int> places_;  ///< first of three side states
+  int tau_ = -1;                    ///< side state
+  Time t_tau_;
+  std::deque<sensor::RangeSample> waiting_;
+  geometry::Vec3 up_odom_ = geometry::Vec3::UnitZ();
+  std::optional<geometry::SE3> first_pose_;
+};
+
+}  // namespace rali::vehicle
