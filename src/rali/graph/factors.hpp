@@ -79,7 +79,7 @@ struct StandstillFactor {
   double sigma_rad = 8.7266e-4;  ///< 0.05 deg
 };
 
-/// n.(p - q) - h = 0: height of the body above a plane (algorithms 2.6).
+/// n.(p - q) - h = 0: height of the body above a plane with unit normal n (algorithms 2.6).
 struct HeightFactor {
   Seq i = 0;
   geometry::Vec3 n_odom = geometry::Vec3::UnitZ();

@@ -191,7 +191,7 @@ const KeyframeState& LocalGraph::state(Seq seq) const {
   return window_.keyframes[static_cast<std::size_t>(k)].x;
 }
 
-double LocalGraph::cost() const { return NormalEquations(window_, settings_.huber_sd).cost(); }
+double LocalGraph::cost() const { return total_cost(window_, settings_.huber_sd); }
 
 const Marginals& LocalGraph::marginals() {
   if (!marginals_) marginals_ = std::make_unique<Marginals>(window_, settings_.huber_sd);

@@ -75,6 +75,27 @@ TEST(local_graph, shares_a_correction_as_the_axial_variance_grew) {
   }
 }
 
+// 20 m and 20 m that LiDAR knows to 5 mm per keyframe, one blind link between: the ranges at the
+// end move the second stretch as a whole, and the live number of iterations is enough for it.
+TEST(local_graph, after_an_outage_moves_the_stretch_behind_the_blind_link_and_not_the_one_before) {
+  LocalGraph graph{LocalGraphSettings{}};
+  for (Seq k = 0; k <= 40; ++k) {
+    add_keyframe_at(graph, k, {double(k), 0.0, 0.0});
+    if (k == 0) graph.add(pose_prior(0, {}, 1e-3, Vec3::Constant(0.01)));
+    const double sigma_m = k == 21 ? 0.5 : 0.005;
+    if (k > 0) graph.add(relative(k - 1, k, {1.0, 0.0, 0.0}, {sigma_m, 0.005, 0.005}));
+  }
+  for (Seq k = 37; k <= 40; ++k) {
+    graph.add(fixed_range(k, k, {-10.0, 0.0, 0.0}, 10.4 + k, 0.1));
+  }
+  const SolveReport report = graph.solve(graph.settings().iterations);
+  EXPECT_TRUE(report.converged);
+  // Chain sd 0.5 m and 4.5 cm against four ranges with sd 5 cm: 0.3960 m of 0.4 m arrive.
+  EXPECT_NEAR(graph.state(40).T_odom_body.p.x() - 40.0, 0.396, 1e-3);
+  EXPECT_NEAR(graph.state(21).T_odom_body.p.x() - 21.0, 0.395, 2e-3);
+  EXPECT_NEAR(graph.state(20).T_odom_body.p.x() - 20.0, 0.0, 2e-3);
+}
+
 // T12 (c): axial sd 0.2 m and bias sd 0.1 m are one thing to a range.
 TEST(local_graph, keeps_position_and_bias_correlated_as_worked_by_hand) {
   LocalGraph graph(exact_settings());

@@ -12,7 +12,9 @@ struct LocalGraphSettings {
   int window_keyframes_max = 60;
   int iterations = 5;
   double huber_sd = 2.0;
-  double lambda_initial = 1e-4;
+  /// Not 1e-4: damping holds each keyframe of a long stiff stretch, and a shift of the whole
+  /// stretch then takes five steps instead of three.
+  double lambda_initial = 1e-6;
   double cost_change_min = 1e-4;
   double step_min_m = 1e-4;
   double range_memory_s = 60.0;

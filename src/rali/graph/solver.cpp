@@ -34,13 +34,6 @@ double farthest_m(const Window& window, const Eigen::VectorXd& step) {
   return farthest;
 }
 
-double cost_of(const Window& window, double huber_sd) {
-  double cost = 0.0;
-  for_each_factor(window, huber_sd, [&cost](const LinearFactor& f) { cost += f.cost; });
-  if (window.dense.H.rows() > 0) cost += linearise(window, window.dense).cost;
-  return cost;
-}
-
 // The values of a window, to go back to. Factors stay.
 struct Values {
   std::vector<KeyframeNode> keyframes;
@@ -59,6 +52,13 @@ struct Values {
 
 }  // namespace
 
+double total_cost(const Window& window, double huber_sd) {
+  double cost = 0.0;
+  for_each_factor(window, huber_sd, [&cost](const LinearFactor& f) { cost += f.cost; });
+  if (window.dense.H.rows() > 0) cost += linearise(window, window.dense).cost;
+  return cost;
+}
+
 SolveReport solve(Window& window, const LocalGraphSettings& settings, int iterations_max) {
   SolveReport report;
   if (window.keyframes.empty()) return report;
@@ -76,7 +76,7 @@ SolveReport solve(Window& window, const LocalGraphSettings& settings, int iterat
       const Eigen::VectorXd step = equations.solve(-equations.gradient());
       saved.save(window);
       window.move(step);
-      const double cost_there = cost_of(window, settings.huber_sd);
+      const double cost_there = total_cost(window, settings.huber_sd);
       moved_m = farthest_m(window, step);
       fall = cost - cost_there;
       better = step.allFinite() && fall >= 0.0;

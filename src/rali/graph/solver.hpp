@@ -12,6 +12,9 @@ struct SolveReport {
   bool converged = false;  ///< stopped by cost or step, not by the number of iterations
 };
 
+/// Half the squared residuals in sigma, with the robust loss on ranges.
+[[nodiscard]] double total_cost(const Window& window, double huber_sd);
+
 /// Levenberg-Marquardt on all values of the window (algorithms 6.3): damping times the diagonal,
 /// x 10 after a step that made it worse, / 10 after a good one. It ends when the cost falls by less
 /// than the settings' fraction or no position, landmark or bias moves as far as their step.
