@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "place.hpp"
 #include "rali/config/apply.hpp"
 
 namespace rali::blindness {
@@ -49,16 +50,6 @@ Status set_seeds(const std::string& text, Arguments& a) {
   return {};
 }
 
-Status set_scenes(const std::string& text, Arguments& a) {
-  a.scenes.clear();
-  for (const std::string& name : split(text)) {
-    const auto scene = sim::scene_of(name);
-    if (!scene) return tl::make_unexpected(scene.error());
-    a.scenes.push_back(*scene);
-  }
-  return {};
-}
-
 Status set_lidars(const std::string& text, Arguments& a) {
   a.lidars.clear();
   for (const std::string& name : split(text)) {
@@ -82,10 +73,14 @@ using Setter = std::function<Status(const std::string&, Arguments&)>;
 
 const std::map<std::string, Setter>& setters() {
   static const std::map<std::string, Setter> kSetters{
-      {"--scenes", set_scenes},
       {"--seeds", set_seeds},
       {"--lidars", set_lidars},
       {"--set", set_robust},
+      {"--places",
+       [](const std::string& v, Arguments& a) -> Status {
+         a.places = split(v);
+         return {};
+       }},
       {"--way",
        [](const std::string& v, Arguments& a) -> Status {
          const auto way = number<int>(v);
@@ -115,10 +110,8 @@ const std::map<std::string, Setter>& setters() {
 }  // namespace
 
 Result<Arguments> parse_arguments(int argc, const char* const* argv) {
-  using sim::Scene;
   Arguments a;
-  a.scenes = {Scene::kTunnel, Scene::kCorridor, Scene::kFloor, Scene::kLoop,
-              Scene::kGarage, Scene::kYard,     Scene::kMine,  Scene::kHall};
+  for (const std::string_view place : kPlaces) a.places.emplace_back(place);
   a.words.assign(argv + 1, argv + argc);
   for (int i = 1; i < argc; ++i) {
     const std::string name = argv[i];
@@ -142,7 +135,8 @@ Result<Arguments> parse_arguments(int argc, const char* const* argv) {
 
 std::string help_text() {
   return "degeneracy: detectors of blind directions against what registration achieves\n"
-         "  --scenes tunnel,mine     default: tunnel,corridor,floor,loop,garage,yard,mine,hall\n"
+         "  --places tunnel,mine     default: tunnel, tunnel_niches, tunnel_end, tunnel_rough,\n"
+         "                           corridor, floor, loop, garage, yard, mine, hall\n"
          "  --seeds 1,2,5-8          default: 1-3\n"
          "  --lidars rs16,os1_64     default: rs16,hdl32e,os1_64 (16, 32, 64 rings)\n"
          "  --pedestrians N          default: 4\n"

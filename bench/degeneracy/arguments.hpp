@@ -9,7 +9,7 @@
 namespace rali::blindness {
 
 struct Arguments {
-  std::vector<sim::Scene> scenes;
+  std::vector<std::string> places;
   std::vector<std::uint64_t> seeds = {1, 2, 3};
   std::vector<sim::Lidar> lidars = {sim::Lidar::kRs16, sim::Lidar::kHdl32e, sim::Lidar::kOs1_64};
   int pedestrians = 4;

@@ -15,7 +15,7 @@ namespace {
 constexpr double kMask_m = 1.8;  // a vehicle with its mast and what its edges smear
 
 std::string place_of(const DriveOptions& o) {
-  std::string name{sim::kSceneNames[static_cast<std::size_t>(o.scene)]};
+  std::string name = o.place;
   if (o.other == Other::kAhead) name += " + vehicle ahead";
   if (o.other == Other::kStanding) name += " + standing vehicle";
   return name;
@@ -43,10 +43,10 @@ Status run(const DriveOptions& options, const odometry::RobustSettings& settings
 Status run_all(const Arguments& a, std::vector<Sample>& samples) {
   for (const sim::Lidar lidar : a.lidars) {
     for (const std::uint64_t seed : a.seeds) {
-      for (const sim::Scene scene : a.scenes) {
+      for (const std::string& place : a.places) {
         for (const Other other : {Other::kNobody, Other::kAhead, Other::kStanding}) {
-          if (other != Other::kNobody && (!a.others || scene != sim::Scene::kTunnel)) continue;
-          const DriveOptions options{scene, lidar, seed, other, a.pedestrians, a.way_m};
+          if (other != Other::kNobody && (!a.others || place != "tunnel")) continue;
+          const DriveOptions options{place, lidar, seed, other, a.pedestrians, a.way_m};
           if (auto ok = run(options, a.robust, samples); !ok) return ok;
         }
       }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "place.hpp"
 #include "rali/base/rng.hpp"
 #include "rali/sim/lidar_sensor.hpp"
 
@@ -15,7 +16,6 @@ using geometry::Vec3;
 namespace {
 
 constexpr double kStep_s = 0.02;
-constexpr double kStation_m = 0.5;
 
 /// The rest of a route from `from_m` on, for a vehicle that drives ahead.
 sim::Route rest_of(const sim::Route& route, double from_m) {
@@ -51,8 +51,8 @@ Vec3 axis_at(const sim::Route& route, const Vec3& p, double& s_m) {
 
 /// Everything that stays the same over one drive.
 struct Drive {
-  explicit Drive(const DriveOptions& o)
-      : world(sim::make_world(o.scene, o.seed)),
+  Drive(const DriveOptions& o, sim::World place)
+      : world(std::move(place)),
         route(world.route, world.rounding_m),
         trajectory(sim::make_trajectory(route, motion, o.seed)),
         caster(world.mesh),
@@ -111,7 +111,9 @@ Status drive(const DriveOptions& o, const StationListener& listener) {
   sim::SimOptions checked;
   checked.pedestrians = o.pedestrians;
   if (auto ok = sim::check_options(checked); !ok) return ok;
-  Drive d(o);
+  auto place = make_place(o.place, o.seed);
+  if (!place) return tl::make_unexpected(place.error());
+  Drive d(o, std::move(*place));
   Rng rng(o.seed, "drive");
   const double spare_m = std::max(0.0, d.route.length_m() - o.way_m - 1.0);
   const double from_m = rng.uniform(0.0, spare_m);
@@ -120,6 +122,8 @@ Status drive(const DriveOptions& o, const StationListener& listener) {
   const sensor::Calibration calibration = sim::sensor_mounting(false);
 
   double way_m = 0.0;
+  // What moves leaves a trail in the map, as dense as in operation only with every sweep.
+  const double station_m = o.other == Other::kAhead ? 0.125 : 0.5;
   double next_m = from_m;
   double route_s_m = 0.0;
   Vec3 before = d.trajectory.pose_at(0.0).p;
@@ -129,7 +133,7 @@ Status drive(const DriveOptions& o, const StationListener& listener) {
     before = p;
     if (way_m > from_m + o.way_m) break;
     if (way_m < next_m || t_s < d.lidar.model().sweep_s()) continue;
-    next_m += kStation_m;
+    next_m += station_m;
     Station station = measure(d, t_s, T_body_lidar);
     station.axis_world = axis_at(d.route, p, route_s_m);
     station.driven_m = way_m - from_m;

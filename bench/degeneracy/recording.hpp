@@ -17,7 +17,7 @@ enum class Other { kNobody, kAhead, kStanding };
 
 /// One drive through one place.
 struct DriveOptions {
-  sim::Scene scene = sim::Scene::kTunnel;
+  std::string place = "tunnel";
   sim::Lidar lidar = sim::Lidar::kRs16;
   std::uint64_t seed = 1;
   Other other = Other::kNobody;
@@ -37,8 +37,8 @@ struct Station {
 
 using StationListener = std::function<void(const Station&, const sensor::Calibration&)>;
 
-/// Casts a sweep every 0.5 m of the piece. Same options: same sweeps.
-/// Errors: options of the simulator out of range.
+/// Casts a sweep every 0.5 m of the piece, every 0.125 m with a vehicle ahead. Same options: same sweeps.
+/// Errors (kUsage): no such place, or too many people.
 [[nodiscard]] Status drive(const DriveOptions& options, const StationListener& listener);
 
 }  // namespace rali::blindness

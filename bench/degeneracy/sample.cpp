@@ -19,8 +19,8 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr int kFirst = 6;  // stations before the first sample: 3 m of map
-constexpr int kEvery = 4;  // 2 m from sample to sample
+constexpr double kFirst_m = 3.0;  // of map before the first sample
+constexpr double kEvery_m = 2.0;
 
 double off_axis_deg(const Vec3& direction_world, const Vec3& axis_world) {
   const Vec3 flat(direction_world.x(), direction_world.y(), 0.0);
@@ -77,7 +77,7 @@ void ask_zhang(const Mat6& JtJ, const Vec3& axis_world, Sample& out) {
 
 Judge::Judge(const odometry::RobustSettings& settings, std::string place, std::uint64_t seed,
              int rings, double mask_m)
-    : settings_(settings), map_(settings), mask_m_(mask_m) {
+    : settings_(settings), map_(settings), mask_m_(mask_m), next_m_(kFirst_m) {
   pattern_.place = std::move(place);
   pattern_.seed = seed;
   pattern_.rings = rings;
@@ -86,8 +86,10 @@ Judge::Judge(const odometry::RobustSettings& settings, std::string place, std::u
 
 void Judge::add(const Station& station, const sensor::Calibration& calibration) {
   map_.look(station, calibration, mask_m_);
-  if (stations_ >= kFirst && stations_ % kEvery == 0) judge(station, calibration);
-  ++stations_;
+  if (station.driven_m >= next_m_) {
+    next_m_ += kEvery_m;
+    judge(station, calibration);
+  }
   map_.insert();
 }
 

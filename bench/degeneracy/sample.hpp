@@ -39,7 +39,7 @@ class Judge {
   Judge(const odometry::RobustSettings& settings, std::string place, std::uint64_t seed, int rings,
         double mask_m);
 
-  /// Takes the next station into account; every fourth becomes a sample.
+  /// Takes the next station into account; one every 2 m becomes a sample.
   void add(const Station& station, const sensor::Calibration& calibration);
 
   [[nodiscard]] std::vector<Sample>& samples() { return samples_; }
@@ -51,7 +51,7 @@ class Judge {
   TrueMap map_;
   Sample pattern_;
   double mask_m_;
-  int stations_ = 0;
+  double next_m_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::vector<Sample> samples_;
 };

@@ -108,8 +108,13 @@ std::array<DirectionInfo, 6> direction_information(const Mat6& I,
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 axis = axes.col(static_cast<int>(k));
     const Vec3 axis_body = R_odom_body.transpose() * axis;
-    out[k] = direction(axis, axis, I_t, I.block<3, 3>(3, 3), noise_t[static_cast<int>(k)],
-                       settings.kappa);
+    const Support support = support_along(axis, planes, settings.cluster_m);
+    const bool supported = support.planes >= settings.support_planes &&
+                           support.clusters >= settings.support_clusters;
+    const double kappa = supported ? settings.kappa_supported : settings.kappa;
+    out[k] = direction(axis, axis, I_t, I.block<3, 3>(3, 3), noise_t[static_cast<int>(k)], kappa);
+    out[k].planes = support.planes;
+    out[k].clusters = support.clusters;
     out[k].category = category_of(out[k].sigma, settings.full_m, settings.none_m);
     out[k + 3] = direction(axis, axis_body, I_r, I.block<3, 3>(0, 0),
                            noise_r[static_cast<int>(k)], settings.kappa);

@@ -5,6 +5,7 @@
 
 #include "rali/degeneracy/evidence.hpp"
 #include "rali/degeneracy/report.hpp"
+#include "rali/degeneracy/support.hpp"
 #include "rali/geometry/se3.hpp"
 
 namespace rali::degeneracy {
@@ -12,6 +13,10 @@ namespace rali::degeneracy {
 /// The noise-aware detector (algorithms 3.2, 3.3 with the findings of 3.6).
 struct AwareSettings {
   double kappa = 5.0;
+  double kappa_supported = 3.0;
+  int support_planes = 4;
+  int support_clusters = 2;
+  double cluster_m = 1.5;
   double full_m = 0.02, none_m = 0.10;
   double full_deg = 0.1, none_deg = 0.5;
   int scans_to_worse = 2, scans_to_better = 5;
@@ -20,6 +25,11 @@ struct AwareSettings {
   template <class V>
   void visit(V& v) {
     v("kappa", kappa, 0.0, 100.0, "how many times the information expected from noise is removed");
+    v("kappa_supported", kappa_supported, 0.0, 100.0,
+      "the same for a translation that has support");
+    v("support_planes", support_planes, 0, 1000, "planes that support takes");
+    v("support_clusters", support_clusters, 0, kClustersMost, "places in which they must be");
+    v("cluster_m", cluster_m, 0.1, 10.0, "planes nearer to each other are in one place");
     v("full_m", full_m, 1e-4, 1.0, "sigma below: a direction is fully known");
     v("none_m", none_m, 1e-3, 10.0, "sigma above: a direction is blind");
     v("full_deg", full_deg, 1e-3, 10.0, "sigma below: a rotation is fully known");
@@ -39,7 +49,9 @@ using Axes = geometry::Mat3;
 [[nodiscard]] Axes physical_axes(const geometry::Mat6& I, const geometry::Vec3& g_odom_mps2,
                                  const Axes& previous, const AwareSettings& settings);
 
-/// Information along the six physical directions, what noise alone would give removed.
+/// Information along the six physical directions, what noise alone would give removed: kappa times
+/// its expectation, which no chance and few false planes exceed. Where several planes in several
+/// places hold a translation beyond doubt, less is enough and weak structure is kept.
 /// Order: axial, lateral, vertical; roll, pitch, yaw. Category is that of this scan alone.
 [[nodiscard]] std::array<DirectionInfo, 6> direction_information(
     const geometry::Mat6& I, std::span<const PlaneEvidence> planes,

@@ -95,6 +95,33 @@ TEST(DirectionInformation, does_not_take_noise_of_normals_for_knowledge) {
   EXPECT_EQ(out[0].category, Category::kNone);
 }
 
+TEST(DirectionInformation, keeps_weak_structure_that_several_planes_in_several_places_show) {
+  // Long walls whose normals are uncertain, and four sides of niches that show 75 1/m^2 each.
+  std::vector<PlaneEvidence> planes;
+  for (int k = 0; k < 80; ++k) planes.push_back(plane(Vec3::UnitY(), 100));
+  const double expected = 80.0 * 9434.0 * 1e-4;  // B_x = 75.5 1/m^2
+  const auto told = [&](double apart_m) {
+    auto all = planes;
+    for (int k = 0; k < 4; ++k) {
+      PlaneEvidence side = plane(Vec3::UnitX(), 1);
+      side.weight = 75.0;
+      side.lever_odom_m = Vec3(apart_m * k, 2.5, 0.0);
+      all.push_back(side);
+    }
+    return direction_information(information_of(all), all, Mat3::Identity(), Axes::Identity(),
+                                 AwareSettings{});
+  };
+  // 4 x 75 = 300 1/m^2: more than 3 times what chance gives, less than 5 times.
+  const auto apart = told(5.0);
+  EXPECT_EQ(apart[0].planes, 4);
+  EXPECT_EQ(apart[0].clusters, 4);
+  EXPECT_NEAR(apart[0].information, 300.0 - 3.0 * expected, 0.5);
+  const auto together = told(0.2);  // one thing that may move
+  EXPECT_EQ(together[0].planes, 4);
+  EXPECT_EQ(together[0].clusters, 1);
+  EXPECT_EQ(together[0].information, 0.0);
+}
+
 // The downdate of T11: translation and rotation coupled, I = [[10, 5], [5, 100]].
 struct Coupled {
   Mat6 I = Mat6::Zero();

@@ -26,6 +26,8 @@ struct DirectionInfo {
   double raw = 0.0;          ///< I_d before noise removal
   double sigma = 0.0;        ///< J_d^-1/2 [m or rad]; infinity if J_d = 0
   Category category = Category::kFull;
+  int planes = 0;    ///< that hold a translation beyond doubt (support.hpp); 0 for rotations
+  int clusters = 0;  ///< in how many places they are
 };
 
 /// Both detectors on one scan. Source: algorithms 3.1 and 3.2.
