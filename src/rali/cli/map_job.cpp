@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/cli/range_job.hpp"
 #include "rali/config/imu_models.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/io/files/csv_reader.hpp"
@@ -156,8 +157,9 @@ drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig&
   return input;
 }
 
-drive::VehicleJob vehicle_job(const FleetConfig& fleet, const VehicleConfig& vehicle,
+drive::VehicleJob vehicle_job(const FleetConfig& fleet, std::size_t index,
                               const MapOptions& options) {
+  const VehicleConfig& vehicle = fleet.vehicles[index];
   drive::VehicleJob job;
   job.inputs = vehicle.recordings;
   job.imu_file = vehicle.imu.file;
@@ -171,6 +173,7 @@ drive::VehicleJob vehicle_job(const FleetConfig& fleet, const VehicleConfig& veh
   job.settings.calibration.T_body_imu = vehicle.imu.T_body_imu.T;
   job.settings.calibration.lidar_time_offset_s = job.input.lidar_time_offset.value_s;
   job.find_time_offset = !vehicle.lidar.time_offset_s;
+  set_ranging(fleet, index, job.settings);
   job.settings.has_imu = vehicle.imu.topic != "none";
   return job;
 }
@@ -203,8 +206,12 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   if (Status status = check_possible(fleet); !status) return tl::make_unexpected(status.error());
   if (Status status = check_side_files(fleet); !status) return tl::make_unexpected(status.error());
   drive::MapJob job;
-  for (const VehicleConfig& vehicle : fleet.vehicles) {
-    job.vehicles.push_back(vehicle_job(fleet, vehicle, options));
+  Result<drive::RangeOptions> ranges = range_options(fleet);
+  if (!ranges) return tl::make_unexpected(ranges.error());
+  job.ranges = std::move(*ranges);
+  job.clocks_separate = fleet.clock == config::Clock::kSeparate;
+  for (std::size_t i = 0; i < fleet.vehicles.size(); ++i) {
+    job.vehicles.push_back(vehicle_job(fleet, i, options));
   }
   job.out_dir = options.out_dir;
   job.overwrite = options.overwrite;
@@ -215,9 +222,6 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   job.write_mcap = options.mcap;
   job.write_keyframes = options.keyframes;
   job.command_line = options.command_line;
-  for (const config::RangeSource& source : fleet.ranges.sources) {
-    if (job.ranges_file.empty()) job.ranges_file = source.file;
-  }
   job.settings_text = [fleet,
                        dir = options.out_dir](const std::vector<drive::InputReport>& reports) {
     return config::dump_fleet(with_findings(fleet, reports), dir);

@@ -159,10 +159,14 @@ FieldList fleet_fields(FleetConfig& config, const std::string& base_dir) {
   v.custom("rounds", rounds_target(config.rounds, base_dir), "who stood still as anchor, and when");
   output_fields(config.output, config.settings.map, base_dir, fields);
   collect_fields("settings.", config.settings, fields);
-  // One place for one thing: these are named under output: and under each vehicle's imu:.
+  // One place for one thing: these are named under output:, under ranges: and under each vehicle's
+  // imu:.
   std::erase_if(fields, [](const Field& field) {
     return field.key == "settings.map.voxel_m" || field.key == "settings.map.grid.cell_m" ||
            field.key == "settings.map.grid.z_m" ||
+           field.key == "settings.ranging.limits.near_m" ||
+           field.key == "settings.ranging.limits.far_m" ||
+           field.key == "settings.ranging.limits.sigma_m" ||
            field.key.find("settings.odometry.imu_noise.") == 0;
   });
   return fields;

@@ -3,6 +3,7 @@
 #include "rali/base/settings.hpp"
 #include "rali/map/settings.hpp"
 #include "rali/odometry/settings.hpp"
+#include "rali/ranging/settings.hpp"
 #include "rali/vehicle/settings.hpp"
 
 namespace rali::config {
@@ -26,6 +27,7 @@ struct RoomSettings {
   ChecksSettings checks;
   odometry::OdometrySettings odometry;
   map::MapSettings map;              ///< voxel and grid are set by fleet.yaml's `output:`
+  ranging::RangingSettings ranging;  ///< sigma and limits are set by fleet.yaml's `ranges:`
   vehicle::VehicleSettings vehicle;  ///< its own fields; odometry and calibration come from above
 
   template <class V>
@@ -33,6 +35,7 @@ struct RoomSettings {
     v.group("checks", checks, "settings against data");
     v.group("odometry", odometry, "LiDAR-inertial odometry");
     v.group("map", map, "the merged map");
+    v.group("ranging", ranging, "ranges between vehicles");
     v.group("vehicle", vehicle, "one vehicle's step");
   }
 };

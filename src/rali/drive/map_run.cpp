@@ -7,16 +7,19 @@
 #include <fmt/format.h>
 
 #include "rali/base/counted.hpp"
-#include "rali/drive/event_loop.hpp"
+#include "rali/drive/fleet_loop.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/output/map_files.hpp"
 #include "rali/drive/output/metrics.hpp"
 #include "rali/drive/output/out_dir.hpp"
 #include "rali/drive/output/vehicle_files.hpp"
+#include "rali/drive/ranges/range_files.hpp"
+#include "rali/drive/ranges/range_findings.hpp"
 #include "rali/drive/run_log.hpp"
 #include "rali/drive/tbb_executor.hpp"
 #include "rali/io/files/atomic_file.hpp"
+#include "rali/vehicle/vehicle.hpp"
 
 namespace rali::drive {
 namespace {
@@ -24,6 +27,22 @@ namespace {
 /// Below or above this the gyro does not turn as the LiDAR does; a tenth is LiDAR noise at slow
 /// turns, a factor of two is no noise.
 constexpr double kGyroRatioMin = 0.5, kGyroRatioMax = 2.0;
+
+std::vector<std::string> vehicle_names(const MapJob& job) {
+  std::vector<std::string> names;
+  for (const VehicleJob& vehicle : job.vehicles) names.push_back(vehicle.input.vehicle);
+  return names;
+}
+
+/// The vehicle's job with what the fleet knows.
+VehicleJob member_job(const MapJob& job, std::size_t index,
+                      const std::shared_ptr<const RangeOptions>& ranges) {
+  VehicleJob member = job.vehicles[index];
+  member.input.strict |= job.strict;
+  member.input.self = VehicleId{static_cast<std::uint16_t>(index)};
+  member.input.ranges = ranges;
+  return member;
+}
 
 /// One run of `rali map`: the stages in their order. Each stage adds to `summary_`.
 class MapRun {
@@ -33,7 +52,9 @@ class MapRun {
         sink_(sink),
         stop_(stop),
         threads_(job.threads > 0 ? job.threads : cores()),
-        executor_(make_executor(threads_)) {}
+        executor_(make_executor(threads_)),
+        ranges_(std::make_shared<const RangeOptions>(job.ranges)),
+        range_log_(vehicle_names(job)) {}
 
   Result<MapSummary> run();
 
@@ -42,10 +63,13 @@ class MapRun {
   Status find_time_offset(std::size_t index);
   Status open_session();
   void forget_keyframes();
+  Status start_vehicles();
   Status run_vehicles();
-  void finish_vehicle(std::size_t index, const LoopEnd& end);
+  Status finish_vehicle(std::size_t index, const FleetMember& member);
+  Status judge_ends(const std::vector<FleetMember>& members);
   void gyro_finding(std::size_t index);
   Status write_results();
+  Status write_ranges();
   Status write_map();
   Status close(const Status& so_far);
   void report(Finding finding);
@@ -58,7 +82,12 @@ class MapRun {
   std::unique_ptr<Executor> executor_;
   std::vector<std::unique_ptr<ReportedSource>> sources_;
   std::unique_ptr<SessionFile> session_;
+  std::shared_ptr<const RangeOptions> ranges_;
+  RangeList range_list_;
+  RangeLog range_log_;
+  std::vector<vehicle::Vehicle> vehicles_;
   std::vector<VehicleRun> runs_;
+  std::vector<std::size_t> findings_told_;  ///< of each source, before its events
   MapSummary summary_;
   RunLog log_;
   bool interrupted_ = false;
@@ -79,19 +108,21 @@ double MapRun::data_s() const {
 }
 
 Status MapRun::open_sources() {
-  for (const VehicleJob& vehicle : job_.vehicles) {
-    VehicleJob strict = vehicle;
-    strict.input.strict |= job_.strict;
-    Result<std::unique_ptr<ReportedSource>> source = open_events(strict);
+  for (std::size_t i = 0; i < job_.vehicles.size(); ++i) {
+    Result<std::unique_ptr<ReportedSource>> source = open_events(member_job(job_, i, ranges_));
     if (!source) return tl::make_unexpected(source.error());
     sources_.push_back(std::move(*source));
   }
+  Result<RangeList> ranges = read_range_files(job_.ranges);
+  if (!ranges) return tl::make_unexpected(ranges.error());
+  range_list_ = std::move(*ranges);
+  range_log_.name_strangers(range_list_.strangers);
   return {};
 }
 
 /// Estimates what is asked for and opens the source once more with it.
 Status MapRun::find_time_offset(std::size_t index) {
-  VehicleJob job = job_.vehicles[index];
+  VehicleJob job = member_job(job_, index, ranges_);
   if (!job.find_time_offset || !sources_[index]->report().has_imu) return {};
   Progress progress;
   progress.vehicle = job.input.vehicle;
@@ -102,7 +133,6 @@ Status MapRun::find_time_offset(std::size_t index) {
         sink_.progress(progress);
         return !stop_.load(std::memory_order_relaxed);
       });
-  job.input.strict |= job_.strict;
   Result<std::unique_ptr<ReportedSource>> source = open_events(job);
   if (!source) return tl::make_unexpected(source.error());
   sources_[index] = std::move(*source);
@@ -118,52 +148,96 @@ Status MapRun::open_session() {
   return {};
 }
 
-Status MapRun::run_vehicles() {
+Status MapRun::start_vehicles() {
+  runs_.reserve(job_.vehicles.size());  // the loop points into it
   for (std::size_t i = 0; i < job_.vehicles.size(); ++i) {
-    ReportedSource& source = *sources_[i];
-    const InputReport first = source.report();
+    const InputReport& first = sources_[i]->report();
     for (const Finding& f : first.findings) report(f);
+    findings_told_.push_back(first.findings.size());
     vehicle::VehicleSettings settings = job_.vehicles[i].settings;
     settings.name = first.vehicle;
     settings.has_imu = first.has_imu;
     settings.calibration.T_body_lidar = first.T_body_lidar;
     settings.calibration.T_body_imu = first.T_body_imu;
     settings.calibration.lidar_time_offset_s = 0.0;  // applied to the stamps already
-    vehicle::Vehicle vehicle(VehicleId{static_cast<std::uint16_t>(i)}, settings);
+    vehicles_.emplace_back(VehicleId{static_cast<std::uint16_t>(i)}, settings);
     if (session_) session_->set_lidar(first.vehicle, first.T_body_lidar);
     Result<VehicleRun> run = VehicleRun::start(first.vehicle, job_.out_dir, session_.get());
     if (!run) return tl::make_unexpected(run.error());
     runs_.push_back(std::move(*run));
-    FindingList findings;
-    const LoopEnd end = run_events(source, threads_ > 1, job_.strict, vehicle, *executor_,
-                                   runs_.back(), findings, sink_, stop_);
-    for (const Finding& f : findings) {
-      log_.finding(f);
-      summary_.findings.push_back(f);
-    }
-    const FindingList& all = source.report().findings;
-    for (std::size_t k = first.findings.size(); k < all.size(); ++k) report(all[k]);
-    finish_vehicle(i, end);
-    const Status finished = runs_.back().finish();
-    runs_.back().summarise(summary_.vehicles.back());
-    log_.stage("odometry " + first.vehicle);
-    if (end.error) return tl::make_unexpected(*end.error);
-    if (!finished) return finished;
-    if (end.interrupted) break;
   }
   return {};
 }
 
-void MapRun::finish_vehicle(std::size_t index, const LoopEnd& end) {
+Status MapRun::run_vehicles() {
+  if (Status s = start_vehicles(); !s) return s;
+  std::vector<FleetMember> members(job_.vehicles.size());
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    members[i].source = sources_[i].get();
+    members[i].step = [&vehicle = vehicles_[i]](const vehicle::Event& event, Executor& executor,
+                                                vehicle::OutputList& out) {
+      vehicle.step(event, executor, out);
+    };
+    members[i].run = &runs_[i];
+  }
+  run_fleet(members, range_list_.samples, job_.ranges,
+            {threads_ > 1, job_.strict, job_.clocks_separate}, *executor_, range_log_, sink_,
+            stop_);
+  Status status;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const Status finished = finish_vehicle(i, members[i]);
+    if (status) status = finished;
+  }
+  log_.stage("odometry");
+  const Status ended = judge_ends(members);
+  return ended ? status : ended;
+}
+
+Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
+  for (const Finding& f : member.findings) {
+    log_.finding(f);
+    summary_.findings.push_back(f);
+  }
   VehicleSummary vehicle;
   vehicle.input = sources_[index]->report();
   vehicle.name = vehicle.input.vehicle;
+  const FindingList& all = vehicle.input.findings;
+  for (std::size_t k = findings_told_[index]; k < all.size(); ++k) report(all[k]);
   const std::size_t posed = runs_[index].poses().size();
   vehicle.sweeps_dropped = vehicle.input.sweeps > posed ? vehicle.input.sweeps - posed : 0;
   summary_.gaps |= vehicle.input.gaps.damaged;
-  interrupted_ |= end.interrupted;
+  interrupted_ |= member.end.interrupted;
   summary_.vehicles.push_back(std::move(vehicle));
   gyro_finding(index);
+  const Status finished = runs_[index].finish();
+  runs_[index].summarise(summary_.vehicles.back());
+  return finished;
+}
+
+/// One vehicle's unreadable data are a gap as long as another has a result; a full disk is not.
+Status MapRun::judge_ends(const std::vector<FleetMember>& members) {
+  const Error* last = nullptr;
+  std::size_t failed = 0;
+  for (const FleetMember& member : members) {
+    if (!member.end.error) continue;
+    if (member.end.error->code == ErrorCode::kMachine) {
+      return tl::make_unexpected(*member.end.error);
+    }
+    last = &*member.end.error;
+    ++failed;
+  }
+  if (failed == members.size()) return tl::make_unexpected(*last);
+  for (const FleetMember& member : members) {
+    if (!member.end.error) continue;
+    Finding f;
+    f.id = "D19";
+    f.severity = Severity::kError;
+    f.vehicle = member.run->name();
+    f.text = member.end.error->message();
+    report(std::move(f));
+    summary_.gaps = true;
+  }
+  return {};
 }
 
 void MapRun::gyro_finding(std::size_t index) {
@@ -182,6 +256,7 @@ void MapRun::gyro_finding(std::size_t index) {
 }
 
 Status MapRun::write_results() {
+  const std::vector<std::string> names = vehicle_names(job_);
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     if (runs_[i].poses().empty()) {
       Finding f;
@@ -196,7 +271,7 @@ Status MapRun::write_results() {
       summary_.gaps = true;
     }
     summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;
-    if (Status s = write_vehicle_files(runs_[i], job_.out_dir); !s) return s;
+    if (Status s = write_vehicle_files(runs_[i], job_.out_dir, names); !s) return s;
   }
   if (runs_.size() > 1) {
     Finding f;
@@ -208,8 +283,18 @@ Status MapRun::write_results() {
     summary_.gaps = true;
   }
   if (Status s = write_fleet_files(runs_, job_); !s) return s;
+  if (Status s = write_ranges(); !s) return s;
   log_.stage("trajectories");
   return write_map();
+}
+
+Status MapRun::write_ranges() {
+  if (job_.ranges.files.empty() && job_.ranges.topics.empty()) return {};
+  summary_.ranges = range_log_.tally();
+  std::vector<InputReport> reports;
+  for (const VehicleSummary& v : summary_.vehicles) reports.push_back(v.input);
+  for (Finding& f : range_findings(summary_.ranges, job_, reports)) report(std::move(f));
+  return range_log_.write(job_.out_dir + "/ranges.csv");
 }
 
 Status MapRun::write_map() {
@@ -290,13 +375,7 @@ Result<MapSummary> MapRun::run() {
     return tl::make_unexpected(s.error());
   }
   log_.stage("open");
-  if (!job_.ranges_file.empty()) {
-    Finding f;
-    f.id = "ranges.unused";
-    f.topic = job_.ranges_file;
-    f.text = fmt::format("{}: ranges are not used: each vehicle is mapped alone", job_.ranges_file);
-    report(std::move(f));
-  }
+  for (const Finding& f : range_list_.findings) report(f);
   Status status;
   for (std::size_t i = 0; status && i < sources_.size(); ++i) status = find_time_offset(i);
   log_.stage("time offset");
@@ -321,10 +400,14 @@ Result<MapSummary> run_map(const MapJob& job, ProgressSink& sink, const std::ato
 
 Result<std::vector<InputReport>> plan_map(const MapJob& job) {
   std::vector<InputReport> reports;
-  for (const VehicleJob& vehicle : job.vehicles) {
-    const Result<std::unique_ptr<ReportedSource>> source = open_events(vehicle);
+  const auto ranges = std::make_shared<const RangeOptions>(job.ranges);
+  for (std::size_t i = 0; i < job.vehicles.size(); ++i) {
+    const Result<std::unique_ptr<ReportedSource>> source = open_events(member_job(job, i, ranges));
     if (!source) return tl::make_unexpected(source.error());
     reports.push_back((*source)->report());
+  }
+  if (const auto files = read_range_files(job.ranges); !files) {
+    return tl::make_unexpected(files.error());
   }
   return reports;
 }

@@ -8,6 +8,8 @@
 
 #include "rali/base/result.hpp"
 #include "rali/drive/input/input_report.hpp"
+#include "rali/drive/ranges/range_log.hpp"
+#include "rali/drive/ranges/range_options.hpp"
 #include "rali/map/settings.hpp"
 #include "rali/vehicle/settings.hpp"
 
@@ -30,9 +32,10 @@ struct MapJob {
   std::vector<VehicleJob> vehicles;
   std::string out_dir = "out";
   bool overwrite = false;
-  bool strict = false;      ///< the first gap ends the run
-  int threads = 0;          ///< 0: one per core; results do not depend on it
-  std::string ranges_file;  ///< named in a finding; not used for the poses
+  bool strict = false;           ///< the first gap ends the run
+  int threads = 0;               ///< 0: one per core; results do not depend on it
+  RangeOptions ranges;           ///< of all vehicles
+  bool clocks_separate = false;  ///< recorded on other days: no ranges between the vehicles
   std::vector<std::string> formats = {"pcd", "ply"};  ///< of map.*: pcd ply las
   map::MapSettings map;                               ///< voxel, removal of what moved, 2-D grid
   bool write_mcap = true;
@@ -48,8 +51,10 @@ struct Progress {
   double speed = 0.0;  ///< seconds of data per second
   double path_m = 0.0;
   double blind_share = 0.0;  ///< of the way
-  Time t;                    ///< data time
-  std::string stage;         ///< "odometry", "map", "files"
+  std::size_t ranges = 0;    ///< that the vehicle was handed
+  std::size_t ranges_used = 0;
+  Time t;             ///< data time
+  std::string stage;  ///< "odometry", "map", "files"
 };
 
 /// Who is told what happens during a run; called from the thread that called run_map.
@@ -70,7 +75,8 @@ struct VehicleSummary {
   std::size_t sweeps = 0;
   std::size_t sweeps_dropped = 0;
   std::size_t keyframes = 0;
-  double blind_share = 0.0;  ///< of the way
+  double blind_share = 0.0;       ///< of the way
+  double blind_held_share = 0.0;  ///< of the blind way, by ranges
   double sigma_median_m = 0.0;
   double sigma_max_m = 0.0;
   Time t_sigma_max;
@@ -83,6 +89,7 @@ struct VehicleSummary {
 struct MapSummary {
   RunStatus status = RunStatus::kComplete;
   std::vector<VehicleSummary> vehicles;
+  RangeTally ranges;
   std::size_t map_points = 0;
   std::size_t removed_points = 0;
   double map_thickness_m = 0.0;

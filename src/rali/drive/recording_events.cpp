@@ -7,6 +7,7 @@
 #include "rali/drive/input/event_outlet.hpp"
 #include "rali/drive/input/imu_intake.hpp"
 #include "rali/drive/input/recording_probe.hpp"
+#include "rali/drive/ranges/range_topics.hpp"
 #include "rali/wire/decode.hpp"
 
 namespace rali::drive {
@@ -26,6 +27,7 @@ class RecordingEvents final : public ReportedSource {
         lidar_stamps_(probe_.lidar_stamps, shifts_),
         imu_stamps_(probe_.imu_stamps, shifts_),
         intake_(probe_.units),
+        range_topics_(options_.ranges, options_.self, probe_.clock_ahead),
         outlet_(options_) {}
 
   Result<std::optional<vehicle::Event>> next() override {
@@ -51,7 +53,7 @@ class RecordingEvents final : public ReportedSource {
     if (!probe_.messages.empty()) {
       const StoredMessage stored = std::move(probe_.messages.front());
       probe_.messages.pop_front();
-      handle({stored.kind, stored.topic, stored.encoding, stored.t_record, stored.data,
+      handle({stored.kind, stored.topic, stored.type, stored.encoding, stored.t_record, stored.data,
               stored.offset, stored.file});
       return true;
     }
@@ -71,7 +73,16 @@ class RecordingEvents final : public ReportedSource {
       handle_cloud(message);
     } else if (message.topic == probe_.topics.imu && message.kind == wire::MessageKind::kImu) {
       handle_imu(message);
+    } else if (range_topics_.wants(message)) {
+      handle_ranges(message);
     }
+  }
+
+  void handle_ranges(const RecordedMessage& message) {
+    ++report_.range_messages[std::string(message.topic)];
+    ranges_.clear();
+    if (Status s = range_topics_.take(message, ranges_); !s) return damaged(message, s.error());
+    for (const sensor::RangeSample& sample : ranges_) outlet_.push(sample);
   }
 
   void handle_cloud(const RecordedMessage& message) {
@@ -146,6 +157,8 @@ class RecordingEvents final : public ReportedSource {
   std::shared_ptr<ClockShifts> shifts_ = std::make_shared<ClockShifts>();
   StampRepair lidar_stamps_, imu_stamps_;
   ImuIntake intake_;
+  RangeTopics range_topics_;
+  std::vector<sensor::RangeSample> ranges_;  ///< of one message
   EventOutlet outlet_;
   std::size_t file_ = 0;
   bool exhausted_ = false, ended_ = false;

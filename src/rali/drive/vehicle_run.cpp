@@ -57,6 +57,11 @@ Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& finding
       status = take_pose(*pose);
     } else if (const auto* added = std::get_if<vehicle::KeyframeAdded>(&output)) {
       status = take_keyframe(*added);
+    } else if (const auto* corrected = std::get_if<vehicle::KeyframeCorrected>(&output)) {
+      corrections_[corrected->id.seq] = *corrected;
+    } else if (const auto* use = std::get_if<ranging::RangeUse>(&output)) {
+      ++ranges_;
+      if (use->used()) ++ranges_used_;
     } else if (const auto* gravity = std::get_if<vehicle::GravityEstimate>(&output)) {
       gravity_ = *gravity;
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
@@ -69,7 +74,8 @@ Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& finding
 }
 
 Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
-  const PoseRecord record = pose_record(pose);
+  PoseRecord record = pose_record(pose);
+  record.held_by = hold_.see(pose, t_imu_.has_value());
   const bool good = record.quality != vehicle::PoseQuality::kDiverged;
   if (!poses_.empty() && good && poses_.back().quality != vehicle::PoseQuality::kDiverged) {
     const geometry::SE3 step = poses_.back().T_odom_body.inverse() * record.T_odom_body;
@@ -124,6 +130,11 @@ geometry::SE3 VehicleRun::frame_so_far() const {
 }
 
 Status VehicleRun::finish() {
+  correct_path(corrections_, poses_, keyframes_);
+  const WayLength way = way_length(poses_);
+  path_m_ = way.path_m;
+  blind_m_ = way.blind_m;
+  held_m_ = way.held_m;
   T_map_odom_ = frame_so_far();
   const geometry::Vec3 g_odom = gravity_ ? gravity_->g_odom_mps2 : kDown_mps2;
   if (gravity_ && g_odom.norm() > 0.0) {
@@ -143,6 +154,7 @@ void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.sweeps = poses_.size();
   summary.path_m = path_m_;
   summary.blind_share = path_m_ > 0.0 ? blind_m_ / path_m_ : 0.0;
+  summary.blind_held_share = blind_m_ > 0.0 ? held_m_ / blind_m_ : 0.0;
   summary.T_map_odom = T_map_odom_;
   summary.tilt_sigma_rad = tilt_sigma_rad_;
   summary.keyframes = static_cast<std::size_t>(std::count_if(

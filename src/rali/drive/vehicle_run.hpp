@@ -7,6 +7,8 @@
 #include "rali/base/result.hpp"
 #include "rali/drive/input/imu_check.hpp"
 #include "rali/drive/map_run.hpp"
+#include "rali/drive/output/blind_hold.hpp"
+#include "rali/drive/output/corrected_path.hpp"
 #include "rali/drive/output/keyframe_files.hpp"
 #include "rali/drive/output/pose_files.hpp"
 #include "rali/drive/output/session_file.hpp"
@@ -30,7 +32,8 @@ class VehicleRun {
   /// LiDAR, sweeps for the session. Errors: kMachine.
   [[nodiscard]] Status see(const vehicle::Event& event);
 
-  /// Closes the growing files and fixes the frame of the results.
+  /// Closes the growing files, moves poses and keyframes to where ranges corrected them, and fixes
+  /// the frame of the results. The files of the odometry keep what was told at the time.
   [[nodiscard]] Status finish();
 
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -48,6 +51,11 @@ class VehicleRun {
   [[nodiscard]] double path_m() const { return path_m_; }
 
   [[nodiscard]] double blind_m() const { return blind_m_; }
+
+  /// Ranges that the vehicle was handed and what it used of them.
+  [[nodiscard]] std::size_t ranges() const { return ranges_; }
+
+  [[nodiscard]] std::size_t ranges_used() const { return ranges_used_; }
 
   [[nodiscard]] double gyro_ratio() const { return gyro_ratio_.ratio(); }
 
@@ -71,7 +79,10 @@ class VehicleRun {
   std::optional<vehicle::GravityEstimate> gravity_;
   geometry::SE3 T_map_odom_;
   double tilt_sigma_rad_ = 0.0;
-  double path_m_ = 0.0, blind_m_ = 0.0;
+  double path_m_ = 0.0, blind_m_ = 0.0, held_m_ = 0.0;
+  std::size_t ranges_ = 0, ranges_used_ = 0;
+  KeyframeCorrections corrections_;
+  BlindHold hold_;
   GyroRatio gyro_ratio_;
   geometry::Vec3 gyro_turn_rad_ = geometry::Vec3::Zero();  ///< since the last pose
   std::optional<Time> t_imu_;

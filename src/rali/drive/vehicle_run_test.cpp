@@ -122,8 +122,10 @@ TEST(Degeneracy, directions_are_given_in_map_and_unknown_cells_are_empty) {
   pose.sigma_blind_m = std::numeric_limits<double>::infinity();
   SE3 T_map_odom;
   T_map_odom.R = geometry::rotation_from_rpy(0.0, 0.0, std::numbers::pi / 2.0);
-  const std::string text = degeneracy_text({pose}, T_map_odom);
-  EXPECT_NE(text.find("5.000000000,1,,0.000000,1.000000,0.000000,,,\n"), std::string::npos) << text;
+  const std::string text = degeneracy_text({pose}, T_map_odom, {"v1"});
+  EXPECT_NE(text.find("5.000000000,1,,0.000000,1.000000,0.000000,,,,,,0.000000,lidar\n"),
+            std::string::npos)
+      << text;
 }
 
 }  // namespace

@@ -24,22 +24,56 @@ void EventOutlet::push(std::shared_ptr<const sensor::LidarScan> scan) {
   static_cast<void>(window_.push(t, std::move(scan)));
 }
 
+void EventOutlet::push(const sensor::RangeSample& sample) { ranges_.emplace(sample.t, sample); }
+
 std::optional<vehicle::Event> EventOutlet::pop(InputReport& report) {
+  const bool held = held_ || hold_next();
+  if (!held && !finished_ && !past_end_) return std::nullopt;
+  if (auto range = pop_range(report)) return range;
+  if (!held) return std::nullopt;
+  vehicle::Event event = std::move(held_->second);
+  count(event, held_->first, report);
+  held_.reset();
+  return event;
+}
+
+bool EventOutlet::hold_next() {
   while (!past_end_) {
     auto next = window_.pop();
-    if (!next) return std::nullopt;
+    if (!next) return false;
     const Time t = next->first;
     if (!t_first_) t_first_ = t;
     const double since_s = t.s() - t_first_->s();
     if (since_s < start_s_) continue;
-    if (duration_s_ > 0.0 && since_s > start_s_ + duration_s_) {
-      past_end_ = true;
-      return std::nullopt;
-    }
-    count(next->second, t, report);
-    return std::move(next->second);
+    past_end_ = duration_s_ > 0.0 && since_s > start_s_ + duration_s_;
+    if (past_end_) return false;
+    held_ = std::move(next);
+    return true;
+  }
+  return false;
+}
+
+std::optional<vehicle::Event> EventOutlet::pop_range(InputReport& report) {
+  while (!ranges_.empty()) {
+    const sensor::RangeSample sample = ranges_.begin()->second;
+    const bool scan_held =
+        held_ && std::holds_alternative<std::shared_ptr<const sensor::LidarScan>>(held_->second);
+    const bool turn = !held_ || sample.t < held_->first || (scan_held && sample.t == held_->first);
+    if (!turn) return std::nullopt;
+    ranges_.erase(ranges_.begin());
+    if (!is_in_time(sample.t)) continue;
+    ++report.ranges;
+    return sample;
   }
   return std::nullopt;
+}
+
+/// Where nothing is to be left out at the beginning, ranges before the first sensor event count.
+bool EventOutlet::is_in_time(Time t) const {
+  if (!t_first_) return false;
+  const double since_s = t.s() - t_first_->s();
+  return (start_s_ <= 0.0 || since_s >= start_s_) &&
+         (duration_s_ <= 0.0 || since_s <= start_s_ + duration_s_);
 }
 
 void EventOutlet::count(const vehicle::Event& event, Time t, InputReport& report) {

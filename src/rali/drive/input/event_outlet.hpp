@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "rali/drive/input/gap_watch.hpp"
 #include "rali/drive/input/input_report.hpp"
@@ -19,7 +21,14 @@ class EventOutlet {
   void push(const sensor::ImuSample& sample);
   void push(std::shared_ptr<const sensor::LidarScan> scan);
 
-  void finish() { window_.finish(); }
+  /// Ranges wait beside the window: a radio with a wrong clock must not disturb the sensors. One
+  /// that comes too late leaves at once, with a stamp before the last event's.
+  void push(const sensor::RangeSample& sample);
+
+  void finish() {
+    window_.finish();
+    finished_ = true;
+  }
 
   /// The next event in order, if one can leave; events outside the time asked for do not.
   [[nodiscard]] std::optional<vehicle::Event> pop(InputReport& report);
@@ -33,9 +42,17 @@ class EventOutlet {
  private:
   void close_imu(InputReport& report) const;
   void count(const vehicle::Event& event, Time t, InputReport& report);
+  /// The next sensor event within the time asked for becomes held_; false: none can leave yet.
+  [[nodiscard]] bool hold_next();
+  /// The first waiting range, if its turn is before the held event, or nothing else will come.
+  [[nodiscard]] std::optional<vehicle::Event> pop_range(InputReport& report);
+  [[nodiscard]] bool is_in_time(Time t) const;
 
   double start_s_, duration_s_;
   ReorderWindow window_;
+  std::optional<std::pair<Time, vehicle::Event>> held_;
+  std::multimap<Time, sensor::RangeSample> ranges_;
+  bool finished_ = false;
   std::optional<Time> t_first_;
   GapWatch sweeps_{1.7, 0.0};
   GapWatch imu_{4.0, 0.05};

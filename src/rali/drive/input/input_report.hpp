@@ -1,13 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "rali/base/finding.hpp"
+#include "rali/base/ids.hpp"
 #include "rali/base/time.hpp"
+#include "rali/drive/ranges/range_options.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/wire/cloud_format.hpp"
 
@@ -29,6 +33,8 @@ struct LidarTimeOffset {
 /// What the user fixed about one vehicle's input; the rest is found from the data.
 struct InputOptions {
   std::string vehicle = "v1";
+  VehicleId self;
+  std::shared_ptr<const RangeOptions> ranges;  ///< of the fleet; null: none are read
   std::string lidar_topic = "auto";
   std::string imu_topic = "auto";  ///< "none": LiDAR only
   wire::CloudFormatOptions cloud;
@@ -82,6 +88,8 @@ struct InputReport {
   Time t_begin, t_end;  ///< of the events handed out
   std::uint64_t sweeps = 0;
   std::uint64_t imu_samples = 0;
+  std::uint64_t ranges = 0;
+  std::map<std::string, std::uint64_t> range_messages;  ///< per topic that a source names
   InputGaps gaps;
   FindingList findings;
 };

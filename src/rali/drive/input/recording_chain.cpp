@@ -26,7 +26,8 @@ RecordingChain::RecordingChain(std::vector<std::string> paths, const InputOption
     : paths_(std::move(paths)),
       lidar_topic_(options.lidar_topic),
       imu_topic_(options.imu_topic),
-      vehicle_(options.vehicle) {}
+      vehicle_(options.vehicle),
+      ranges_(options.ranges) {}
 
 Result<RecordingChain> RecordingChain::open(std::vector<std::string> paths,
                                             const InputOptions& options) {
@@ -45,12 +46,16 @@ Status RecordingChain::open_file(std::size_t index) {
   const auto wanted = [](const std::string& setting, const std::string& name) {
     return setting == "auto" || setting == name;
   };
-  source_->select([lidar = lidar_topic_, imu = imu_topic_, wanted](const io::Topic& topic) {
-    const wire::MessageKind kind = wire::message_kind(topic.type);
-    if (wire::is_cloud(kind)) return wanted(lidar, topic.name);
-    if (kind == wire::MessageKind::kImu) return wanted(imu, topic.name);
-    return is_static_tf(topic, kind);
-  });
+  source_->select(
+      [lidar = lidar_topic_, imu = imu_topic_, ranges = ranges_, wanted](const io::Topic& topic) {
+        const wire::MessageKind kind = wire::message_kind(topic.type);
+        if (wire::is_cloud(kind)) return wanted(lidar, topic.name);
+        if (kind == wire::MessageKind::kImu) return wanted(imu, topic.name);
+        if (kind == wire::MessageKind::kLinktrack || kind == wire::MessageKind::kRaliRange) {
+          return ranges && ranges->topic_of(topic.name) != nullptr;
+        }
+        return is_static_tf(topic, kind);
+      });
   return {};
 }
 
@@ -76,6 +81,7 @@ bool RecordingChain::next(RecordedMessage& out, InputGaps& gaps, FindingList& fi
       ++seen_[raw.topic];
       out.kind = wire::message_kind(topic.type);
       out.topic = topic.name;
+      out.type = topic.type;
       out.encoding = topic.encoding;
       out.t_record = raw.t_record;
       out.data = raw.data;

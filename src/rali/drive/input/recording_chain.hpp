@@ -18,6 +18,7 @@ namespace rali::drive {
 struct RecordedMessage {
   wire::MessageKind kind = wire::MessageKind::kOther;
   std::string_view topic;
+  std::string_view type;
   wire::Encoding encoding = wire::Encoding::kOther;
   Time t_record;
   std::span<const std::byte> data;
@@ -54,6 +55,7 @@ class RecordingChain {
 
   std::vector<std::string> paths_;
   std::string lidar_topic_, imu_topic_, vehicle_;
+  std::shared_ptr<const RangeOptions> ranges_;
   std::size_t file_ = 0;
   std::unique_ptr<io::MessageSource> source_;
   std::vector<std::uint64_t> seen_;

@@ -18,8 +18,13 @@ constexpr double kProbeS = 3.0;
 constexpr std::size_t kImuSamples = 20000;
 
 StoredMessage stored(const RecordedMessage& m) {
-  return {m.kind,     std::string(m.topic),           m.encoding,
-          m.t_record, {m.data.begin(), m.data.end()}, m.offset,
+  return {m.kind,
+          std::string(m.topic),
+          std::string(m.type),
+          m.encoding,
+          m.t_record,
+          {m.data.begin(), m.data.end()},
+          m.offset,
           m.file};
 }
 
@@ -156,6 +161,10 @@ void choose_stamps(RecordingProbe& probe, std::span<const StampPair> lidar,
           fmt::format("stamps are {:.1f} s from the recorder's clock, which the other sensor needs",
                       kept_s)};
     }
+  }
+  // Both sensors on a clock that is not the recorder's: what the recorder stamps is moved to it.
+  if (by_lidar.rule == StampRule::kHeader && lidar_s && std::abs(*lidar_s) > kClockSplitS) {
+    probe.clock_ahead = Duration::from_s(*lidar_s);
   }
   probe.lidar_stamps = by_lidar.rule;
   probe.imu_stamps = by_imu.rule;

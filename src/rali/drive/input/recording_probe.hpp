@@ -16,6 +16,7 @@ namespace rali::drive {
 struct StoredMessage {
   wire::MessageKind kind = wire::MessageKind::kOther;
   std::string topic;
+  std::string type;
   wire::Encoding encoding = wire::Encoding::kOther;
   Time t_record;
   std::vector<std::byte> data;
@@ -31,6 +32,7 @@ struct RecordingProbe {
   ImuUnits units;
   StampRule lidar_stamps = StampRule::kHeader;
   StampRule imu_stamps = StampRule::kHeader;
+  Duration clock_ahead;  ///< stamps of the sensors less those of the recorder; 0 on one clock
 };
 
 /// Reads until ten sweeps and three seconds are there (at most kProbeBytes) and decides how to

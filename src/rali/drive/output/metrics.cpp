@@ -56,8 +56,7 @@ Json vehicle_json(const VehicleSummary& v) {
   json["sweeps_dropped"] = v.sweeps_dropped;
   json["keyframes"] = v.keyframes;
   json["blind_share"] = number(v.blind_share);
-  // Ranges do not hold blind directions yet.
-  json["blind_held_share"] = 0.0;
+  json["blind_held_share"] = number(v.blind_held_share);
   json["sigma_median_m"] = number(v.sigma_median_m);
   json["sigma_max_m"] = number(v.sigma_max_m);
   json["diverged_s"] = number(v.diverged_s, 3);
@@ -70,6 +69,26 @@ Json vehicle_json(const VehicleSummary& v) {
   json["time_offset_origin"] = offset.origin.empty() ? "settings" : offset.origin;
   json["accel_scale"] = number(v.input.accel_scale);
   json["gaps"] = gaps_json(v.input.gaps);
+  return json;
+}
+
+/// Rejected ranges by reason; what never happened is left out.
+Json ranges_json(const RangeTally& ranges, const MapJob& job) {
+  Json json{{"total", ranges.total}, {"used", ranges.used()}};
+  json["rejected"] = Json::object();
+  for (std::size_t i = 1; i < ranges.by_reason.size(); ++i) {
+    if (ranges.by_reason[i] == 0) continue;
+    json["rejected"][std::string(ranging::kRangeReasonNames[i])] = ranges.by_reason[i];
+  }
+  json["pairs"] = Json::object();
+  for (const RangePair& pair : ranges.pairs) {
+    json["pairs"][pair.name] = {{"total", pair.total},
+                                {"used", pair.used},
+                                {"bias_m", number(pair.bias_m)},
+                                {"bias_sigma_m", nullptr},  // vehicles tell the bias alone
+                                {"residual_std_m", number(pair.residual_std_m)},
+                                {"latency_s", number(job.ranges.latency_s)}};
+  }
   return json;
 }
 
@@ -121,8 +140,7 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
     groups.push_back(Json::array({v.name}));
   }
   json["fleet"] = {{"groups", groups}, {"loops_accepted", 0}, {"loops_refused", 0}, {"rounds", 0}};
-  json["ranges"] = {
-      {"total", 0}, {"used", 0}, {"rejected", Json::object()}, {"pairs", Json::object()}};
+  json["ranges"] = ranges_json(summary.ranges, job);
   json["map"] = {{"points", summary.map_points},
                  {"voxel_m", number(job.map.voxel_m)},
                  {"thickness_m", number(summary.map_thickness_m)}};

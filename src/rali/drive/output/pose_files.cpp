@@ -1,8 +1,10 @@
 #include "rali/drive/output/pose_files.hpp"
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,6 +17,16 @@ namespace {
 
 /// Becomes an empty cell.
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+constexpr std::array<std::string_view, 3> kAxisNames{"axial", "lateral", "vertical"};
+constexpr std::array<std::string_view, 3> kCategoryNames{"full", "partial", "none"};
+
+/// Of the position along the least known direction.
+double sigma_along_m(const PoseRecord& pose) {
+  const geometry::Vec3 d = pose.blind_odom.normalized();
+  const double variance = d.dot(pose.covariance.bottomRightCorner<3, 3>() * d);
+  return variance >= 0.0 ? std::sqrt(variance) : kUnknown;
+}
 
 std::vector<std::string> tum_header(const std::string& frame, const std::string& body) {
   return {fmt::format("T_{}_body: pose of {} in {}", frame == "map" ? "map" : "odom", body, frame),
@@ -116,12 +128,26 @@ PoseRecord pose_record(const vehicle::PoseEstimate& pose) {
   if (record.blind_odom.isZero()) {
     record.blind_odom = pose.T_odom_body.R * pose.degeneracy.paper.e3_body;
   }
+  const auto& axes = pose.degeneracy.directions;
+  for (int axis = 0; axis < 3; ++axis) {
+    const degeneracy::DirectionInfo& d = axes[static_cast<std::size_t>(axis)];
+    if (d.direction_odom.isZero()) continue;
+    const bool worse =
+        record.worst_axis < 0 || d.sigma > axes[static_cast<std::size_t>(record.worst_axis)].sigma;
+    if (!worse) continue;
+    record.worst_axis = axis;
+    record.category = d.category;
+  }
+  record.correction_m = pose.correction_m;
+  record.range_from = pose.range_from;
   return record;
 }
 
-std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_odom) {
+std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_odom,
+                            const std::vector<std::string>& vehicles) {
   std::string text =
-      "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from\n";
+      "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from,axis,category,"
+      "sigma_m,held_by\n";
   for (const PoseRecord& pose : poses) {
     const geometry::Vec3 d = T_map_odom.R * pose.blind_odom;
     const bool known = !d.isZero() && d.allFinite();
@@ -129,7 +155,15 @@ std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry
     row.stamp(pose.t).integer(pose.blind ? 1 : 0);
     row.fixed(pose.degree.value_or(kUnknown), 6);
     for (int axis = 0; axis < 3; ++axis) row.fixed(known ? d[axis] : kUnknown, 6);
-    row.fixed(pose.sigma_blind_m, 6).empty().empty();
+    row.fixed(pose.sigma_blind_m, 6);
+    const bool named = pose.range_from && pose.range_from->value < vehicles.size();
+    row.fixed(pose.range_from ? pose.correction_m : kUnknown, 6);
+    row.text(named ? vehicles[pose.range_from->value] : "");
+    const bool axis_known = pose.worst_axis >= 0;
+    row.text(axis_known ? kAxisNames[static_cast<std::size_t>(pose.worst_axis)] : "");
+    row.text(axis_known ? kCategoryNames[static_cast<std::size_t>(pose.category)] : "");
+    row.fixed(known ? sigma_along_m(pose) : kUnknown, 6);
+    row.text(kHeldByNames[static_cast<std::size_t>(pose.held_by)]);
     text += row.line() + '\n';
   }
   return text;
@@ -147,6 +181,7 @@ WayLength way_length(const std::vector<PoseRecord>& poses) {
       const double step_m = (pose.T_odom_body.p - last->T_odom_body.p).norm();
       way.path_m += step_m;
       if (pose.blind) way.blind_m += step_m;
+      if (pose.blind && pose.held_by == HeldBy::kRange) way.held_m += step_m;
     }
     last = &pose;
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rali/base/result.hpp"
+#include "rali/drive/output/blind_hold.hpp"
 #include "rali/io/files/csv_writer.hpp"
 #include "rali/io/files/tum.hpp"
 #include "rali/vehicle/event.hpp"
@@ -21,6 +22,11 @@ struct PoseRecord {
   double sigma_blind_m = 0.0;                          ///< infinity: not held at all
   std::optional<double> degree;                        ///< of the paper; empty: too few normals
   geometry::Vec3 blind_odom = geometry::Vec3::Zero();  ///< least known direction
+  int worst_axis = -1;  ///< 0 axial, 1 lateral, 2 vertical; -1: not known
+  degeneracy::Category category = degeneracy::Category::kFull;  ///< of the worst axis
+  double correction_m = 0.0;            ///< what ranges moved the pose since the last sweep
+  std::optional<VehicleId> range_from;  ///< whose range did
+  HeldBy held_by = HeldBy::kLidar;
 };
 
 [[nodiscard]] PoseRecord pose_record(const vehicle::PoseEstimate& pose);
@@ -56,15 +62,19 @@ class OdometryFiles {
 [[nodiscard]] std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
                                                      const geometry::SE3& T_map_odom);
 
-/// Text of degeneracy/<v>.csv, directions in map. No pose is corrected by ranges yet: the columns
-/// correction_m and range_from stay empty.
+/// Text of degeneracy/<v>.csv, directions in map. sigma_m is that of the position along the least
+/// known direction: how far off it may be there, whatever holds it.
+/// @param vehicles names by number, for range_from
 [[nodiscard]] std::string degeneracy_text(const std::vector<PoseRecord>& poses,
-                                          const geometry::SE3& T_map_odom);
+                                          const geometry::SE3& T_map_odom,
+                                          const std::vector<std::string>& vehicles);
 
-/// Way travelled [m] and what of it was blind [m]; diverged poses left out.
+/// Way travelled [m], what of it was blind [m], and what of that was held by ranges [m]; diverged
+/// poses left out.
 struct WayLength {
   double path_m = 0.0;
   double blind_m = 0.0;
+  double held_m = 0.0;
 };
 
 [[nodiscard]] WayLength way_length(const std::vector<PoseRecord>& poses);

@@ -52,7 +52,8 @@ io::GraphFile graph_of(const std::vector<VehicleRun>& runs) {
 
 }  // namespace
 
-Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir) {
+Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir,
+                           const std::vector<std::string>& vehicles) {
   std::error_code error;
   for (const char* folder : {"/trajectory", "/degeneracy"}) {
     std::filesystem::create_directories(out_dir + folder, error);
@@ -66,7 +67,7 @@ Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir) {
                                  trajectory_covariance_text(run.poses(), run.T_map_odom()));
   if (!status) return status;
   return io::write_file_atomic(out_dir + "/degeneracy/" + run.name() + ".csv",
-                               degeneracy_text(run.poses(), run.T_map_odom()));
+                               degeneracy_text(run.poses(), run.T_map_odom(), vehicles));
 }
 
 Status write_fleet_files(const std::vector<VehicleRun>& runs, const MapJob& job) {

@@ -9,7 +9,9 @@
 namespace rali::drive {
 
 /// trajectory/<v>.tum and .cov.csv, degeneracy/<v>.csv. Errors: kMachine.
-[[nodiscard]] Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir);
+/// @param vehicles names by number
+[[nodiscard]] Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir,
+                                         const std::vector<std::string>& vehicles);
 
 /// keyframes.csv, graph.g2o, graph.pyfg, loops.csv. Errors: kMachine.
 [[nodiscard]] Status write_fleet_files(const std::vector<VehicleRun>& runs, const MapJob& job);

@@ -1,0 +1,145 @@
+#include "rali/cli/range_job.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace rali::cli {
+namespace {
+
+using config::FleetConfig;
+using config::VehicleConfig;
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+static_assert(static_cast<int>(config::StampSource::kDevice) ==
+              static_cast<int>(drive::RangeStamp::kDevice));
+static_assert(static_cast<int>(config::StampSource::kRecord) ==
+              static_cast<int>(drive::RangeStamp::kRecord));
+
+/// A vehicle of which no antenna is told has one where its body is.
+std::vector<geometry::Vec3> antennas_of(const VehicleConfig& vehicle) {
+  std::vector<geometry::Vec3> antennas;
+  for (const config::AntennaConfig& antenna : vehicle.antennas) {
+    antennas.push_back(antenna.p_body_m);
+  }
+  if (antennas.empty()) antennas.push_back(geometry::Vec3::Zero());
+  return antennas;
+}
+
+io::RadioNames radio_names(const FleetConfig& fleet) {
+  io::RadioNames names;
+  for (std::size_t i = 0; i < fleet.vehicles.size(); ++i) {
+    const VehicleConfig& vehicle = fleet.vehicles[i];
+    const VehicleId id{static_cast<std::uint16_t>(i)};
+    names[vehicle.name] = {id, 0};
+    for (std::size_t a = 0; a < vehicle.antennas.size() && a <= 0xff; ++a) {
+      names[vehicle.name + '/' + vehicle.antennas[a].name] = {id, static_cast<std::uint8_t>(a)};
+    }
+  }
+  return names;
+}
+
+/// Names are checked by config::check_fleet; what is not there stays a radio of nobody.
+drive::RangeTopic range_topic(const config::RangeSource& source, const io::RadioNames& names) {
+  drive::RangeTopic topic;
+  topic.topic = source.topic;
+  for (const auto& [number, radio] : source.ids) {
+    const std::string name =
+        radio.antenna.empty() ? radio.vehicle : radio.vehicle + '/' + radio.antenna;
+    const auto found = names.find(name);
+    if (found != names.end()) topic.ids[number] = found->second;
+  }
+  return topic;
+}
+
+std::string place_of(const FleetConfig& fleet, const std::string& key) {
+  const auto origin = fleet.origins.find(key);
+  return origin == fleet.origins.end() ? key : origin->second;
+}
+
+/// The other's first pose in one's own, of the prior that names both; the first vehicle's where a
+/// prior names none.
+std::optional<vehicle::PeerPrior> prior_between(const FleetConfig& fleet, const std::string& self,
+                                                const std::string& peer) {
+  for (const config::PriorConfig& prior : fleet.priors) {
+    const std::string& base =
+        prior.relative_to.empty() ? fleet.vehicles.front().name : prior.relative_to;
+    const bool forward = base == self && prior.vehicle == peer;
+    const bool backward = base == peer && prior.vehicle == self;
+    if (!forward && !backward) continue;
+    vehicle::PeerPrior known;
+    known.T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, prior.yaw_deg * kRadPerDeg);
+    known.T_self_peer.p = prior.p_m;
+    known.sigma_m = prior.sigma_m;
+    known.sigma_rad = prior.sigma_deg * kRadPerDeg;
+    if (backward) {
+      known.T_self_peer = known.T_self_peer.inverse();
+      // Seen from the other end, an error of heading swings the place about.
+      known.sigma_m = std::hypot(known.sigma_m, prior.p_m.norm() * known.sigma_rad);
+    }
+    return known;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> bias_between(const config::RangesConfig& ranges, const std::string& a,
+                                   const std::string& b) {
+  for (const std::string& pair : {a + '-' + b, b + '-' + a}) {
+    const auto found = ranges.pair_bias_m.find(pair);
+    if (found != ranges.pair_bias_m.end()) return found->second;
+  }
+  return ranges.bias_m;
+}
+
+}  // namespace
+
+Result<drive::RangeOptions> range_options(const FleetConfig& fleet) {
+  drive::RangeOptions options;
+  options.names = radio_names(fleet);
+  for (const VehicleConfig& vehicle : fleet.vehicles) {
+    options.antennas.push_back(antennas_of(vehicle).size());
+  }
+  for (const config::RangeSource& source : fleet.ranges.sources) {
+    if (!source.serial_log.empty()) {
+      return fail(ErrorCode::kUsage, place_of(fleet, "ranges.sources"),
+                  fmt::format("{}: logs of a serial port cannot be read in this version",
+                              source.serial_log),
+                  "Give a CSV (file) or a topic of the recordings.");
+    }
+    if (!source.file.empty()) options.files.push_back(source.file);
+    if (!source.topic.empty()) options.topics.push_back(range_topic(source, options.names));
+  }
+  options.stamp = static_cast<drive::RangeStamp>(fleet.ranges.stamp);
+  options.latency_s = fleet.ranges.latency_s.value_or(0.0);
+  options.limits_m = fleet.ranges.limits_m;
+  options.arrival = fleet.settings.ranging.arrival;
+  options.exchange = fleet.settings.ranging.exchange;
+  return options;
+}
+
+void set_ranging(const FleetConfig& fleet, std::size_t index, vehicle::VehicleSettings& settings) {
+  const VehicleConfig& self = fleet.vehicles[index];
+  settings.antennas_body_m = antennas_of(self);
+  settings.ranging = fleet.settings.ranging;
+  settings.ranging.limits.sigma_m = fleet.ranges.sigma_m;
+  settings.ranging.limits.near_m = fleet.ranges.limits_m[0];
+  settings.ranging.limits.far_m = fleet.ranges.limits_m[1];
+  settings.peers.clear();
+  for (std::size_t i = 0; i < fleet.vehicles.size(); ++i) {
+    if (i == index) continue;
+    vehicle::PeerSettings peer;
+    peer.id = VehicleId{static_cast<std::uint16_t>(i)};
+    peer.name = fleet.vehicles[i].name;
+    peer.antennas_body_m = antennas_of(fleet.vehicles[i]);
+    peer.prior = prior_between(fleet, self.name, peer.name);
+    peer.bias_m = bias_between(fleet.ranges, self.name, peer.name);
+    settings.peers.push_back(std::move(peer));
+  }
+}
+
+}  // namespace rali::cli

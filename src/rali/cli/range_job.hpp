@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/config/fleet_config.hpp"
+#include "rali/drive/ranges/range_options.hpp"
+#include "rali/vehicle/settings.hpp"
+
+namespace rali::cli {
+
+/// Where the ranges of a fleet come from; vehicles are numbered by their order.
+/// Errors (kUsage): a source that this version cannot read.
+[[nodiscard]] Result<drive::RangeOptions> range_options(const config::FleetConfig& fleet);
+
+/// What a vehicle knows of ranges and of the others: its antennas, its peers with theirs, where
+/// they stood at the start, how good ranges are.
+/// @param index of the vehicle in the fleet
+void set_ranging(const config::FleetConfig& fleet, std::size_t index,
+                 vehicle::VehicleSettings& settings);
+
+}  // namespace rali::cli

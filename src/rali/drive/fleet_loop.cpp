@@ -1,0 +1,310 @@
+#include "rali/drive/fleet_loop.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <map>
+#include <memory>
+#include <tuple>
+#include <utility>
+#include <variant>
+
+#include "rali/drive/loop_progress.hpp"
+#include "rali/drive/ranges/range_files.hpp"
+#include "rali/drive/read_ahead.hpp"
+#include "rali/ranging/exchange_pairer.hpp"
+
+namespace rali::drive {
+namespace {
+
+using ScanEvent = std::shared_ptr<const sensor::LidarScan>;
+
+/// When an event is due; a sweep at its last point, since nobody can have it earlier.
+Time time_of(const vehicle::Event& event) {
+  if (const auto* imu = std::get_if<sensor::ImuSample>(&event)) return imu->t;
+  if (const auto* scan = std::get_if<ScanEvent>(&event)) return (*scan)->t_end;
+  if (const auto* range = std::get_if<sensor::RangeSample>(&event)) return range->t;
+  return {};
+}
+
+/// Order at one time.
+constexpr int kImuRank = 0, kRangeRank = 1, kScanRank = 2, kEndRank = 3;
+
+int rank_of(const vehicle::Event& event) {
+  if (std::holds_alternative<sensor::ImuSample>(event)) return kImuRank;
+  return std::holds_alternative<ScanEvent>(event) ? kScanRank : kRangeRank;
+}
+
+/// One vehicle on its way through its data.
+struct Track {
+  FleetMember* member = nullptr;
+  std::unique_ptr<ReadAhead> ahead;
+  std::optional<vehicle::Event> next;  ///< empty: its source has ended
+  Time t_last;                         ///< of the last event it read
+  bool ended = false;                  ///< the vehicle was told so
+  bool at_rest = false;                ///< by its last pose
+  std::unique_ptr<LoopProgress> progress;
+
+  [[nodiscard]] EventSource& events() const {
+    return ahead ? static_cast<EventSource&>(*ahead) : *member->source;
+  }
+};
+
+/// What a vehicle is told; a range to kBothEnds goes to both its vehicles.
+struct Letter {
+  std::size_t to;
+  vehicle::Event event;
+};
+
+constexpr std::size_t kFiles = static_cast<std::size_t>(-1), kBothEnds = kFiles;
+
+/// Reads the sources half a slot ahead of the vehicles: so long it can take until a range has met
+/// the other direction of its exchange, and still the vehicles get everything in order of time.
+class FleetLoop {
+ public:
+  FleetLoop(std::span<const sensor::RangeSample> ranges, const RangeOptions& range_options,
+            const FleetLoopOptions& options, Executor& executor, RangeLog& log, ProgressSink& sink)
+      : ranges_(ranges),
+        range_options_(range_options),
+        options_(options),
+        executor_(executor),
+        log_(log),
+        sink_(sink),
+        half_slot_(Duration::from_s(0.5 * range_options.exchange.slot_s)),
+        pairer_(range_options.exchange) {}
+
+  void run(std::span<FleetMember> members, const std::atomic<bool>& stop);
+
+ private:
+  /// Time, rank, source, order of reading.
+  using Key = std::tuple<Time, int, std::size_t, std::uint64_t>;
+
+  void start(std::span<FleetMember> members);
+  [[nodiscard]] std::optional<std::size_t> oldest() const;
+  void fetch(std::size_t index);
+  void pull(std::size_t source);
+  void take_range(const sensor::RangeSample& sample);
+  void settle();
+  void put(std::size_t source, Time t, int rank, Letter letter);
+  void hand_out(Time before);
+  void hand_over(Letter letter);
+  void end(std::size_t index);
+  void deliver(std::size_t to, vehicle::Event event);
+  void step(const Letter& letter);
+  void follow(std::size_t index, const vehicle::OutputList& outputs);
+  void interrupt();
+
+  std::span<const sensor::RangeSample> ranges_;
+  const RangeOptions& range_options_;
+  FleetLoopOptions options_;
+  Executor& executor_;
+  RangeLog& log_;
+  ProgressSink& sink_;
+  Duration half_slot_;
+  ranging::ExchangePairer pairer_;
+  std::vector<ranging::PairedRange> paired_;
+  std::vector<Track> tracks_;
+  std::size_t next_range_ = 0;
+  std::optional<Time> newest_;  ///< of what was read
+  std::map<Key, Letter> due_;   ///< read, not yet handed out
+  std::uint64_t order_ = 0;
+  std::deque<Letter> letters_;
+  vehicle::OutputList outputs_;
+  bool broken_ = false;  ///< the disk: nothing more can be taken
+};
+
+void FleetLoop::start(std::span<FleetMember> members) {
+  for (FleetMember& member : members) {
+    Track track;
+    track.member = &member;
+    if (options_.read_ahead) track.ahead = std::make_unique<ReadAhead>(*member.source);
+    track.progress = std::make_unique<LoopProgress>(sink_, *member.run);
+    tracks_.push_back(std::move(track));
+  }
+  for (std::size_t i = 0; i < tracks_.size(); ++i) fetch(i);
+}
+
+/// Whose event is read next; kFiles for the ranges of files, nothing at the end of all.
+std::optional<std::size_t> FleetLoop::oldest() const {
+  using Head = std::tuple<Time, int, std::size_t>;
+  std::optional<Head> best;
+  if (next_range_ < ranges_.size()) best = Head{ranges_[next_range_].t, kRangeRank, kFiles};
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (!tracks_[i].next) continue;
+    const Head head{time_of(*tracks_[i].next), rank_of(*tracks_[i].next), i};
+    if (!best || head < *best) best = head;
+  }
+  return best ? std::optional(std::get<2>(*best)) : std::nullopt;
+}
+
+/// Gets the vehicle's next event, or its end where there is none.
+void FleetLoop::fetch(std::size_t index) {
+  Track& track = tracks_[index];
+  track.next.reset();
+  if (track.ended) return;
+  Result<std::optional<vehicle::Event>> next = track.events().next();
+  if (!next) track.member->end.error = next.error();
+  if (next && *next) {
+    track.next = std::move(**next);
+    track.t_last = std::max(track.t_last, time_of(*track.next));
+    return;
+  }
+  put(index, track.t_last, kEndRank, {index, vehicle::EndOfData{}});
+}
+
+/// Reads one event; ranges meet their exchange.
+void FleetLoop::pull(std::size_t source) {
+  if (source == kFiles) return take_range(ranges_[next_range_++]);
+  vehicle::Event event = std::move(*tracks_[source].next);
+  if (const auto* range = std::get_if<sensor::RangeSample>(&event)) {
+    take_range(*range);
+  } else {
+    const Time t = time_of(event);
+    newest_ = t;
+    pairer_.release(t, paired_);
+    settle();
+    const int rank = rank_of(event);
+    put(source, t, rank, {source, std::move(event)});
+  }
+  fetch(source);
+}
+
+void FleetLoop::take_range(const sensor::RangeSample& sample) {
+  ranging::RangeReason reason = judge_range(sample, range_options_);
+  const bool late = newest_ && sample.t < *newest_;
+  if (late && reason == ranging::RangeReason::kNoPose) reason = ranging::RangeReason::kLate;
+  if (!late) newest_ = sample.t;
+  if (reason != ranging::RangeReason::kNoPose || options_.separate) {
+    return log_.add_refused(sample, reason);
+  }
+  pairer_.add(sample, paired_);
+  settle();
+}
+
+/// Puts what the pairer has decided in order.
+void FleetLoop::settle() {
+  for (const ranging::PairedRange& range : paired_) {
+    if (range.duplicate) {
+      log_.add_refused(range.sample, ranging::RangeReason::kDuplicate);
+    } else {
+      put(kFiles, range.sample.t, kRangeRank, {kBothEnds, range.sample});
+    }
+  }
+  paired_.clear();
+}
+
+void FleetLoop::put(std::size_t source, Time t, int rank, Letter letter) {
+  due_.emplace(Key{t, rank, source, order_++}, std::move(letter));
+}
+
+void FleetLoop::hand_out(Time before) {
+  while (!due_.empty() && std::get<Time>(due_.begin()->first) < before && !broken_) {
+    Letter letter = std::move(due_.begin()->second);
+    due_.erase(due_.begin());
+    hand_over(std::move(letter));
+  }
+}
+
+void FleetLoop::hand_over(Letter letter) {
+  if (letter.to == kBothEnds) {
+    const auto sample = std::get<sensor::RangeSample>(letter.event);
+    log_.add_handed(sample);
+    deliver(sample.from.value, sample);
+    deliver(sample.to.value, sample);
+    return;
+  }
+  Track& track = tracks_[letter.to];
+  if (track.ended) return;  // a strict end came before
+  if (std::holds_alternative<vehicle::EndOfData>(letter.event)) return end(letter.to);
+  const std::size_t index = letter.to;
+  deliver(index, std::move(letter.event));
+  const auto& poses = track.member->run->poses();
+  const bool lost = !poses.empty() && poses.back().quality == vehicle::PoseQuality::kDiverged;
+  if (options_.strict && lost && !broken_) return end(index);
+  track.progress->report(track.events().progress(), false);
+}
+
+/// What was handed over is finished: the vehicle still works on waiting scans.
+void FleetLoop::end(std::size_t index) {
+  Track& track = tracks_[index];
+  deliver(index, vehicle::EndOfData{});
+  track.ended = true;
+  track.next.reset();
+  track.progress->report(track.events().progress(), true);
+  track.ahead.reset();
+}
+
+void FleetLoop::deliver(std::size_t to, vehicle::Event event) {
+  letters_.push_back({to, std::move(event)});
+  while (!letters_.empty() && !broken_) {
+    const Letter letter = std::move(letters_.front());
+    letters_.pop_front();
+    if (!tracks_[letter.to].ended) step(letter);
+  }
+}
+
+void FleetLoop::step(const Letter& letter) {
+  FleetMember& member = *tracks_[letter.to].member;
+  outputs_.clear();
+  member.step(letter.event, executor_, outputs_);
+  const std::size_t known = member.findings.size();
+  Status taken = member.run->see(letter.event);
+  if (taken) taken = member.run->take(outputs_, member.findings);
+  for (std::size_t i = known; i < member.findings.size(); ++i) sink_.finding(member.findings[i]);
+  follow(letter.to, outputs_);
+  if (taken) return;
+  member.end.error = taken.error();
+  broken_ = true;
+}
+
+/// What the outputs mean for the others and for the table of ranges.
+void FleetLoop::follow(std::size_t index, const vehicle::OutputList& outputs) {
+  Track& track = tracks_[index];
+  const VehicleId self{static_cast<std::uint16_t>(index)};
+  for (const vehicle::Output& output : outputs) {
+    if (const auto* use = std::get_if<ranging::RangeUse>(&output)) {
+      log_.answer(*use, self, !track.at_rest);
+    } else if (const auto* pose = std::get_if<vehicle::PoseEstimate>(&output)) {
+      track.at_rest = pose->at_rest;
+      for (std::size_t i = 0; i < tracks_.size() && !options_.separate; ++i) {
+        if (i == index || tracks_[i].ended) continue;
+        letters_.push_back({i, vehicle::PeerStatus{self, pose->t, pose->at_rest}});
+      }
+    }
+  }
+}
+
+/// What was handed over is finished, what was only read is left.
+void FleetLoop::interrupt() {
+  for (std::size_t i = 0; i < tracks_.size() && !broken_; ++i) {
+    if (tracks_[i].ended) continue;
+    tracks_[i].member->end.interrupted = true;
+    end(i);
+  }
+}
+
+void FleetLoop::run(std::span<FleetMember> members, const std::atomic<bool>& stop) {
+  start(members);
+  while (!broken_) {
+    if (stop.load(std::memory_order_relaxed)) return interrupt();
+    const std::optional<std::size_t> next = oldest();
+    if (!next) break;
+    pull(*next);
+    if (newest_) hand_out(*newest_ - half_slot_);
+  }
+  pairer_.flush(paired_);
+  settle();
+  hand_out(Time::from_ns(std::numeric_limits<std::int64_t>::max()));
+}
+
+}  // namespace
+
+void run_fleet(std::span<FleetMember> members, std::span<const sensor::RangeSample> ranges,
+               const RangeOptions& range_options, const FleetLoopOptions& options,
+               Executor& executor, RangeLog& log, ProgressSink& sink,
+               const std::atomic<bool>& stop) {
+  FleetLoop(ranges, range_options, options, executor, log, sink).run(members, stop);
+}
+
+}  // namespace rali::drive

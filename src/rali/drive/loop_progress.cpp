@@ -1,0 +1,26 @@
+#include "rali/drive/loop_progress.hpp"
+
+namespace rali::drive {
+
+void LoopProgress::report(double share, bool always) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!always && now - last_ < std::chrono::milliseconds(100)) return;
+  last_ = now;
+  Progress progress;
+  progress.vehicle = run_.name();
+  progress.stage = "odometry";
+  progress.share = share;
+  progress.path_m = run_.path_m();
+  progress.blind_share = run_.path_m() > 0.0 ? run_.blind_m() / run_.path_m() : 0.0;
+  progress.ranges = run_.ranges();
+  progress.ranges_used = run_.ranges_used();
+  if (!run_.poses().empty()) {
+    progress.t = run_.poses().back().t;
+    const double data_s = seconds_between(run_.poses().front().t, progress.t);
+    const double wall_s = std::chrono::duration<double>(now - begin_).count();
+    progress.speed = wall_s > 0.0 ? data_s / wall_s : 0.0;
+  }
+  sink_.progress(progress);
+}
+
+}  // namespace rali::drive

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <chrono>
+
+#include "rali/drive/vehicle_run.hpp"
+
+namespace rali::drive {
+
+/// Tells the sink how far a vehicle is, at most ten times per second of wall clock: printing must
+/// not cost time, and nothing here enters a result.
+class LoopProgress {
+ public:
+  LoopProgress(ProgressSink& sink, const VehicleRun& run) : sink_(sink), run_(run) {}
+
+  /// @param always also before the tenth of a second is over
+  void report(double share, bool always);
+
+ private:
+  ProgressSink& sink_;
+  const VehicleRun& run_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point last_;
+};
+
+}  // namespace rali::drive

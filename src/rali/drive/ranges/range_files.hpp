@@ -1,0 +1,32 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "rali/base/finding.hpp"
+#include "rali/base/result.hpp"
+#include "rali/drive/ranges/range_options.hpp"
+#include "rali/ranging/range_use.hpp"
+#include "rali/sensor/range_sample.hpp"
+
+namespace rali::drive {
+
+/// The ranges of all CSV files of a job.
+struct RangeList {
+  std::vector<sensor::RangeSample> samples;        ///< by time; at one time by file and row
+  std::map<std::uint16_t, std::string> strangers;  ///< names that are no vehicle, by their number
+  FindingList findings;
+};
+
+/// Reads the CSV files, takes the latency off the stamps and puts all ranges in order. Rows that
+/// name nobody of the fleet stay as ranges of strangers.
+/// Errors: kInput (no file, a column missing, no row that fits).
+[[nodiscard]] Result<RangeList> read_range_files(const RangeOptions& options);
+
+/// What can be said of a range without any pose: nobody's antenna, or no length that can be.
+/// @return kNoPose for a range that the vehicles have to judge
+[[nodiscard]] ranging::RangeReason judge_range(const sensor::RangeSample& sample,
+                                               const RangeOptions& options);
+
+}  // namespace rali::drive

@@ -1,0 +1,79 @@
+#include "rali/drive/ranges/range_findings.hpp"
+
+#include <string>
+
+#include <fmt/format.h>
+
+#include "rali/base/counted.hpp"
+
+namespace rali::drive {
+namespace {
+
+using ranging::RangeReason;
+
+Finding finding(const char* id, std::string text, std::string remedy) {
+  Finding f;
+  f.id = id;
+  f.text = std::move(text);
+  f.remedy = std::move(remedy);
+  return f;
+}
+
+std::uint64_t messages_of(const std::string& topic, const std::vector<InputReport>& reports) {
+  std::uint64_t sum = 0;
+  for (const InputReport& report : reports) {
+    const auto found = report.range_messages.find(topic);
+    if (found != report.range_messages.end()) sum += found->second;
+  }
+  return sum;
+}
+
+std::string remedy_of(RangeReason reason) {
+  switch (reason) {
+    case RangeReason::kUnknownId:
+      return "Name the radios in ranges.sources (ids) and the antennas of each vehicle.";
+    case RangeReason::kOutOfLimits:
+      return "Are they in metres? See ranges.limits_m.";
+    case RangeReason::kLate:
+      return "Are the ranges on the clock of the recordings? See ranges.stamp.";
+    case RangeReason::kNoPose:
+      return "Do the ranges and the recordings overlap in time, does a vehicle stand, is its place "
+             "known (priors)?";
+    default:
+      return "See ranges.csv and rali doctor.";
+  }
+}
+
+}  // namespace
+
+FindingList range_findings(const RangeTally& tally, const MapJob& job,
+                           const std::vector<InputReport>& reports) {
+  FindingList list;
+  for (const RangeTopic& topic : job.ranges.topics) {
+    if (messages_of(topic.topic, reports) > 0) continue;
+    list.push_back(finding("ranges.no_topic",
+                           fmt::format("no recording has ranges on {}", topic.topic),
+                           "Are the name and the type right? See rali info."));
+  }
+  if (tally.total == 0 || tally.used() > 0) return list;
+  if (job.clocks_separate) {
+    list.push_back(finding("ranges.separate",
+                           fmt::format("{} not used: the vehicles share no clock (clock: separate)",
+                                       counted(tally.total, "range")),
+                           "Set clock: synchronised if they do."));
+    return list;
+  }
+  bool wanted = false;
+  for (const VehicleJob& vehicle : job.vehicles) wanted |= vehicle.settings.ranging.use;
+  if (!wanted) return list;
+  const RangeReason reason = tally.commonest_refusal();
+  const auto index = static_cast<std::size_t>(reason);
+  list.push_back(
+      finding("ranges.none_used",
+              fmt::format("none of {} was used, {} of them for {}", counted(tally.total, "range"),
+                          tally.by_reason[index], ranging::kRangeReasonNames[index]),
+              remedy_of(reason)));
+  return list;
+}
+
+}  // namespace rali::drive

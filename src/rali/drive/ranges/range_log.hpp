@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/ranging/range_use.hpp"
+
+namespace rali::drive {
+
+/// What the ranges of one pair of vehicles came to. NaN: not known.
+struct RangePair {
+  std::string name;  ///< "v1-v2"
+  std::size_t total = 0, used = 0;
+  double bias_m = std::numeric_limits<double>::quiet_NaN();          ///< as last estimated
+  double residual_std_m = std::numeric_limits<double>::quiet_NaN();  ///< of those used
+};
+
+/// What the ranges of a run came to.
+struct RangeTally {
+  std::size_t total = 0;
+  std::array<std::size_t, ranging::kRangeReasonNames.size()> by_reason{};
+  std::vector<RangePair> pairs;  ///< of vehicles of the fleet, by their order
+
+  [[nodiscard]] std::size_t used() const { return by_reason[0]; }
+
+  /// The reason of most of those not used; kUsed where there are none.
+  [[nodiscard]] ranging::RangeReason commonest_refusal() const;
+};
+
+/// Every range of a run, once, with what became of it. 112 bytes per range.
+class RangeLog {
+ public:
+  /// @param vehicles names by number
+  explicit RangeLog(std::vector<std::string> vehicles) : vehicles_(std::move(vehicles)) {}
+
+  /// Names of ends that are no vehicle, for the table.
+  void name_strangers(std::map<std::uint16_t, std::string> names) { strangers_ = std::move(names); }
+
+  /// A range that goes to its vehicles, in the order of time.
+  void add_handed(const sensor::RangeSample& sample);
+
+  /// A range that no vehicle sees, and why.
+  void add_refused(const sensor::RangeSample& sample, ranging::RangeReason reason);
+
+  /// What a vehicle made of a range. Where both ends answer, the one that used it counts, else the
+  /// one that moved. Answers to what was not handed are left out.
+  void answer(const ranging::RangeUse& use, VehicleId by, bool moving);
+
+  [[nodiscard]] bool empty() const { return handed_.empty() && refused_.empty(); }
+
+  /// Errors: kMachine.
+  [[nodiscard]] Status write(const std::string& path) const;
+
+  [[nodiscard]] RangeTally tally() const;
+
+ private:
+  /// Worth of an answer: none yet, of one that stands, of one that moves, used.
+  enum class Worth : std::uint8_t { kNone, kStanding, kMoving, kUsed };
+
+  struct Row {
+    ranging::RangeUse use;
+    Worth worth = Worth::kNone;
+    std::array<bool, 2> answered{};  ///< by from, by to
+  };
+
+  [[nodiscard]] std::string name_of(VehicleId id) const;
+  [[nodiscard]] std::vector<const ranging::RangeUse*> in_order() const;
+
+  std::vector<std::string> vehicles_;
+  std::map<std::uint16_t, std::string> strangers_;
+  std::vector<Row> handed_;  ///< by time
+  std::vector<ranging::RangeUse> refused_;
+};
+
+}  // namespace rali::drive

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "rali/io/files/range_csv.hpp"
+#include "rali/ranging/settings.hpp"
+
+namespace rali::drive {
+
+/// Which clock stamps the ranges of a topic: the message's header, else the radio's own clock
+/// (auto), the radio's clock, the recorder's.
+enum class RangeStamp { kAuto, kDevice, kRecord };
+
+/// A topic of the recordings that carries ranges.
+struct RangeTopic {
+  std::string topic;
+  std::map<std::int64_t, io::RadioEnd> ids;  ///< number of a radio: whose antenna it is
+};
+
+/// Where the ranges of a job come from and what is known about them; the same for all vehicles.
+struct RangeOptions {
+  std::vector<std::string> files;  ///< CSV
+  std::vector<RangeTopic> topics;
+  io::RadioNames names;               ///< "v1", "v1/uwb"
+  std::vector<std::size_t> antennas;  ///< how many each vehicle has
+  RangeStamp stamp = RangeStamp::kAuto;
+  double latency_s = 0.0;  ///< age of a range at its stamp: taken off
+  std::array<double, 2> limits_m = {0.2, 200.0};
+  ranging::ArrivalClockSettings arrival;
+  ranging::ExchangeSettings exchange;
+
+  /// The source that reads this topic, null if none does.
+  [[nodiscard]] const RangeTopic* topic_of(std::string_view topic) const {
+    for (const RangeTopic& t : topics) {
+      if (t.topic == topic) return &t;
+    }
+    return nullptr;
+  }
+};
+
+/// Ends that are nobody's keep a number of their own, so that ranges.csv can name them: radios of
+/// frames by their number, names of files by their order.
+inline constexpr std::uint16_t kUnknownRadios = 0x8000, kUnknownNames = 0xc000;
+inline constexpr VehicleId kNobody{0xffff};  ///< where there is no room for a number
+
+[[nodiscard]] inline VehicleId unknown_radio(std::uint64_t number) {
+  constexpr std::uint64_t kRoom = kUnknownNames - kUnknownRadios;
+  if (number >= kRoom) return kNobody;
+  return {static_cast<std::uint16_t>(kUnknownRadios + number)};
+}
+
+[[nodiscard]] inline VehicleId unknown_name(std::uint64_t index) {
+  constexpr std::uint64_t kRoom = 0xffff - kUnknownNames;
+  if (index >= kRoom) return kNobody;
+  return {static_cast<std::uint16_t>(kUnknownNames + index)};
+}
+
+}  // namespace rali::drive
