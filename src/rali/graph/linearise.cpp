@@ -76,7 +76,7 @@ InertialRows inertial_rows(const InertialFactor& f, const KeyframeState& xi,
                            const KeyframeState& xj) {
   const SE3 Ti = imu_pose(xi, f.T_body_imu);
   const SE3 Tj = imu_pose(xj, f.T_body_imu);
-  const Mat3 RiT = Ti.R.transpose();
+  const auto RiT = Ti.R.transpose();  // a view: Ti stays
   const double D = f.duration_s;
   const Vec3 db_g = xi.gyro_bias_radps - f.gyro_bias_radps;
   const Vec3 db_a = xi.accel_bias_mps2 - f.accel_bias_mps2;
@@ -111,7 +111,7 @@ InertialRows inertial_rows(const InertialFactor& f, const KeyframeState& xi,
 // Relative pose residual and its derivatives, multiplied by root.
 void relative_rows(const SE3& Ti, const SE3& Tj, const SE3& T_i_j, const geometry::Mat6& root,
                    int row, int ci, int cj, LinearFactor& out) {
-  const Mat3 RiT = Ti.R.transpose();
+  const auto RiT = Ti.R.transpose();  // a view: Ti stays
   const Vec3 r_R = so3_log(T_i_j.R.transpose() * RiT * Tj.R);
   const Mat3 JrInv = so3_right_jacobian_inverse(r_R);
   const Vec3 p_i = RiT * (Tj.p - Ti.p);
