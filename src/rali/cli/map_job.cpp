@@ -234,10 +234,12 @@ std::vector<std::string> idle_keys(const FleetConfig& fleet) {
   for (const auto& origin : fleet.origins) {
     const std::string& key = origin.first;
     const std::string room = key.substr(0, key.find('.'));
-    const bool fleet_only = room == "ranges" || room == "radio" || room == "priors" ||
-                            room == "rounds" || room == "clock" ||
-                            key.find(".antennas") != std::string::npos;
-    if (fleet_only && origin.second.find("settings.yaml") == std::string::npos) idle.push_back(key);
+    const bool between = room == "ranges" || room == "priors" || room == "clock" ||
+                         key.find(".antennas") != std::string::npos;
+    const bool offset = room == "clock" && fleet.clock == config::Clock::kOffset;
+    const bool no_use =
+        room == "radio" || room == "rounds" || offset || (between && fleet.vehicles.size() < 2);
+    if (no_use && origin.second.find("settings.yaml") == std::string::npos) idle.push_back(key);
   }
   return idle;
 }

@@ -24,7 +24,8 @@ struct MapOptions {
 [[nodiscard]] Result<drive::MapJob> make_map_job(const config::FleetConfig& fleet,
                                                  const MapOptions& options);
 
-/// Keys that were given but have no effect on single vehicles, for one warning; empty if none.
+/// Keys that were given but have no effect in this version, or on a vehicle alone, for one warning;
+/// empty if none.
 [[nodiscard]] std::vector<std::string> idle_keys(const config::FleetConfig& fleet);
 
 /// The fleet with everything that was found in the data, and where.

@@ -95,6 +95,9 @@ TEST(MapJob, misses_side_files_before_anything_is_computed) {
   EXPECT_NE(error_of("ranges: {sources: [{file: " + folder.path() + "}]}\n").find("is a folder"),
             std::string::npos);
   EXPECT_NE(error_of("ranges: {sources: [{file: " + bad + "}]}\n"), "");
+  EXPECT_NE(error_of("ranges: {sources: [{serial_log: " + good + ", vehicle: v1}]}\n")
+                .find("logs of a serial port cannot be read in this version"),
+            std::string::npos);
   EXPECT_NE(error_of("radio: {file: /none.csv}\n"), "");
   EXPECT_NE(error_of("radio: {file: " + good + "}\n"), "") << "no column rssi_dbm";
   EXPECT_NE(error_of("rounds: /none.csv\n"), "");
@@ -104,6 +107,10 @@ TEST(MapJob, names_the_keys_that_have_no_effect) {
   const auto idle = idle_keys(fleet_of(
       "vehicles: {v1: {recording: a, antennas: {u: {xyz_m: [0, 0, 1]}}}}\nclock: offset\n"));
   EXPECT_EQ(idle, (std::vector<std::string>{"clock", "vehicles.v1.antennas"}));
+  const auto two = idle_keys(fleet_of(
+      "vehicles: {v1: {recording: a, antennas: {u: {xyz_m: [0, 0, 1]}}}, v2: {recording: b}}\n"
+      "clock: separate\nranges: {sigma_m: 0.2}\nrounds: off\n"));
+  EXPECT_EQ(two, (std::vector<std::string>{"rounds"}));
   EXPECT_TRUE(idle_keys(fleet_of("vehicles: {v1: {recording: a}}")).empty());
 }
 
@@ -137,6 +144,27 @@ TEST(MapSummary, tells_the_run_in_a_few_lines) {
   EXPECT_NE(summary_text(damaged, "out")
                 .find("gaps: v1: 2 clock jumps closed, 3.0 s cut out where the odometry diverged"),
             std::string::npos);
+}
+
+TEST(MapSummary, tells_what_ranges_held_and_why_others_did_not) {
+  drive::MapSummary summary = summary_of(2);
+  const auto count = [&](ranging::RangeReason reason, std::size_t n) {
+    summary.ranges.by_reason[static_cast<std::size_t>(reason)] = n;
+    summary.ranges.total += n;
+  };
+  count(ranging::RangeReason::kUsed, 9602);
+  count(ranging::RangeReason::kNoPose, 25);
+  count(ranging::RangeReason::kNlos, 412);
+  count(ranging::RangeReason::kOutlier, 201);
+  summary.vehicles[1].blind_held_share = 0.5;
+  const std::string text = summary_text(summary, "out");
+  // 0.5 * 0.27 * 498 m of 0.08 * 512 m + 0.27 * 498 m
+  EXPECT_NE(text.find("blind: v1 8 %, v2 27 % of the way; held by ranges 38 % of it\n"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("ranges: 9602 used, 638 rejected (412 nlos, 201 outlier, 25 no pose)\n"),
+            std::string::npos)
+      << text;
 }
 
 TEST(MapSummary, the_exit_code_follows_the_table) {
@@ -184,6 +212,10 @@ TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
             "v1 [#########-----]  62 %  6.4x  312 m  blind  8 %  ETA 0:41");
   EXPECT_EQ(progress_line(progress, false, -1.0), "v1  62 %  6.4x  312 m  blind  8 %");
   EXPECT_EQ(progress_line(progress, false, 4000.0).substr(33), "  ETA 1:06:40");
+  progress.ranges = 5120;
+  progress.ranges_used = 4812;
+  EXPECT_EQ(progress_line(progress, false, -1.0),
+            "v1  62 %  6.4x  312 m  blind  8 %  ranges 4812/5120");
   progress.share = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(progress_line(progress, true, -1.0).substr(0, 24), "v1 [--------------]   0 ");
 }

@@ -1,6 +1,7 @@
 #include "rali/cli/map_summary.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -41,6 +42,44 @@ std::string sigma_line(const MapSummary& summary) {
   return fmt::format(
       "expected position error (1 sigma): median {:.2f} m, worst {:.2f} m ({}, {:.0f} s)\n",
       *std::max_element(medians.begin(), medians.end()), worst->sigma_max_m, worst->name, at_s);
+}
+
+/// "blind: v1 8 %, v2 27 % of the way; held by ranges 94 % of it".
+std::string blind_line(const MapSummary& summary) {
+  const std::string shares = joined(summary, ", ", [](const VehicleSummary& v) {
+    return fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share);
+  });
+  std::string line = fmt::format("blind: {} of the way", shares);
+  double blind_m = 0.0, held_m = 0.0;
+  for (const VehicleSummary& v : summary.vehicles) {
+    blind_m += v.blind_share * v.path_m;
+    held_m += v.blind_held_share * v.blind_share * v.path_m;
+  }
+  if (summary.ranges.total > 0 && blind_m > 0.0) {
+    line += fmt::format("; held by ranges {:.0f} % of it", 100.0 * held_m / blind_m);
+  }
+  return line + '\n';
+}
+
+/// "ranges: 9602 used, 638 rejected (412 nlos, 201 outlier, 25 no pose)"; nothing without ranges.
+std::string ranges_line(const MapSummary& summary) {
+  const drive::RangeTally& ranges = summary.ranges;
+  if (ranges.total == 0) return {};
+  std::vector<std::pair<std::size_t, std::string>> reasons;
+  for (std::size_t i = 1; i < ranges.by_reason.size(); ++i) {
+    if (ranges.by_reason[i] == 0) continue;
+    std::string name(ranging::kRangeReasonNames[i]);
+    std::replace(name.begin(), name.end(), '_', ' ');
+    reasons.emplace_back(ranges.by_reason[i], name);
+  }
+  std::stable_sort(reasons.begin(), reasons.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> parts;
+  for (const auto& [n, name] : reasons) parts.push_back(fmt::format("{} {}", n, name));
+  std::string line =
+      fmt::format("ranges: {} used, {} rejected", ranges.used(), ranges.total - ranges.used());
+  if (!parts.empty()) line += fmt::format(" ({})", fmt::join(parts, ", "));
+  return line + '\n';
 }
 
 void add(std::vector<std::string>& parts, std::uint64_t n, std::string_view what,
@@ -85,9 +124,6 @@ std::string gaps_line(const MapSummary& summary) {
 std::string summary_text(const MapSummary& summary, const std::string& page) {
   const std::string paths = joined(
       summary, " + ", [](const VehicleSummary& v) { return fmt::format("{:.0f}", v.path_m); });
-  const std::string blind = joined(summary, ", ", [](const VehicleSummary& v) {
-    return fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share);
-  });
   std::size_t keyframes = 0;
   for (const VehicleSummary& vehicle : summary.vehicles) keyframes += vehicle.keyframes;
   std::string text = page + '\n' + vehicles_line(summary) + '\n';
@@ -95,7 +131,8 @@ std::string summary_text(const MapSummary& summary, const std::string& page) {
                       counted(summary.map_points, "map point"));
   if (summary.removed_points > 0)
     text += fmt::format(", {} moving removed", summary.removed_points);
-  text += fmt::format("\nblind: {} of the way\n", blind) + sigma_line(summary) + gaps_line(summary);
+  text += '\n' + blind_line(summary) + sigma_line(summary) + ranges_line(summary);
+  text += gaps_line(summary);
   return text + '\n';
 }
 

@@ -30,6 +30,8 @@ std::string progress_json(const drive::Progress& progress) {
                     {"speed", progress.speed},
                     {"path_m", progress.path_m},
                     {"blind_share", progress.blind_share},
+                    {"ranges", progress.ranges},
+                    {"ranges_used", progress.ranges_used},
                     {"t_s", progress.t.s()}});
 }
 
@@ -103,6 +105,9 @@ std::string progress_line(const drive::Progress& progress, bool bar, double eta_
   } else {
     line += fmt::format("  {:.1f}x  {:.0f} m  blind {:2.0f} %", progress.speed, progress.path_m,
                         100.0 * progress.blind_share);
+    if (progress.ranges > 0) {
+      line += fmt::format("  ranges {}/{}", progress.ranges_used, progress.ranges);
+    }
   }
   if (eta_s >= 0.0 && share < 1.0) {
     const long seconds = std::lround(std::min(eta_s, 359999.0));

@@ -115,7 +115,7 @@ Result<drive::RangeOptions> range_options(const FleetConfig& fleet) {
     if (!source.topic.empty()) options.topics.push_back(range_topic(source, options.names));
   }
   options.stamp = static_cast<drive::RangeStamp>(fleet.ranges.stamp);
-  options.latency_s = fleet.ranges.latency_s.value_or(0.0);
+  options.latency_s = fleet.ranges.latency_s;
   options.limits_m = fleet.ranges.limits_m;
   options.arrival = fleet.settings.ranging.arrival;
   options.exchange = fleet.settings.ranging.exchange;

@@ -246,10 +246,11 @@ std::string settings_manual() {
          "same keys go with `--set KEY=VALUE`, where `settings.` may be left out. Order of rule:\n"
          "default, preset, file, command line; `settings.yaml` of a run names the origin of each\n"
          "value and is itself a valid `fleet.yaml`.\n\n"
-         "This version maps each vehicle alone: `ranges`, `radio`, `clock`, `priors`, `rounds` "
-         "and\n"
-         "`antennas` are checked but have no effect, which a warning says. `lidar.returns`,\n"
-         "`output.frame` and `output.georeference` are refused unless they have their default.\n\n"
+         "`ranges`, `priors` and `antennas` are between vehicles: alone, a vehicle has no use for\n"
+         "them. `radio`, `rounds` and `clock: offset` are checked but have no effect yet. Both is\n"
+         "said by a warning. `lidar.returns`, `output.frame` and `output.georeference` are "
+         "refused\n"
+         "unless they have their default.\n\n"
          "## The fleet\n\n" +
          manual_table(fleet) + "\n## Rooms\n\n" + manual_table(rooms);
 }

@@ -4,9 +4,6 @@
 #include <filesystem>
 #include <utility>
 
-#include <fmt/format.h>
-
-#include "rali/base/counted.hpp"
 #include "rali/drive/fleet_loop.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
@@ -16,6 +13,7 @@
 #include "rali/drive/output/vehicle_files.hpp"
 #include "rali/drive/ranges/range_files.hpp"
 #include "rali/drive/ranges/range_findings.hpp"
+#include "rali/drive/run_findings.hpp"
 #include "rali/drive/run_log.hpp"
 #include "rali/drive/tbb_executor.hpp"
 #include "rali/io/files/atomic_file.hpp"
@@ -23,10 +21,6 @@
 
 namespace rali::drive {
 namespace {
-
-/// Below or above this the gyro does not turn as the LiDAR does; a tenth is LiDAR noise at slow
-/// turns, a factor of two is no noise.
-constexpr double kGyroRatioMin = 0.5, kGyroRatioMax = 2.0;
 
 std::vector<std::string> vehicle_names(const MapJob& job) {
   std::vector<std::string> names;
@@ -67,7 +61,6 @@ class MapRun {
   Status run_vehicles();
   Status finish_vehicle(std::size_t index, const FleetMember& member);
   Status judge_ends(const std::vector<FleetMember>& members);
-  void gyro_finding(std::size_t index);
   Status write_results();
   Status write_ranges();
   Status write_map();
@@ -208,7 +201,7 @@ Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
   summary_.gaps |= vehicle.input.gaps.damaged;
   interrupted_ |= member.end.interrupted;
   summary_.vehicles.push_back(std::move(vehicle));
-  gyro_finding(index);
+  if (auto gyro = gyro_finding(runs_[index], sources_[index]->report())) report(std::move(*gyro));
   const Status finished = runs_[index].finish();
   runs_[index].summarise(summary_.vehicles.back());
   return finished;
@@ -229,57 +222,24 @@ Status MapRun::judge_ends(const std::vector<FleetMember>& members) {
   if (failed == members.size()) return tl::make_unexpected(*last);
   for (const FleetMember& member : members) {
     if (!member.end.error) continue;
-    Finding f;
-    f.id = "D19";
-    f.severity = Severity::kError;
-    f.vehicle = member.run->name();
-    f.text = member.end.error->message();
-    report(std::move(f));
+    report(failed_finding(member.run->name(), *member.end.error));
     summary_.gaps = true;
   }
   return {};
-}
-
-void MapRun::gyro_finding(std::size_t index) {
-  const double ratio = runs_[index].gyro_ratio();
-  if (ratio == 0.0 || (ratio > kGyroRatioMin && ratio < kGyroRatioMax)) return;
-  Finding f;
-  f.id = "D09";
-  f.vehicle = runs_[index].name();
-  f.topic = sources_[index]->report().imu_topic;
-  f.value = ratio;
-  f.limit = kGyroRatioMax;
-  f.text = fmt::format("the gyro turned {:.2f} times as much as the LiDAR", ratio);
-  f.remedy = ratio > 30.0 ? "Its unit is deg/s: set imu.gyro_unit: deg_s."
-                          : "Check imu.gyro_unit and the frame of the IMU.";
-  report(std::move(f));
 }
 
 Status MapRun::write_results() {
   const std::vector<std::string> names = vehicle_names(job_);
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     if (runs_[i].poses().empty()) {
-      Finding f;
-      f.id = "map.no_pose";
-      f.severity = Severity::kError;
-      f.vehicle = runs_[i].name();
-      f.text = fmt::format("no pose from {}", counted(summary_.vehicles[i].input.sweeps, "sweep"));
-      f.remedy = summary_.vehicles[i].input.sweeps == 0
-                     ? "Do start_s and duration_s leave a part of the recording?"
-                     : "See run.log for what was refused.";
-      report(std::move(f));
+      report(no_pose_finding(runs_[i].name(), summary_.vehicles[i].input.sweeps));
       summary_.gaps = true;
     }
     summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;
     if (Status s = write_vehicle_files(runs_[i], job_.out_dir, names); !s) return s;
   }
   if (runs_.size() > 1) {
-    Finding f;
-    f.id = "fleet.not_joined";
-    f.text = fmt::format("{} vehicles keep frames of their own: they are mapped one by one",
-                         runs_.size());
-    f.effect = "map.* holds the vehicle with the most keyframes.";
-    report(std::move(f));
+    report(not_joined_finding(runs_.size()));
     summary_.gaps = true;
   }
   if (Status s = write_fleet_files(runs_, job_); !s) return s;
@@ -306,11 +266,7 @@ Status MapRun::write_map() {
                    std::any_of(largest->keyframes().begin(), largest->keyframes().end(),
                                [](const KeyframeRecord& k) { return !k.diverged; });
   if (!any) {
-    Finding f;
-    f.id = "map.empty";
-    f.severity = Severity::kError;
-    f.text = "no keyframe: there is no map";
-    report(std::move(f));
+    report(no_map_finding());
     summary_.gaps = true;
     return {};
   }

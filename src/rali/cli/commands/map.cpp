@@ -96,7 +96,7 @@ std::vector<Option> MapCommand::options() {
       {"--imu-topic", "TOPIC", "IMU topic; none: LiDAR alone", &imu_topic_, false, {}},
       {"--lidar-model", "NAME", "for point times that are missing", &lidar_model_, true, {}},
       {"--imu", "FILE", "CSV of inertial data of a scan folder", &imu_file_, false, {}},
-      {"--ranges", "FILE", "CSV of ranges: checked and reported, not used yet", &ranges_, true, {}},
+      {"--ranges", "FILE", "CSV of ranges between the vehicles", &ranges_, true, {}},
       {"--radio", "FILE", "CSV of signal strengths: checked, not used yet", &radio_, true, {}},
       {"--start", "S", "leave out so much data [s]", &start_s_, false, {}},
       {"--duration", "S", "use so much data [s]; 0: all", &duration_s_, false, {}},
@@ -204,8 +204,8 @@ void MapCommand::warn_fleet(const config::FleetConfig& fleet, Session& session) 
   const std::vector<std::string> idle = idle_keys(fleet);
   if (!idle.empty()) {
     session.warning(
-        fmt::format("{}: checked, but without effect: this version maps each vehicle alone.",
-                    fmt::join(idle, ", ")));
+        fmt::format("{}: checked, but without effect{}.", fmt::join(idle, ", "),
+                    fleet.vehicles.size() < 2 ? " on a vehicle alone" : " in this version"));
   }
   if (fleet.vehicles.size() < 2) return;
   std::vector<std::string> names;

@@ -81,13 +81,14 @@ Json ranges_json(const RangeTally& ranges, const MapJob& job) {
     json["rejected"][std::string(ranging::kRangeReasonNames[i])] = ranges.by_reason[i];
   }
   json["pairs"] = Json::object();
+  const Json latency = job.ranges.latency_s ? number(*job.ranges.latency_s) : Json(nullptr);
   for (const RangePair& pair : ranges.pairs) {
     json["pairs"][pair.name] = {{"total", pair.total},
                                 {"used", pair.used},
                                 {"bias_m", number(pair.bias_m)},
                                 {"bias_sigma_m", nullptr},  // vehicles tell the bias alone
                                 {"residual_std_m", number(pair.residual_std_m)},
-                                {"latency_s", number(job.ranges.latency_s)}};
+                                {"latency_s", latency}};
   }
   return json;
 }

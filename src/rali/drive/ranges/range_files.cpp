@@ -50,7 +50,7 @@ Result<RangeList> read_range_files(const RangeOptions& options) {
     }
     list.samples.insert(list.samples.end(), csv->samples.begin(), csv->samples.end());
   }
-  const Duration latency = Duration::from_s(options.latency_s);
+  const Duration latency = options.latency();
   for (sensor::RangeSample& sample : list.samples) sample.t = sample.t - latency;
   std::stable_sort(
       list.samples.begin(), list.samples.end(),

@@ -33,12 +33,13 @@ std::string remedy_of(RangeReason reason) {
     case RangeReason::kUnknownId:
       return "Name the radios in ranges.sources (ids) and the antennas of each vehicle.";
     case RangeReason::kOutOfLimits:
-      return "Are they in metres? See ranges.limits_m.";
+      return "They must be metres within ranges.limits_m.";
     case RangeReason::kLate:
-      return "Are the ranges on the clock of the recordings? See ranges.stamp.";
+      return "They must be on the clock of the recordings, see ranges.stamp.";
     case RangeReason::kNoPose:
-      return "Do the ranges and the recordings overlap in time, does a vehicle stand, is its place "
-             "known (priors)?";
+      return "A range needs two vehicles with data at its time, one that stands, and where it "
+             "stands "
+             "(priors, or ranges while the LiDAR is not blind).";
     default:
       return "See ranges.csv and rali doctor.";
   }
@@ -53,7 +54,7 @@ FindingList range_findings(const RangeTally& tally, const MapJob& job,
     if (messages_of(topic.topic, reports) > 0) continue;
     list.push_back(finding("ranges.no_topic",
                            fmt::format("no recording has ranges on {}", topic.topic),
-                           "Are the name and the type right? See rali info."));
+                           "See rali info for its topics and types."));
   }
   if (tally.total == 0 || tally.used() > 0) return list;
   if (job.clocks_separate) {

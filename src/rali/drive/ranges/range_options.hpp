@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rali/io/files/range_csv.hpp"
@@ -29,10 +31,12 @@ struct RangeOptions {
   io::RadioNames names;               ///< "v1", "v1/uwb"
   std::vector<std::size_t> antennas;  ///< how many each vehicle has
   RangeStamp stamp = RangeStamp::kAuto;
-  double latency_s = 0.0;  ///< age of a range at its stamp: taken off
+  std::optional<double> latency_s;  ///< age of a range at its stamp: taken off; empty: not known
   std::array<double, 2> limits_m = {0.2, 200.0};
   ranging::ArrivalClockSettings arrival;
   ranging::ExchangeSettings exchange;
+
+  [[nodiscard]] Duration latency() const { return Duration::from_s(latency_s.value_or(0.0)); }
 
   /// The source that reads this topic, null if none does.
   [[nodiscard]] const RangeTopic* topic_of(std::string_view topic) const {

@@ -47,13 +47,14 @@ Status RangeTopics::take(const RecordedMessage& message, std::vector<sensor::Ran
 Time RangeTopics::stamp_of(Time header, const wire::LinktrackFrame& frame,
                            const RecordedMessage& message) {
   const bool by_header = options_->stamp == RangeStamp::kAuto && header.ns != 0;
-  if (by_header) return header - latency();
-  if (options_->stamp == RangeStamp::kRecord) return message.t_record + clock_ahead_ - latency();
+  if (by_header) return header - options_->latency();
+  if (options_->stamp == RangeStamp::kRecord)
+    return message.t_record + clock_ahead_ - options_->latency();
   auto clock = stamps_.find(message.topic);
   if (clock == stamps_.end()) {
     clock = stamps_.emplace(std::string(message.topic), RadioStamps(options_->arrival)).first;
   }
-  return clock->second.host_time(frame, message.t_record) + clock_ahead_ - latency();
+  return clock->second.host_time(frame, message.t_record) + clock_ahead_ - options_->latency();
 }
 
 void RangeTopics::take_linktrack(const RangeTopic& source, const wire::LinktrackFrame& frame,
@@ -88,7 +89,7 @@ void RangeTopics::take_range(const wire::RangeMessage& range, const RecordedMess
   const io::RadioEnd to = end_of(options_->names, range.to, "");
   if (from.vehicle == to.vehicle) return;
   sensor::RangeSample sample;
-  sample.t = (by_header ? range.stamp : message.t_record + clock_ahead_) - latency();
+  sample.t = (by_header ? range.stamp : message.t_record + clock_ahead_) - options_->latency();
   sample.from = from.vehicle;
   sample.to = to.vehicle;
   sample.from_antenna = from.antenna;

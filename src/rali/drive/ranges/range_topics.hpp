@@ -38,8 +38,6 @@ class RangeTopics {
   void take_range(const wire::RangeMessage& range, const RecordedMessage& message,
                   std::vector<sensor::RangeSample>& out) const;
 
-  [[nodiscard]] Duration latency() const { return Duration::from_s(options_->latency_s); }
-
   std::shared_ptr<const RangeOptions> options_;
   VehicleId self_;
   Duration clock_ahead_;

@@ -1,0 +1,70 @@
+#include "rali/drive/run_findings.hpp"
+
+#include <fmt/format.h>
+
+#include "rali/base/counted.hpp"
+
+namespace rali::drive {
+namespace {
+
+/// Below or above this the gyro does not turn as the LiDAR does; a tenth is LiDAR noise at slow
+/// turns, a factor of two is no noise.
+constexpr double kGyroRatioMin = 0.5, kGyroRatioMax = 2.0;
+
+}  // namespace
+
+std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& input) {
+  const double ratio = run.gyro_ratio();
+  if (ratio == 0.0 || (ratio > kGyroRatioMin && ratio < kGyroRatioMax)) return std::nullopt;
+  Finding f;
+  f.id = "D09";
+  f.vehicle = run.name();
+  f.topic = input.imu_topic;
+  f.value = ratio;
+  f.limit = kGyroRatioMax;
+  f.text = fmt::format("the gyro turned {:.2f} times as much as the LiDAR", ratio);
+  f.remedy = ratio > 30.0 ? "Its unit is deg/s: set imu.gyro_unit: deg_s."
+                          : "Check imu.gyro_unit and the frame of the IMU.";
+  return f;
+}
+
+Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps) {
+  Finding f;
+  f.id = "map.no_pose";
+  f.severity = Severity::kError;
+  f.vehicle = vehicle;
+  f.text = fmt::format("no pose from {}", counted(sweeps, "sweep"));
+  f.remedy = sweeps == 0 ? "Do start_s and duration_s leave a part of the recording?"
+                         : "See run.log for what was refused.";
+  return f;
+}
+
+Finding not_joined_finding(std::size_t vehicles) {
+  Finding f;
+  f.id = "fleet.not_joined";
+  f.text = fmt::format(
+      "{} vehicles keep frames of their own: ranges hold them, but do not join "
+      "them",
+      vehicles);
+  f.effect = "map.* holds the vehicle with the most keyframes.";
+  return f;
+}
+
+Finding no_map_finding() {
+  Finding f;
+  f.id = "map.empty";
+  f.severity = Severity::kError;
+  f.text = "no keyframe: there is no map";
+  return f;
+}
+
+Finding failed_finding(const std::string& vehicle, const Error& error) {
+  Finding f;
+  f.id = "D19";
+  f.severity = Severity::kError;
+  f.vehicle = vehicle;
+  f.text = error.message();
+  return f;
+}
+
+}  // namespace rali::drive

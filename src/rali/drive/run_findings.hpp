@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "rali/base/finding.hpp"
+#include "rali/base/result.hpp"
+#include "rali/drive/vehicle_run.hpp"
+
+namespace rali::drive {
+
+/// What `rali map` says about a run as a whole.
+
+/// D09: the gyro did not turn as the LiDAR did.
+[[nodiscard]] std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& input);
+
+[[nodiscard]] Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps);
+[[nodiscard]] Finding not_joined_finding(std::size_t vehicles);
+[[nodiscard]] Finding no_map_finding();
+
+/// A vehicle whose data could not be read to their end, while others could.
+[[nodiscard]] Finding failed_finding(const std::string& vehicle, const Error& error);
+
+}  // namespace rali::drive
