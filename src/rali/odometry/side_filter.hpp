@@ -46,7 +46,7 @@ class SideFilter {
   virtual ~SideFilter() = default;
 
   /// Brings the state to time t, at most the end of the next sweep; inertial data up to t are in.
-  /// Nothing if the filter has not found itself yet, or t is in its past.
+  /// Nothing if the filter has not found itself yet, or t is in its past by more than a sweep.
   [[nodiscard]] virtual std::optional<Moment> advance_to(Time t) = 0;
 
   [[nodiscard]] virtual const SideStates& side() const = 0;
@@ -69,6 +69,10 @@ class SideFilter {
 
   /// The pose was found to be wrong: its covariance is multiplied.
   virtual void widen(double factor) = 0;
+
+  /// The one horizontal direction along which the LiDAR is blind, unit; nothing if there is none,
+  /// or more than one.
+  [[nodiscard]] virtual std::optional<geometry::Vec3> blind_axis() const = 0;
 
   /// Surfaces of the map that the line between two points in odom goes through.
   [[nodiscard]] virtual int surfaces_between(const geometry::Vec3& p_odom_m,

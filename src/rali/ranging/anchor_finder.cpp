@@ -67,6 +67,11 @@ AnchorFinder::Mat7 AnchorFinder::prior_information() const {
   Mat7 I = Mat7::Zero();
   const double height_weight = 1.0 / (settings_.height_sigma_m * settings_.height_sigma_m);
   I.topLeftCorner<3, 3>() = height_weight * up_ * up_.transpose();
+  if (samples_.back().passage_odom) {
+    const Vec3 across = up_.cross(*samples_.back().passage_odom).normalized();
+    const double sigma_m = settings_.passage_m + settings_.passage_per_m * samples_.back().range_m;
+    I.topLeftCorner<3, 3>() += across * across.transpose() / (sigma_m * sigma_m);
+  }
   I(3, 3) = 1.0 / (bias_sigma_m_ * bias_sigma_m_);
   // What the position's covariance has gained since the first sample, as an error of speed.
   const double span_s = std::max(0.1, seconds_between(samples_.front().t, samples_.back().t));

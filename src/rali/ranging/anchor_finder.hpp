@@ -18,6 +18,9 @@ struct FinderSample {
   geometry::Mat3 covariance_m2 = geometry::Mat3::Zero();
   double range_m = 0.0;
   double sigma_m = 0.1;
+  /// Unit vector along the passage that the vehicle is in, where it is in one: whoever is heard
+  /// there stands in it too.
+  std::optional<geometry::Vec3> passage_odom;
 };
 
 /// Where an antenna stands.

@@ -33,11 +33,14 @@ LinkDecision RangeLink::decide(const LinkSample& sample) {
     return out;
   }
   remember(sample, out.gate.inside);
-  if (state_ == LinkState::kGood && mostly_rejected()) enter(LinkState::kSuspect);
+  if (state_ == LinkState::kGood && mostly_rejected()) {
+    enter(LinkState::kSuspect);
+    t_suspect_ = sample.t;
+  }
   if (state_ == LinkState::kSuspect) {
     if (inside_in_row_ >= settings_.reacquire_count) {
       enter(LinkState::kGood);
-    } else if (miss_by_one_offset()) {
+    } else if (miss_by_one_offset(sample.t)) {
       out.advice = advise();
       if (out.advice == LinkAdvice::kWeAreWrong) out.widen_factor = settings_.widen_factor;
     }
@@ -77,7 +80,9 @@ bool RangeLink::mostly_rejected() const {
   return static_cast<double>(rejected) > settings_.suspect_share * settings_.window;
 }
 
-bool RangeLink::miss_by_one_offset() const {
+/// Ranges that are all too short mean that the pose is wrong: nothing makes them shorter. Too long
+/// they may be by an obstacle, and only time tells.
+bool RangeLink::miss_by_one_offset(Time now) const {
   if (!mostly_rejected()) return false;
   const double n = static_cast<double>(window_.size());
   double mean_m = 0.0;
@@ -87,6 +92,7 @@ bool RangeLink::miss_by_one_offset() const {
     mean_m += seen.nu_m / n;
     sigma_m += seen.sigma_m / n;
   }
+  if (mean_m > 0.0 && seconds_between(t_suspect_, now) < settings_.longer_s) return false;
   double variance_m2 = 0.0;
   for (const Seen& seen : window_) variance_m2 += (seen.nu_m - mean_m) * (seen.nu_m - mean_m) / n;
   return std::sqrt(variance_m2) < settings_.offset_sigmas * sigma_m;

@@ -48,6 +48,7 @@ struct LinkDecision {
 /// GOOD to SUSPECT: more than half of the last 20 ranges did not fit. SUSPECT to GOOD: 10 in a row
 /// fit. In SUSPECT, 20 ranges that miss by one and the same offset while nothing says "blocked"
 /// mean that the pose is wrong and not the link: kWeAreWrong, at most 3 times, then kAlarm once.
+/// Ranges that are too long mean that only after `longer_s`, when no obstacle would last.
 /// A silent link is LOST; when it speaks again it is what it was, but its window starts anew.
 class RangeLink {
  public:
@@ -68,7 +69,7 @@ class RangeLink {
   void remember(const LinkSample& sample, bool inside);
   void enter(LinkState state);
   [[nodiscard]] bool mostly_rejected() const;
-  [[nodiscard]] bool miss_by_one_offset() const;
+  [[nodiscard]] bool miss_by_one_offset(Time now) const;
   [[nodiscard]] LinkAdvice advise();
 
   GateSettings gate_;
@@ -76,6 +77,7 @@ class RangeLink {
   LinkState state_ = LinkState::kGood;
   std::optional<Time> last_;
   std::deque<Seen> window_;
+  Time t_suspect_;  ///< when it became suspect
   int inside_in_row_ = 0;
   int widened_ = 0;
   bool alarmed_ = false;

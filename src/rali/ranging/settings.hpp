@@ -87,6 +87,7 @@ struct LinkSettings {
   double suspect_share = 0.5;
   int reacquire_count = 10;
   double offset_sigmas = 2.0;
+  double longer_s = 8.0;
   double widen_factor = 4.0;
   int widen_most = 3;
   double lost_s = 2.0;
@@ -97,6 +98,7 @@ struct LinkSettings {
     v("suspect_share", suspect_share, 0.0, 1.0, "with more of them rejected the link is suspect");
     v("reacquire_count", reacquire_count, 1, 1000, "fitting ranges in a row that end that");
     v("offset_sigmas", offset_sigmas, 0.1, 100.0, "spread around one offset: the pose is wrong");
+    v("longer_s", longer_s, 0.0, 3600.0, "but ranges that are too long only after so long");
     v("widen_factor", widen_factor, 1.0, 100.0, "on the covariance of a pose that is wrong");
     v("widen_most", widen_most, 0, 100, "widened so often before the user is told");
     v("lost_s", lost_s, 0.1, 1000.0, "silence after which a link is lost");
@@ -162,6 +164,8 @@ struct FinderSettings {
   double rival_chi2 = 13.8;
   double chi2_max = 2.5;
   double sigma_max_m = 0.4;
+  double passage_m = 2.0;
+  double passage_per_m = 0.05;
 
   template <class V>
   void visit(V& v) {
@@ -180,6 +184,36 @@ struct FinderSettings {
     v("rival_chi2", rival_chi2, 0.0, 1000.0, "a rival is refuted by so much (13.8: odds 1000)");
     v("chi2_max", chi2_max, 0.1, 100.0, "squares per range that a solution may leave");
     v("sigma_max_m", sigma_max_m, 0.01, 100.0, "how well the place is known before it is used");
+    v("passage_m", passage_m, 0.1, 100.0, "in a passage the other stands in it, within so much");
+    v("passage_per_m", passage_per_m, 0.0, 1.0, "and so much more per metre, for its bends");
+  }
+};
+
+/// Steps in the residuals of a pair (excess_watch.hpp).
+struct ExcessSettings {
+  bool use = true;
+  int level_min = 5;
+  int level_samples = 9;
+  int noise_samples = 20;
+  int noise_window = 60;
+  double step_min_m = 0.2;
+  double step_sigmas = 4.0;
+  int step_samples = 3;
+  double longest_s = 8.0;
+  double gap_s = 1.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("use", use, "ranges that become longer in a step count as blocked");
+    v("level_min", level_min, 1, 1000, "ranges before a step can be told");
+    v("level_samples", level_samples, 1, 1000, "whose median is the level before a step");
+    v("noise_samples", noise_samples, 3, 10000, "before the noise is taken from the ranges");
+    v("noise_window", noise_window, 3, 10000, "whose changes are the noise");
+    v("step_min_m", step_min_m, 0.0, 100.0, "smaller steps are left to the weights");
+    v("step_sigmas", step_sigmas, 1.0, 100.0, "sds of the noise that a step stands out");
+    v("step_samples", step_samples, 1, 1000, "in a row on one side are a step");
+    v("longest_s", longest_s, 0.1, 3600.0, "an excess that lasts longer is believed");
+    v("gap_s", gap_s, 0.0, 3600.0, "silence after which steps mean nothing");
   }
 };
 
@@ -228,6 +262,7 @@ struct RangingSettings {
   GateSettings gate;
   LinkSettings link;
   SlowErrorSettings slow;
+  ExcessSettings excess;
   BiasSettings bias;
   SightSettings sight;
   FinderSettings finder;
@@ -245,6 +280,7 @@ struct RangingSettings {
     v.group("gate", gate, "ranges that do not fit the prediction");
     v.group("link", link, "links that are not believed for a while");
     v.group("slow", slow, "errors that neighbouring ranges have in common");
+    v.group("excess", excess, "ranges that become longer from one to the next");
     v.group("bias", bias, "what a pair's ranges are all wrong by");
     v.group("sight", sight, "walls of the map between the antennas");
     v.group("finder", finder, "finding the place of a vehicle that stands");

@@ -24,6 +24,9 @@ namespace {
 /// must not make pairs without end.
 constexpr std::size_t kPairsMax = 64;
 
+/// One wrong stretch of ranges must not throw the pose away.
+constexpr double kWidenMost = 16.0;
+
 /// Frame of priors: at the first pose, level, heading along x.
 SE3 level_start(const SE3& T_odom_first, const Vec3& up_odom) {
   const Vec3 forward = T_odom_first.R.col(0);
@@ -100,17 +103,7 @@ RangeStage::Pair& RangeStage::pair_of(const PairKey& key) {
   // A bias somebody calibrated still wanders by some of what it was.
   constexpr double kCalibratedShare = 0.2;
   const double sigma_m = given ? kCalibratedShare * r.bias.sigma_m : r.bias.sigma_m;
-  Pair pair{ranging::RangeSanity(r.limits, r.sanity),
-            ranging::RangeLink(r.gate, r.link),
-            ranging::RangeThinning(r.slow),
-            ranging::AnchorFinder(r.finder, given.value_or(0.0), sigma_m),
-            -1,
-            {},
-            given.value_or(0.0),
-            sigma_m,
-            std::nullopt,
-            Vec3::Zero(),
-            false};
+  Pair pair(r, given.value_or(0.0), sigma_m);
   return pairs_.emplace(key, std::move(pair)).first->second;
 }
 
@@ -149,6 +142,7 @@ void RangeStage::forget_moved(SideFilter& filter) {
   for (const PlaceKey& key : gone) {
     const int first = places_.at(key);
     places_.erase(key);
+    in_passage_.erase(key);
     remove_states(first, 3, filter);
   }
   if (gone.empty()) return;
@@ -188,6 +182,9 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
     add_pair_states(pair, sample.t, filter);
     walk(pair, sample.t, filter);
     prediction = predict(*now, key, pair, places_.at(place_key), filter);
+    if (prediction && keep_in_passage(place_key, *now, *prediction, filter)) {
+      prediction = predict(*now, key, pair, places_.at(place_key), filter);
+    }
   }
   const double rate = prediction ? prediction->rate_mps : std::nan("");
   if (const auto wrong = pair.sanity.check(sample.t, sample.range_m, sigma_m, rate)) {
@@ -214,11 +211,16 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   }
   odometry::SideMeasurement& m = prediction->measurement;
   m.residual = sample.range_m - prediction->predicted_m;
+  sigma_m = std::hypot(sigma_m, prediction->bent_sigma_m);
   const double H_P_H = filter.variance(m);
   use.predicted_m = prediction->predicted_m;
   use.residual_m = m.residual;
   use.bias_m = prediction->bias_m;
   use.sigma_m = std::sqrt(H_P_H + sigma_m * sigma_m);
+  if (is_excess(pair, sample.t, *prediction, sigma_m, std::sqrt(H_P_H), filter)) {
+    use.reason = RangeReason::kNlos;
+    return;
+  }
   const ranging::LinkDecision decision =
       pair.link.decide({sample.t, m.residual, H_P_H + sigma_m * sigma_m, sigma_m, clear});
   if (decision.advice == ranging::LinkAdvice::kWeAreWrong) filter.widen(decision.widen_factor);
@@ -231,6 +233,28 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   effect.from = std::get<1>(key);
 }
 
+/// True while the range is longer than the straight way. If the track began with such ranges the
+/// pose has followed them: it is as doubtful as they were wrong.
+bool RangeStage::is_excess(Pair& pair, Time t, const Prediction& prediction, double sigma_m,
+                           double pose_sigma_m, SideFilter& filter) const {
+  if (!settings_.ranging.excess.use) return false;
+  constexpr double kMemory_s = 0.5;  // of the level before a step, at 20 Hz
+  const Vec3 sight = (prediction.p_odom_antenna_m - prediction.p_odom_peer_m).normalized();
+  pair.sights.emplace_back(t, sight);
+  while ((t - pair.sights.front().first).s() > kMemory_s) pair.sights.pop_front();
+  const Vec3 turned = sight - pair.sights.front().second;
+  const double turn_sigma_m = std::sqrt(turned.dot(prediction.P_between_m2 * turned));
+  const ranging::ExcessVerdict verdict =
+      pair.excess.look(t, prediction.measurement.residual, sigma_m, pose_sigma_m, turn_sigma_m);
+  if (verdict == ranging::ExcessVerdict::kRelieved) {
+    const double was = std::max(1e-3, pose_sigma_m);
+    const double wrong = pair.excess.step_m();
+    filter.widen(std::clamp(1.0 + wrong * wrong / (was * was), 1.0, kWidenMost));
+    return false;
+  }
+  return verdict != ranging::ExcessVerdict::kNone;
+}
+
 /// What was measured by hand before the start, as long as the peer has not moved.
 bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
   const Peer& peer = peers_.at(std::get<0>(key));
@@ -239,10 +263,11 @@ bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
   const Vec3 lever = peer.settings.antennas_body_m[std::get<1>(key)];
   const SE3 T_odom_start = level_start(*first_pose_, up_odom_);
   const Vec3 p = T_odom_start * (prior.T_self_peer * lever);
-  const double turned_m = prior.sigma_rad * (prior.T_self_peer.p.norm() + lever.norm());
+  // What is wrong with the heading moves the place across the line to it.
+  const Vec3 arm = prior.sigma_rad * up_odom_.cross(p - T_odom_start.p);
   SideStates::Vector mean = p;
   SideStates::Matrix covariance =
-      (prior.sigma_m * prior.sigma_m + turned_m * turned_m) * Mat3::Identity();
+      prior.sigma_m * prior.sigma_m * Mat3::Identity() + arm * arm.transpose();
   const int first = filter.add_side(mean, covariance);
   if (first < 0) return false;
   places_.emplace(key, first);
@@ -258,6 +283,7 @@ bool RangeStage::find_place(const PlaceKey& key, const PairKey& pair_key, const 
   s.t = sample.t;
   s.p_odom_antenna_m = now.T_odom_body * own;
   s.covariance_m2 = filter.position_covariance();
+  s.passage_odom = filter.blind_axis();
   s.range_m = sample.range_m;
   s.sigma_m = ranging::sigma_of(sample.range_m, settings_.ranging.limits, sample.sigma_m);
   const auto found = pair.finder.add(s, other.z() - own.z(), up_odom_);
@@ -268,6 +294,31 @@ bool RangeStage::find_place(const PlaceKey& key, const PairKey& pair_key, const 
   if (first < 0) return false;
   places_.emplace(key, first);
   pair.finder.reset();
+  return true;
+}
+
+/// Along a passage the other's place across it does not matter from afar, and is not known; near it
+/// decides, and distances are no linear function of it. Before that: it stands in the passage. On
+/// which side makes no difference, but a side it must be.
+bool RangeStage::keep_in_passage(const PlaceKey& key, const Moment& now,
+                                 const Prediction& prediction, SideFilter& filter) {
+  const ranging::FinderSettings& f = settings_.ranging.finder;
+  const double near_m = 1.0 / std::max(1e-3, f.passage_per_m);
+  if (prediction.predicted_m > near_m || in_passage_.contains(key)) return false;
+  const std::optional<Vec3> axis = filter.blind_axis();
+  if (!axis) return false;
+  in_passage_.insert(key);
+  const Vec3 across = up_odom_.cross(*axis).normalized();
+  const double sigma_m = std::sqrt(across.dot(prediction.P_between_m2 * across));
+  if (sigma_m < 0.5 * f.passage_m) return false;
+  const int place = places_.at(key);
+  const Vec3 p = now.T_odom_body.p;
+  const double aside_m = across.dot(filter.side().mean.segment<3>(place) - p);
+  odometry::SideMeasurement m;
+  m.d_side = SideStates::Vector::Zero(filter.side().size());
+  m.d_side.segment<3>(place) = across;
+  m.residual = std::copysign(0.5 * f.passage_m, aside_m) - aside_m;
+  filter.apply(m, 0.5 * f.passage_m * f.passage_m);
   return true;
 }
 
@@ -311,8 +362,15 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   const auto p = ranging::predict(own, out.p_odom_peer_m, settings_.ranging.limits.near_m);
   if (!p) return std::nullopt;
   out.p_odom_antenna_m = own.antenna_odom_m();
+  out.P_between_m2 = filter.position_covariance() + side.covariance.block<3, 3>(place, place);
   out.rate_mps = p->rate_mps;
-  out.predicted_m = p->rho_m;
+  // Near the antenna, by the doubt about where it is, a distance is no linear function of the
+  // place: mean and variance of the second-order term.
+  const Mat3 across = Mat3::Identity() - p->e * p->e.transpose();
+  const Mat3 M = across * out.P_between_m2 * across / p->rho_m;
+  const double bend_m = 0.5 * M.trace();
+  out.bent_sigma_m = std::sqrt(0.5 * (M * M).trace());
+  out.predicted_m = p->rho_m + bend_m;
   odometry::SideMeasurement& m = out.measurement;
   m.d_pose.head<3>() = p->d_theta_j;
   m.d_pose.tail<3>() = p->d_p_j;

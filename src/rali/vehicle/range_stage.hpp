@@ -3,11 +3,13 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <vector>
 
 #include "rali/odometry/side_filter.hpp"
 #include "rali/ranging/anchor_finder.hpp"
+#include "rali/ranging/excess_watch.hpp"
 #include "rali/ranging/range_link.hpp"
 #include "rali/ranging/range_sanity.hpp"
 #include "rali/ranging/range_thinning.hpp"
@@ -49,12 +51,24 @@ class RangeStage {
   /// (peer, peer's antenna)
   using PlaceKey = std::tuple<VehicleId, std::uint8_t>;
 
+  /// What is remembered of one pair of antennas.
   struct Pair {
+    Pair(const ranging::RangingSettings& r, double bias_given_m, double bias_given_sigma_m)
+        : sanity(r.limits, r.sanity),
+          link(r.gate, r.link),
+          thinning(r.slow),
+          excess(r.excess),
+          finder(r.finder, bias_given_m, bias_given_sigma_m),
+          bias_m(bias_given_m),
+          bias_sigma_m(bias_given_sigma_m) {}
+
     ranging::RangeSanity sanity;
     ranging::RangeLink link;
     ranging::RangeThinning thinning;
+    ranging::ExcessWatch excess;
     ranging::AnchorFinder finder;
-    int bias = -1;  ///< side state
+    std::deque<std::pair<Time, geometry::Vec3>> sights;  ///< lines of sight lately, unit
+    int bias = -1;                                       ///< side state
     Time t_bias;
     double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is a side state
     // Line of sight, as asked last.
@@ -76,8 +90,10 @@ class RangeStage {
     double predicted_m = 0.0;
     double bias_m = 0.0;
     double rate_mps = 0.0;
+    double bent_sigma_m = 0.0;  ///< of what a linear prediction leaves out
     geometry::Vec3 p_odom_antenna_m = geometry::Vec3::Zero();
     geometry::Vec3 p_odom_peer_m = geometry::Vec3::Zero();
+    geometry::Mat3 P_between_m2 = geometry::Mat3::Zero();  ///< of the two antennas' distance
   };
 
   [[nodiscard]] Pair& pair_of(const PairKey& key);
@@ -95,6 +111,10 @@ class RangeStage {
   [[nodiscard]] std::optional<Prediction> predict(const odometry::Moment& now, const PairKey& key,
                                                   const Pair& pair, int place,
                                                   const odometry::SideFilter& filter) const;
+  [[nodiscard]] bool keep_in_passage(const PlaceKey& key, const odometry::Moment& now,
+                                     const Prediction& prediction, odometry::SideFilter& filter);
+  [[nodiscard]] bool is_excess(Pair& pair, Time t, const Prediction& prediction, double sigma_m,
+                               double pose_sigma_m, odometry::SideFilter& filter) const;
   [[nodiscard]] bool blocked(Pair& pair, Time t, const Prediction& prediction,
                              const odometry::SideFilter& filter) const;
 
@@ -103,6 +123,7 @@ class RangeStage {
   std::map<VehicleId, Peer> peers_;
   std::map<PairKey, Pair> pairs_;
   std::map<PlaceKey, int> places_;  ///< first of three side states
+  std::set<PlaceKey> in_passage_;   ///< places that keep_in_passage() has seen to
   int tau_ = -1;                    ///< side state
   Time t_tau_;
   std::deque<sensor::RangeSample> waiting_;

@@ -11,6 +11,10 @@ using geometry::Vec3;
 
 namespace {
 
+/// A measurement that comes after the sweep that covers it is predicted from the state then, at
+/// constant speed: half a sweep's acceleration over so long is a millimetre.
+constexpr double kLateMax_s = 0.1;
+
 /// How a measurement moves with the whole state. Without inertial data the state's velocity is in
 /// the body.
 Eigen::Matrix<double, 1, kStateDim> row_of(const SideMeasurement& m, const Mat3& R_odom_v) {
@@ -24,7 +28,8 @@ Eigen::Matrix<double, 1, kStateDim> row_of(const SideMeasurement& m, const Mat3&
 
 std::optional<Moment> RobustOdometry::advance_to(Time t) {
   const bool found_itself = started_ && (inertial_ || !has_imu_);
-  if (!found_itself || t < state_.t) return std::nullopt;
+  const double ago_s = (state_.t - t).s();
+  if (!found_itself || ago_s > kLateMax_s) return std::nullopt;
   if (!held_) predict(t);
   Moment now;
   now.t = t;
@@ -34,6 +39,10 @@ std::optional<Moment> RobustOdometry::advance_to(Time t) {
   now.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
   now.w_body_radps = state_.gyro_bias_radps;
   if (has_imu_ && !imu_.empty()) now.w_body_radps = imu_.at(t).gyro_radps - state_.gyro_bias_radps;
+  if (ago_s > 0.0) {
+    now.T_odom_body.R = now.T_odom_body.R * geometry::so3_exp(-ago_s * now.w_body_radps);
+    now.T_odom_body.p -= ago_s * now.v_odom_mps;
+  }
   return now;
 }
 

@@ -72,6 +72,11 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] double variance(const SideMeasurement& measurement) const override;
   geometry::Vec3 apply(const SideMeasurement& measurement, double R) override;
   void widen(double factor) override;
+  [[nodiscard]] std::optional<geometry::Vec3> blind_axis() const override {
+    if (!blind_[0] || blind_[1]) return std::nullopt;
+    return geometry::Vec3(axes_.col(0));
+  }
+
   [[nodiscard]] int surfaces_between(const geometry::Vec3& p_odom_m,
                                      const geometry::Vec3& q_odom_m) const override;
 
