@@ -1,8 +1,12 @@
 #include "rali/odometry/body_frame.hpp"
 
+#include <cmath>
+#include <optional>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <cmath>
+
+#include "rali/odometry/body_side_filter.hpp"
 
 namespace rali::odometry {
 
@@ -16,7 +20,9 @@ namespace {
 class BodyFrameOdometry final : public Odometry {
  public:
   BodyFrameOdometry(std::unique_ptr<Odometry> inner, const SE3& T_body_imu)
-      : inner_(std::move(inner)), T_imu_body_(T_body_imu.inverse()) {}
+      : inner_(std::move(inner)), T_imu_body_(T_body_imu.inverse()) {
+    if (SideFilter* side = inner_->side_filter()) side_.emplace(*side, T_imu_body_);
+  }
 
   void add_imu(const sensor::ImuSample& sample) override {
     omega_imu_radps_ = sample.gyro_radps;
@@ -26,7 +32,9 @@ class BodyFrameOdometry final : public Odometry {
   ScanResult process(const sensor::LidarScan& scan, Executor& executor,
                      FindingList& findings) override;
 
-  [[nodiscard]] Vec3 gravity_odom() const override { return T_odom_inner_.R * inner_->gravity_odom(); }
+  [[nodiscard]] Vec3 gravity_odom() const override {
+    return T_odom_inner_.R * inner_->gravity_odom();
+  }
 
   [[nodiscard]] Mat3 gravity_covariance() const override {
     return T_odom_inner_.R * inner_->gravity_covariance() * T_odom_inner_.R.transpose();
@@ -34,11 +42,16 @@ class BodyFrameOdometry final : public Odometry {
 
   [[nodiscard]] std::uint64_t state_hash() const override { return inner_->state_hash(); }
 
+  [[nodiscard]] SideFilter* side_filter() override {
+    return side_ && anchored_ ? &*side_ : nullptr;
+  }
+
  private:
   void anchor(const SE3& T_inner_body);
   [[nodiscard]] std::shared_ptr<const Keyframe> converted(const Keyframe& in, const Mat6& J) const;
 
   std::unique_ptr<Odometry> inner_;
+  std::optional<BodySideFilter> side_;
   SE3 T_imu_body_;
   SE3 T_odom_inner_;  ///< yaw and translation only: keeps z up
   bool anchored_ = false;
@@ -52,16 +65,8 @@ void BodyFrameOdometry::anchor(const SE3& T_inner_body) {
   const double yaw = std::atan2(T_inner_body.R(1, 0), T_inner_body.R(0, 0));
   T_odom_inner_.R = geometry::so3_exp(Vec3(0.0, 0.0, -yaw));
   T_odom_inner_.p = -(T_odom_inner_.R * T_inner_body.p);
+  if (side_) side_->set_odom(T_odom_inner_);
   anchored_ = true;
-}
-
-/// d(boxplus of the body) / d(boxplus of the IMU), and odom turned.
-Mat6 body_jacobian(const SE3& T_inner_imu, const SE3& T_imu_body, const Mat3& R_odom_inner) {
-  Mat6 J = Mat6::Zero();
-  J.block<3, 3>(0, 0) = T_imu_body.R.transpose();
-  J.block<3, 3>(3, 0) = -R_odom_inner * T_inner_imu.R * geometry::skew(T_imu_body.p);
-  J.block<3, 3>(3, 3) = R_odom_inner;
-  return J;
 }
 
 ScanResult BodyFrameOdometry::process(const sensor::LidarScan& scan, Executor& executor,
@@ -75,8 +80,7 @@ ScanResult BodyFrameOdometry::process(const sensor::LidarScan& scan, Executor& e
   const Mat6 J = body_jacobian(T_inner_imu, T_imu_body_, R);
   const Mat6 J_inverse = J.inverse();
   out.T_odom_body = T_odom_inner_ * T_inner_imu * T_imu_body_;
-  out.v_odom_mps =
-      R * (out.v_odom_mps + T_inner_imu.R * omega_imu_radps_.cross(T_imu_body_.p));
+  out.v_odom_mps = R * (out.v_odom_mps + T_inner_imu.R * omega_imu_radps_.cross(T_imu_body_.p));
   out.covariance = J * out.covariance * J.transpose();
   out.lidar_information = J_inverse.transpose() * out.lidar_information * J_inverse;
   planes_.assign(out.planes.begin(), out.planes.end());
@@ -103,8 +107,7 @@ std::shared_ptr<const Keyframe> BodyFrameOdometry::converted(const Keyframe& in,
   out->T_odom_body = T_odom_inner_ * in.T_odom_body * T_imu_body_;
   out->covariance = J * in.covariance * J.transpose();
   out->T_previous_this = T_body_imu * in.T_previous_this * T_imu_body_;
-  const Mat6 J_relative =
-      body_jacobian(in.T_previous_this, T_imu_body_, T_body_imu.R).inverse();
+  const Mat6 J_relative = body_jacobian(in.T_previous_this, T_imu_body_, T_body_imu.R).inverse();
   out->information_relative = J_relative.transpose() * in.information_relative * J_relative;
   out->T_body_lidar = T_body_imu * in.T_body_lidar;
   const Eigen::Matrix3f R = T_body_imu.R.cast<float>();

@@ -27,6 +27,9 @@ struct ScanResult {
   TrackState state = TrackState::kWaiting;
   geometry::SE3 T_odom_body;
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
+  geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();  ///< in the IMU
+  geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();  ///< in the IMU
+  bool inertial = false;  ///< gravity and biases are known, the pose rests on inertial data too
   geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus
   geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, without prior
   std::span<const degeneracy::PlaneEvidence> planes;

@@ -255,6 +255,11 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   out.t = scan.t_end;
   out.state = track_state_;
   out.at_rest = held_;
+  out.inertial = inertial_;
+  if (inertial_) {
+    out.gyro_bias_radps = state_.gyro_bias_radps;
+    out.accel_bias_mps2 = state_.accel_bias_mps2;
+  }
   out.T_odom_body = quiet_start_ && !inertial_ ? track_.front().T_odom_body : state_.T_odom_body;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
   out.covariance = covariance(update);
