@@ -37,8 +37,8 @@ struct Station {
 
 using StationListener = std::function<void(const Station&, const sensor::Calibration&)>;
 
-/// Casts a sweep every 0.5 m of the piece, every 0.125 m with a vehicle ahead. Same options: same sweeps.
-/// Errors (kUsage): no such place, or too many people.
+/// Casts a sweep every 0.5 m of the piece, every 0.125 m with a vehicle ahead. Same options: same
+/// sweeps. Errors (kUsage): no such place, or too many people.
 [[nodiscard]] Status drive(const DriveOptions& options, const StationListener& listener);
 
 }  // namespace rali::blindness

@@ -53,6 +53,11 @@ double lambda3(const std::vector<Vec3>& normals) {
   return std::max(0.0, geometry::pca3(S / count - mean * mean.transpose()).values[2]);
 }
 
+double times_chance(const degeneracy::DirectionInfo& d) {
+  if (d.noise > 0.0) return d.raw / d.noise;
+  return d.raw > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
+}
+
 Said& of(Sample& sample, Detector which) { return sample.said[static_cast<std::size_t>(which)]; }
 
 void ask_paper(const Station& station, const sensor::Calibration& calibration, Sample& out) {
@@ -107,6 +112,7 @@ void Judge::judge(const Station& station, const sensor::Calibration& calibration
   const auto& lateral = out.directions[1];
   const double off_deg = off_axis_deg(axial.direction_odom, station.axis_world);
   of(out, Detector::kRaw) = {std::min(axial.raw, lateral.raw), off_deg};
+  of(out, Detector::kChance) = {std::min(times_chance(axial), times_chance(lateral)), off_deg};
   of(out, Detector::kAware) = {std::min(axial.information, lateral.information), off_deg};
   ask_zhang(map_.unweighted(), station.axis_world, out);
 

@@ -10,8 +10,8 @@
 namespace rali::blindness {
 
 /// What is compared. Low score = blind.
-enum class Detector { kPaper, kLambda3, kZhang, kZhangShift, kRaw, kAware };
-inline constexpr std::size_t kDetectors = 6;
+enum class Detector { kPaper, kLambda3, kZhang, kZhangShift, kRaw, kChance, kAware };
+inline constexpr std::size_t kDetectors = 7;
 
 /// What one detector said about one scan.
 struct Said {

@@ -51,7 +51,8 @@ DirectionInfo direction(const Vec3& direction_odom, const Vec3& v, const Mat3& d
   info.raw = std::max(0.0, v.dot(decoupled_block * v));
   const double coupled = v.dot(full_block * v);
   const double share = coupled > 0.0 ? info.raw / coupled : 0.0;
-  info.information = std::max(0.0, info.raw - kappa * noise * share);
+  info.noise = noise * share;
+  info.information = std::max(0.0, info.raw - kappa * info.noise);
   info.sigma = info.information > 0.0 ? 1.0 / std::sqrt(info.information)
                                       : std::numeric_limits<double>::infinity();
   return info;

@@ -13,7 +13,7 @@ namespace rali::degeneracy {
 /// The noise-aware detector (algorithms 3.2, 3.3 with the findings of 3.6).
 struct AwareSettings {
   double kappa = 5.0;
-  double kappa_supported = 3.0;
+  double kappa_supported = 2.0;
   int support_planes = 4;
   int support_clusters = 2;
   double cluster_m = 1.5;

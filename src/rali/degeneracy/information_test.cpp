@@ -111,11 +111,12 @@ TEST(DirectionInformation, keeps_weak_structure_that_several_planes_in_several_p
     return direction_information(information_of(all), all, Mat3::Identity(), Axes::Identity(),
                                  AwareSettings{});
   };
-  // 4 x 75 = 300 1/m^2: more than 3 times what chance gives, less than 5 times.
+  // 4 x 75 = 300 1/m^2: more than 2 times what chance gives, less than 5 times.
   const auto apart = told(5.0);
   EXPECT_EQ(apart[0].planes, 4);
   EXPECT_EQ(apart[0].clusters, 4);
-  EXPECT_NEAR(apart[0].information, 300.0 - 3.0 * expected, 0.5);
+  EXPECT_NEAR(apart[0].noise, expected, 0.1);
+  EXPECT_NEAR(apart[0].information, 300.0 - 2.0 * expected, 0.5);
   const auto together = told(0.2);  // one thing that may move
   EXPECT_EQ(together[0].planes, 4);
   EXPECT_EQ(together[0].clusters, 1);

@@ -24,6 +24,9 @@ struct DirectionInfo {
   geometry::Vec3 direction_odom = geometry::Vec3::Zero();  ///< unit; axis for rotations
   double information = 0.0;  ///< J_d, noise removed [1/m^2 or 1/rad^2]
   double raw = 0.0;          ///< I_d before noise removal
+  /// B_d, what chance alone gives in expectation. raw / noise is about 1 where nothing is, above 2
+  /// where something is, whatever the sensor: for ranking scans.
+  double noise = 0.0;
   double sigma = 0.0;        ///< J_d^-1/2 [m or rad]; infinity if J_d = 0
   Category category = Category::kFull;
   int planes = 0;    ///< that hold a translation beyond doubt (support.hpp); 0 for rotations
