@@ -72,6 +72,13 @@ void ProgressView::progress(const drive::Progress& progress) {
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
   const double eta_s = share > 0.01 ? elapsed.count() * (1.0 - share) / share : -1.0;
   if (session_.live() && kind == "auto") {
+    // Vehicles run side by side: the one line is each one's for a second, or it could not be read.
+    const auto now = std::chrono::steady_clock::now();
+    if (progress.vehicle != shown_) {
+      if (now - shown_since_ < std::chrono::seconds(1) && share < 1.0) return;
+      shown_ = progress.vehicle;
+      shown_since_ = now;
+    }
     session_.live_line(progress_line(progress, true, eta_s));
     return;
   }

@@ -22,6 +22,8 @@ class ProgressView final : public drive::ProgressSink {
   Session& session_;
   std::chrono::steady_clock::time_point begin_;
   std::map<std::string, int> tenths_;  ///< last line per vehicle and stage
+  std::string shown_;                  ///< the vehicle in the live line, and since when
+  std::chrono::steady_clock::time_point shown_since_;
 };
 
 /// "v1 [#########-----]  62 %  6.4x  312 m  blind  8 %  ETA 0:41"; without a bar if not `bar`.

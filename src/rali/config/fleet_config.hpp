@@ -149,10 +149,6 @@ struct FleetConfig {
   Origins origins;  ///< of every value that is not a default
 };
 
-/// The same configuration with this vehicle alone (its index in `vehicles`), as each vehicle is
-/// mapped today.
-[[nodiscard]] FleetConfig single_vehicle(const FleetConfig& fleet, std::size_t index);
-
 /// Every field of fleet.yaml as a flat list that points into `config`. Paths are encoded
 /// relative to `base_dir` and decoded against it; "" leaves them alone.
 [[nodiscard]] FieldList fleet_fields(FleetConfig& config, const std::string& base_dir);

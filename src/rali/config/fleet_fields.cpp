@@ -163,19 +163,12 @@ FieldList fleet_fields(FleetConfig& config, const std::string& base_dir) {
   // imu:.
   std::erase_if(fields, [](const Field& field) {
     return field.key == "settings.map.voxel_m" || field.key == "settings.map.grid.cell_m" ||
-           field.key == "settings.map.grid.z_m" ||
-           field.key == "settings.ranging.limits.near_m" ||
+           field.key == "settings.map.grid.z_m" || field.key == "settings.ranging.limits.near_m" ||
            field.key == "settings.ranging.limits.far_m" ||
            field.key == "settings.ranging.limits.sigma_m" ||
            field.key.find("settings.odometry.imu_noise.") == 0;
   });
   return fields;
-}
-
-FleetConfig single_vehicle(const FleetConfig& fleet, std::size_t index) {
-  FleetConfig one = fleet;
-  one.vehicles = {fleet.vehicles.at(index)};
-  return one;
 }
 
 }  // namespace rali::config

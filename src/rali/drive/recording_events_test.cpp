@@ -51,6 +51,17 @@ class FakeRecording {
     write(cloud_, record_s, wire::encode(cloud.view, kCdr));
   }
 
+  /// v1 to v2 on /ranges; a stamp of 0 leaves it to the recorder.
+  void add_range(double header_s, double record_s) {
+    if (!ranges_) ranges_ = channel("/ranges", "rali_msgs/msg/Range");
+    wire::RangeMessage message;
+    message.stamp = Time::from_s(header_s);
+    message.from = "v1";
+    message.to = "v2";
+    message.range_m = 7.5;
+    write(*ranges_, record_s, wire::encode(message, kCdr));
+  }
+
   /// Stamps from `t0` on; `warp` may change the headers of either sensor.
   template <class Warp>
   void add_seconds(double t0, double seconds, Warp warp) {
@@ -84,12 +95,14 @@ class FakeRecording {
   io::MemorySink sink_;
   io::McapWriter writer_{sink_, {}};
   std::uint16_t cloud_ = 0, imu_ = 0;
+  std::optional<std::uint16_t> ranges_;
 };
 
 double as_is(double t, bool) { return t; }
 
 struct Drained {
   std::size_t sweeps = 0, imu = 0;
+  std::vector<Time> ranges;
   bool ordered = true;
   Time first, last;
   Time last_sweep, first_sweep;
@@ -106,6 +119,9 @@ Drained drain(ReportedSource& source) {
     if (const auto* imu = std::get_if<sensor::ImuSample>(&**event)) {
       t = imu->t;
       ++d.imu;
+    } else if (const auto* range = std::get_if<sensor::RangeSample>(&**event)) {
+      t = range->t;
+      d.ranges.push_back(t);
     } else {
       t = std::get<std::shared_ptr<const sensor::LidarScan>>(**event)->t_end;
       if (d.sweeps++ == 0) d.first_sweep = t;
@@ -123,6 +139,56 @@ bool has(const FindingList& findings, const std::string& id) {
     if (f.id == id && f.severity != Severity::kInfo) return true;
   }
   return false;
+}
+
+InputOptions with_ranges() {
+  auto ranges = std::make_shared<RangeOptions>();
+  ranges->names = {{"v1", {VehicleId{0}, 0}}, {"v2", {VehicleId{1}, 0}}};
+  ranges->antennas = {1, 1};
+  ranges->topics = {{"/ranges", {}}};
+  InputOptions options;
+  options.ranges = ranges;
+  return options;
+}
+
+TEST(RecordingEvents, ranges_of_a_named_topic_come_in_between_and_change_nothing_else) {
+  const io::TestFolder folder;
+  FakeRecording recording;
+  recording.add_seconds(1000.0, 4.0, as_is);
+  recording.add_range(1003.905, 1003.92);  // 65 ms late, and beside it all sensor data
+  recording.add_seconds(1004.0, 2.0, as_is);
+  recording.add_range(1004.005, 1006.0);  // 2 s late
+  recording.add_seconds(1006.0, 1.0, as_is);
+  const std::string file = recording.save(folder);
+  const auto source = open_recording_events({file}, with_ranges());
+  ASSERT_TRUE(source) << source.error().message();
+  const Drained d = drain(**source);
+  EXPECT_EQ(d.ranges, (std::vector<Time>{Time::from_s(1003.905), Time::from_s(1004.005)}));
+  EXPECT_FALSE(d.ordered) << "the late one comes with its own time, to be refused by it";
+  EXPECT_EQ((*source)->report().ranges, 2U);
+  EXPECT_EQ((*source)->report().range_messages.at("/ranges"), 2U);
+  const auto plain = open_recording_events({file}, {});
+  ASSERT_TRUE(plain);
+  const Drained p = drain(**plain);
+  EXPECT_TRUE(p.ranges.empty()) << "a topic that no source names is not read";
+  EXPECT_EQ(p.sweeps, d.sweeps);
+  EXPECT_EQ(p.imu, d.imu);
+  EXPECT_EQ((*source)->report().gaps.late, (*plain)->report().gaps.late);
+}
+
+TEST(RecordingEvents, ranges_stamped_by_the_recorder_are_moved_to_the_clock_of_the_sensors) {
+  const io::TestFolder folder;
+  FakeRecording recording;
+  const auto boot_clock = [](double t, bool /*imu*/) { return t - 900.0; };
+  recording.add_seconds(1000.0, 5.0, boot_clock);
+  recording.add_range(0.0, 1002.0);
+  recording.add_seconds(1005.0, 1.0, boot_clock);
+  const auto source = open_recording_events({recording.save(folder)}, with_ranges());
+  ASSERT_TRUE(source) << source.error().message();
+  const Drained d = drain(**source);
+  ASSERT_EQ(d.ranges.size(), 1U);
+  const double offset_s = (*source)->report().lidar_stamp == "header" ? -900.0 : 0.0;
+  EXPECT_NEAR(d.ranges[0].s(), 1002.0 + offset_s, 0.2);
 }
 
 TEST(RecordingEvents, hands_out_everything_once_and_in_order) {
