@@ -104,12 +104,15 @@ RangeStage::Pair& RangeStage::pair_of(const PairKey& key) {
   constexpr double kCalibratedShare = 0.2;
   const double sigma_m = given ? kCalibratedShare * r.bias.sigma_m : r.bias.sigma_m;
   Pair pair(r, given.value_or(0.0), sigma_m);
+  pair.number = static_cast<int>(pairs_.size());
+  pair_records_.push_back({pair.number, pair.bias_m, pair.bias_sigma_m});
   return pairs_.emplace(key, std::move(pair)).first->second;
 }
 
 RangeEffect RangeStage::run(Time t_end, SideFilter* filter, const Vec3& g_odom_mps2,
                             const std::optional<SE3>& first_pose, OutputList& out) {
   RangeEffect effect;
+  records_.clear();
   up_odom_ = -g_odom_mps2.normalized();
   first_pose_ = first_pose;
   if (filter != nullptr) forget_moved(*filter);
@@ -135,18 +138,21 @@ void RangeStage::flush(OutputList& out) {
 /// A peer that drives off takes its place with it.
 void RangeStage::forget_moved(SideFilter& filter) {
   std::vector<PlaceKey> gone;
-  for (const auto& [key, first] : places_) {
+  for (const auto& [key, place] : places_) {
     const Peer& peer = peers_.at(std::get<0>(key));
     if (peer.heard && !peer.at_rest) gone.push_back(key);
   }
   for (const PlaceKey& key : gone) {
-    const int first = places_.at(key);
+    const int first = places_.at(key).side;
     places_.erase(key);
     in_passage_.erase(key);
     remove_states(first, 3, filter);
   }
   if (gone.empty()) return;
-  for (auto& [key, pair] : pairs_) pair.finder.reset();
+  for (auto& [key, pair] : pairs_) {
+    pair.finder.reset();
+    pair.sought.clear();
+  }
 }
 
 void RangeStage::remove_states(int first, int n, SideFilter& filter) {
@@ -154,7 +160,7 @@ void RangeStage::remove_states(int first, int n, SideFilter& filter) {
   const auto move_down = [first, n](int& index) {
     if (index >= first + n) index -= n;
   };
-  for (auto& [key, index] : places_) move_down(index);
+  for (auto& [key, place] : places_) move_down(place.side);
   for (auto& [key, pair] : pairs_) move_down(pair.bias);
   move_down(tau_);
 }
@@ -167,25 +173,16 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
     return;
   }
   Pair& pair = pair_of(key);
-  const Peer& peer = peers_.at(std::get<1>(key));
-  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
   const ranging::RangingSettings& r = settings_.ranging;
   double sigma_m = ranging::sigma_of(sample.range_m, r.limits, sample.sigma_m);
   const ranging::SignalQuality signal = ranging::signal_quality(sample, r.signal);
   use.p_los = signal.p_los;
   const std::optional<Moment> now = filter.advance_to(sample.t);
+  const Peer& peer = peers_.at(std::get<1>(key));
   const bool stands =
       peer.heard && peer.at_rest && (sample.t - peer.t_status).s() < r.status_valid_s;
-  const auto known = places_.find(place_key);
   std::optional<Prediction> prediction;
-  if (now && stands && (known != places_.end() || place_from_prior(place_key, filter))) {
-    add_pair_states(pair, sample.t, filter);
-    walk(pair, sample.t, filter);
-    prediction = predict(*now, key, pair, places_.at(place_key), filter);
-    if (prediction && keep_in_passage(place_key, *now, *prediction, filter)) {
-      prediction = predict(*now, key, pair, places_.at(place_key), filter);
-    }
-  }
+  if (now && stands) prediction = predict_known(*now, key, pair, filter);
   const double rate = prediction ? prediction->rate_mps : std::nan("");
   if (const auto wrong = pair.sanity.check(sample.t, sample.range_m, sigma_m, rate)) {
     use.reason = *wrong;
@@ -193,13 +190,8 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   }
   sigma_m *= signal.sigma_factor;
   if (!prediction) {
-    use.reason = now ? RangeReason::kNoPose : RangeReason::kLate;
-    if (now && stands) {
-      static_cast<void>(find_place(place_key, key, *now, sample, filter));
-      use.reason = RangeReason::kNoPose;
-    } else if (!stands) {
-      use.reason = RangeReason::kNoPose;
-    }
+    use.reason = now || !stands ? RangeReason::kNoPose : RangeReason::kLate;
+    if (now && stands) seek_place(key, *now, sample, sigma_m, filter);
     return;
   }
   bool clear = signal.clear();
@@ -209,28 +201,74 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
                                       : std::min(use.p_los, r.signal.p_los_blocked);
     clear = false;
   }
-  odometry::SideMeasurement& m = prediction->measurement;
-  m.residual = sample.range_m - prediction->predicted_m;
+  RangeRecord record = record_of(key, pair, *now, sample, sigma_m);
+  record.rate_mps = prediction->rate_mps;
   sigma_m = std::hypot(sigma_m, prediction->bent_sigma_m);
+  judge(pair, sample, *prediction, sigma_m, clear, filter, use);
+  if (use.used()) {
+    const double inflation = pair.thinning.inflation(sample.t, sigma_m, now->at_rest);
+    const Vec3 shift = filter.apply(prediction->measurement, pair.R_m2 * inflation);
+    effect.shift_m += shift.norm();
+    effect.from = std::get<1>(key);
+    pair.inflation = inflation;
+  }
+  record.used = use.used();
+  record.R_m2 = record.sigma_m * record.sigma_m * pair.inflation;
+  records_.push_back(record);
+}
+
+/// The peer's place is known, or was measured by hand.
+std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& now,
+                                                                const PairKey& key, Pair& pair,
+                                                                SideFilter& filter) {
+  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
+  if (!places_.contains(place_key) && !place_from_prior(place_key, filter)) return std::nullopt;
+  add_pair_states(pair, now.t, filter);
+  walk(pair, now.t, filter);
+  const int place = places_.at(place_key).side;
+  auto prediction = predict(now, key, pair, place, filter);
+  if (prediction && keep_in_passage(place_key, now, *prediction, filter)) {
+    prediction = predict(now, key, pair, place, filter);
+  }
+  return prediction;
+}
+
+/// Steps, gate and link (algorithms 4.3, steps 4 to 6); `use` tells what came out.
+void RangeStage::judge(Pair& pair, const RangeSample& sample, Prediction& prediction,
+                       double sigma_m, bool clear, SideFilter& filter, RangeUse& use) {
+  odometry::SideMeasurement& m = prediction.measurement;
+  m.residual = sample.range_m - prediction.predicted_m;
   const double H_P_H = filter.variance(m);
-  use.predicted_m = prediction->predicted_m;
+  const double S = H_P_H + sigma_m * sigma_m;
+  use.predicted_m = prediction.predicted_m;
   use.residual_m = m.residual;
-  use.bias_m = prediction->bias_m;
-  use.sigma_m = std::sqrt(H_P_H + sigma_m * sigma_m);
-  if (is_excess(pair, sample.t, *prediction, sigma_m, std::sqrt(H_P_H), filter)) {
+  use.bias_m = prediction.bias_m;
+  use.sigma_m = std::sqrt(S);
+  if (is_excess(pair, sample.t, prediction, sigma_m, std::sqrt(H_P_H), filter)) {
     use.reason = RangeReason::kNlos;
     return;
   }
   const ranging::LinkDecision decision =
-      pair.link.decide({sample.t, m.residual, H_P_H + sigma_m * sigma_m, sigma_m, clear});
+      pair.link.decide({sample.t, m.residual, S, sigma_m, clear});
   if (decision.advice == ranging::LinkAdvice::kWeAreWrong) filter.widen(decision.widen_factor);
-  use.reason = decision.reason;
-  if (!decision.use) return;
-  use.reason = RangeReason::kUsed;
-  const double R = decision.gate.R_m2 * pair.thinning.inflation(sample.t, sigma_m, now->at_rest);
-  const Vec3 shift = filter.apply(m, R);
-  effect.shift_m += shift.norm();
-  effect.from = std::get<1>(key);
+  use.reason = decision.use ? RangeReason::kUsed : decision.reason;
+  pair.R_m2 = decision.gate.R_m2;
+}
+
+RangeRecord RangeStage::record_of(const PairKey& key, const Pair& pair, const Moment& now,
+                                  const RangeSample& sample, double sigma_m) {
+  RangeRecord record;
+  record.id = next_record_++;
+  record.t = sample.t;
+  record.T_odom_body = now.T_odom_body;
+  record.p_body_antenna_m = settings_.antennas_body_m[std::get<0>(key)];
+  record.range_m = sample.range_m;
+  record.sigma_m = sigma_m;
+  record.R_m2 = sigma_m * sigma_m;
+  const auto place = places_.find(PlaceKey{std::get<1>(key), std::get<2>(key)});
+  if (place != places_.end()) record.place = place->second.number;
+  record.pair = pair.number;
+  return record;
 }
 
 /// True while the range is longer than the straight way. If the track began with such ranges the
@@ -265,35 +303,55 @@ bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
   const Vec3 p = T_odom_start * (prior.T_self_peer * lever);
   // What is wrong with the heading moves the place across the line to it.
   const Vec3 arm = prior.sigma_rad * up_odom_.cross(p - T_odom_start.p);
-  SideStates::Vector mean = p;
-  SideStates::Matrix covariance =
-      prior.sigma_m * prior.sigma_m * Mat3::Identity() + arm * arm.transpose();
-  const int first = filter.add_side(mean, covariance);
-  if (first < 0) return false;
-  places_.emplace(key, first);
-  return true;
+  const Mat3 covariance = prior.sigma_m * prior.sigma_m * Mat3::Identity() + arm * arm.transpose();
+  return add_place(key, p, covariance, filter);
 }
 
-bool RangeStage::find_place(const PlaceKey& key, const PairKey& pair_key, const Moment& now,
-                            const RangeSample& sample, SideFilter& filter) {
-  Pair& pair = pair_of(pair_key);
-  const Vec3 own = settings_.antennas_body_m[std::get<0>(pair_key)];
-  const Vec3 other = peers_.at(std::get<0>(key)).settings.antennas_body_m[std::get<1>(key)];
+/// Gathers ranges until they tell where the other antenna stands.
+void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSample& sample,
+                            double sigma_m, SideFilter& filter) {
+  Pair& pair = pair_of(key);
+  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
+  const Vec3 own = settings_.antennas_body_m[std::get<0>(key)];
+  const Vec3 other = peers_.at(std::get<1>(key)).settings.antennas_body_m[std::get<2>(key)];
+  pair.sought.push_back(record_of(key, pair, now, sample, sigma_m));
+  RangeRecord& record = pair.sought.back();
+  record.R_m2 *= pair.thinning.inflation(sample.t, sigma_m, now.at_rest);
+  constexpr std::size_t kSoughtMax = 20'000;
+  if (pair.sought.size() > kSoughtMax) pair.sought.pop_front();
   ranging::FinderSample s;
   s.t = sample.t;
   s.p_odom_antenna_m = now.T_odom_body * own;
   s.covariance_m2 = filter.position_covariance();
   s.passage_odom = filter.blind_axis();
   s.range_m = sample.range_m;
-  s.sigma_m = ranging::sigma_of(sample.range_m, settings_.ranging.limits, sample.sigma_m);
+  s.sigma_m = sigma_m;
   const auto found = pair.finder.add(s, other.z() - own.z(), up_odom_);
-  if (!found) return false;
-  SideStates::Vector mean = found->p_odom_m;
-  SideStates::Matrix covariance = found->covariance_m2;
-  const int first = filter.add_side(mean, covariance);
-  if (first < 0) return false;
-  places_.emplace(key, first);
+  if (!found || !add_place(place_key, found->p_odom_m, found->covariance_m2, filter)) return;
   pair.finder.reset();
+  // Whoever looks again begins without what these ranges told.
+  const ranging::FinderSettings& f = settings_.ranging.finder;
+  const double wide_m = sample.range_m + f.passage_m;
+  place_records_.back().prior_covariance_m2 =
+      wide_m * wide_m * Mat3::Identity() +
+      (f.height_sigma_m * f.height_sigma_m - wide_m * wide_m) * up_odom_ * up_odom_.transpose();
+  for (RangeRecord& sought : pair.sought) {
+    sought.place = places_.at(place_key).number;
+    sought.used = true;
+    records_.push_back(sought);
+  }
+  pair.sought.clear();
+}
+
+bool RangeStage::add_place(const PlaceKey& key, const Vec3& p_odom_m, const Mat3& covariance_m2,
+                           SideFilter& filter) {
+  SideStates::Vector mean = p_odom_m;
+  SideStates::Matrix covariance = covariance_m2;
+  const int side = filter.add_side(mean, covariance);
+  if (side < 0) return false;
+  const int number = next_place_++;
+  places_.emplace(key, Place{side, number});
+  place_records_.push_back({number, p_odom_m, covariance_m2});
   return true;
 }
 
@@ -311,7 +369,7 @@ bool RangeStage::keep_in_passage(const PlaceKey& key, const Moment& now,
   const Vec3 across = up_odom_.cross(*axis).normalized();
   const double sigma_m = std::sqrt(across.dot(prediction.P_between_m2 * across));
   if (sigma_m < 0.5 * f.passage_m) return false;
-  const int place = places_.at(key);
+  const int place = places_.at(key).side;
   const Vec3 p = now.T_odom_body.p;
   const double aside_m = across.dot(filter.side().mean.segment<3>(place) - p);
   odometry::SideMeasurement m;

@@ -14,6 +14,7 @@
 #include "rali/ranging/range_sanity.hpp"
 #include "rali/ranging/range_thinning.hpp"
 #include "rali/vehicle/event.hpp"
+#include "rali/vehicle/range_record.hpp"
 #include "rali/vehicle/settings.hpp"
 
 namespace rali::vehicle {
@@ -42,6 +43,14 @@ class RangeStage {
   RangeEffect run(Time t_end, odometry::SideFilter* filter, const geometry::Vec3& g_odom_mps2,
                   const std::optional<geometry::SE3>& first_pose, OutputList& out);
 
+  /// Ranges that the last run() judged; those that found a place come when it is found.
+  [[nodiscard]] const std::vector<RangeRecord>& records() const { return records_; }
+
+  /// All since the start.
+  [[nodiscard]] const std::vector<PlaceRecord>& place_records() const { return place_records_; }
+
+  [[nodiscard]] const std::vector<PairRecord>& pair_records() const { return pair_records_; }
+
   /// What is left at the end of the data cannot be used any more.
   void flush(OutputList& out);
 
@@ -68,6 +77,10 @@ class RangeStage {
     ranging::ExcessWatch excess;
     ranging::AnchorFinder finder;
     std::deque<std::pair<Time, geometry::Vec3>> sights;  ///< lines of sight lately, unit
+    std::deque<RangeRecord> sought;                      ///< until the other's place is found
+    int number = 0;                                      ///< in the records
+    double R_m2 = 0.0;                                   ///< as the gate said last
+    double inflation = 1.0;                              ///< as thinning said last
     int bias = -1;                                       ///< side state
     Time t_bias;
     double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is a side state
@@ -75,6 +88,11 @@ class RangeStage {
     std::optional<Time> t_sight;
     geometry::Vec3 p_sight_m = geometry::Vec3::Zero();
     bool blocked = false;
+  };
+
+  struct Place {
+    int side = -1;   ///< first of three side states
+    int number = 0;  ///< in the records
   };
 
   struct Peer {
@@ -103,9 +121,18 @@ class RangeStage {
   void forget_moved(odometry::SideFilter& filter);
   void remove_states(int first, int n, odometry::SideFilter& filter);
   [[nodiscard]] bool place_from_prior(const PlaceKey& key, odometry::SideFilter& filter);
-  [[nodiscard]] bool find_place(const PlaceKey& key, const PairKey& pair,
-                                const odometry::Moment& now, const sensor::RangeSample& sample,
-                                odometry::SideFilter& filter);
+  void seek_place(const PairKey& key, const odometry::Moment& now,
+                  const sensor::RangeSample& sample, double sigma_m, odometry::SideFilter& filter);
+  [[nodiscard]] bool add_place(const PlaceKey& key, const geometry::Vec3& p_odom_m,
+                               const geometry::Mat3& covariance_m2, odometry::SideFilter& filter);
+  [[nodiscard]] std::optional<Prediction> predict_known(const odometry::Moment& now,
+                                                        const PairKey& key, Pair& pair,
+                                                        odometry::SideFilter& filter);
+  void judge(Pair& pair, const sensor::RangeSample& sample, Prediction& prediction, double sigma_m,
+             bool clear, odometry::SideFilter& filter, ranging::RangeUse& use);
+  [[nodiscard]] RangeRecord record_of(const PairKey& key, const Pair& pair,
+                                      const odometry::Moment& now,
+                                      const sensor::RangeSample& sample, double sigma_m);
   void add_pair_states(Pair& pair, Time t, odometry::SideFilter& filter);
   void walk(Pair& pair, Time t, odometry::SideFilter& filter);
   [[nodiscard]] std::optional<Prediction> predict(const odometry::Moment& now, const PairKey& key,
@@ -122,13 +149,18 @@ class RangeStage {
   VehicleSettings settings_;
   std::map<VehicleId, Peer> peers_;
   std::map<PairKey, Pair> pairs_;
-  std::map<PlaceKey, int> places_;  ///< first of three side states
-  std::set<PlaceKey> in_passage_;   ///< places that keep_in_passage() has seen to
-  int tau_ = -1;                    ///< side state
+  std::map<PlaceKey, Place> places_;
+  std::set<PlaceKey> in_passage_;  ///< places that keep_in_passage() has seen to
+  int tau_ = -1;                   ///< side state
   Time t_tau_;
   std::deque<sensor::RangeSample> waiting_;
   geometry::Vec3 up_odom_ = geometry::Vec3::UnitZ();
   std::optional<geometry::SE3> first_pose_;
+  std::vector<RangeRecord> records_;
+  std::vector<PlaceRecord> place_records_;
+  std::vector<PairRecord> pair_records_;
+  std::uint64_t next_record_ = 0;
+  int next_place_ = 0;
 };
 
 }  // namespace rali::vehicle
