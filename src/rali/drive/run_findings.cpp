@@ -42,10 +42,8 @@ Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps) {
 Finding not_joined_finding(std::size_t vehicles) {
   Finding f;
   f.id = "fleet.not_joined";
-  f.text = fmt::format(
-      "{} vehicles keep frames of their own: ranges hold them, but do not join "
-      "them",
-      vehicles);
+  f.text = fmt::format("{} vehicles keep frames of their own: this version does not join them",
+                       vehicles);
   f.effect = "map.* holds the vehicle with the most keyframes.";
   return f;
 }

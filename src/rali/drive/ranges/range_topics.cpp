@@ -95,7 +95,8 @@ void RangeTopics::take_range(const wire::RangeMessage& range, const RecordedMess
   sample.from_antenna = from.antenna;
   sample.to_antenna = to.antenna;
   sample.range_m = range.range_m;
-  sample.sigma_m = std::isfinite(range.sigma_m) ? std::max(0.0, double{range.sigma_m}) : 0.0;
+  sample.sigma_m =
+      std::isfinite(range.sigma_m) ? std::max(0.0, static_cast<double>(range.sigma_m)) : 0.0;
   sample.rssi_dbm = known_dbm(range.rssi_dbm);
   sample.first_path_dbm = known_dbm(range.rssi_first_path_dbm);
   out.push_back(sample);
