@@ -225,6 +225,12 @@ ScalarEstimate LocalGraph::bias(int number) { return scalar(bias_id(number)); }
 
 ScalarEstimate LocalGraph::tau(int number) { return scalar(tau_id(number)); }
 
+double LocalGraph::residual(const RangeFactor& factor) const {
+  LinearFactor row;
+  range_residual(window_, factor, row);
+  return row.r(0);
+}
+
 RangePrediction LocalGraph::predict(const RangeFactor& factor) {
   return graph::predict(window_, marginals(), factor);
 }

@@ -89,6 +89,8 @@ class LocalGraph {
   [[nodiscard]] LandmarkEstimate landmark(int number);
   [[nodiscard]] ScalarEstimate bias(int number);
   [[nodiscard]] ScalarEstimate tau(int number);
+  /// What this range would read less what it read [m], at the present values.
+  [[nodiscard]] double residual(const RangeFactor& factor) const;
   /// What this range would read, and how well that is known, all correlations included. The
   /// measured value is not used; the id may be new.
   [[nodiscard]] RangePrediction predict(const RangeFactor& factor);

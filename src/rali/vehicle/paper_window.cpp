@@ -107,7 +107,9 @@ void PaperWindow::solve() {
   graph::LocalGraph graph(how);
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const Node& node = nodes_[i];
-    graph.add_keyframe(node.seq, node.t, {node.T_odom_body, {}, {}, {}});
+    graph::KeyframeState initial;
+    initial.T_odom_body = node.T_odom_body;
+    graph.add_keyframe(node.seq, node.t, initial);
     graph::PriorFactor prior = level_prior(node, settings_.level_sd_deg * kDegree);
     if (i == 0) prior.information.diagonal().head<6>().setConstant(information(kHeld));
     graph.add(prior);

@@ -22,8 +22,8 @@ struct PaperRangeFactor {
 /// The paper's local pose graph over the last keyframes: corrected LiDAR odometry between each two
 /// (constant sd), at most one smoothed range at each (paper, section "System Overview"; algorithms
 /// 6.1). Inertial data are in the odometry's poses already (odometry/paper/local_graph), as factors
-/// here they would count twice; of gravity the level is kept. The oldest keyframe is held: the paper
-/// says nothing of marginalisation.
+/// here they would count twice; of gravity the level is kept. The oldest keyframe is held: the
+/// paper says nothing of marginalisation.
 class PaperWindow {
  public:
   struct Node {

@@ -7,6 +7,7 @@
 #include "rali/base/ids.hpp"
 #include "rali/base/settings.hpp"
 #include "rali/degeneracy/paper_settings.hpp"
+#include "rali/graph/settings.hpp"
 #include "rali/odometry/settings.hpp"
 #include "rali/ranging/settings.hpp"
 #include "rali/sensor/calibration.hpp"
@@ -31,6 +32,44 @@ struct PeerSettings {
       bias_m;  ///< of ranges between the two, as the user knows it; else estimated
 };
 
+/// The second look at a blind stretch (back_end.hpp).
+struct BackEndSettings {
+  bool use = true;
+  int rounds = 3;
+  int iterations = 20;
+  double rest_s = 5.0;
+  double drive_s = 1.0;
+  double known_m = 0.3;
+  double known_rad = 0.05;
+  double shape_m = 0.002;
+  double shape_rad = 2e-4;
+  double gap_m = 0.3;
+  double path_sigma_m = 0.1;
+  double start_speed_sigma_mps = 0.05;
+  double start_gyro_bias_sigma_radps = 0.002;
+  double start_accel_bias_sigma_mps2 = 0.05;
+  graph::LocalGraphSettings graph;
+
+  template <class V>
+  void visit(V& v) {
+    v("use", use, "keyframes of blind stretches are corrected by all ranges");
+    v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
+    v("iterations", iterations, 1, 1000, "of each solution");
+    v("rest_s", rest_s, 0.5, 600.0, "between variables while standing");
+    v("drive_s", drive_s, 0.1, 60.0, "and at most while driving");
+    v("known_m", known_m, 1e-3, 100.0, "sigma of a sweep from which a direction is not known");
+    v("known_rad", known_rad, 1e-4, 10.0, "the same of a rotation");
+    v("shape_m", shape_m, 1e-5, 1.0, "sigma of a step where the LiDAR knows: keeps the shape");
+    v("shape_rad", shape_rad, 1e-6, 0.1, "the same of its turn");
+    v("gap_m", gap_m, 1e-3, 100.0, "sigma of a step over a gap in the inertial data");
+    v("path_sigma_m", path_sigma_m, 0.0, 10.0, "doubt about the path when ranges are judged anew");
+    v("start_speed_sigma_mps", start_speed_sigma_mps, 1e-4, 100.0, "of the first variable");
+    v("start_gyro_bias_sigma_radps", start_gyro_bias_sigma_radps, 1e-6, 1.0, "of the first");
+    v("start_accel_bias_sigma_mps2", start_accel_bias_sigma_mps2, 1e-5, 10.0, "of the first");
+    v.group("graph", graph, "the solver");
+  }
+};
+
 /// Everything one vehicle's software needs to know before its first event.
 struct VehicleSettings {
   std::string name = "v1";
@@ -38,6 +77,7 @@ struct VehicleSettings {
   std::vector<geometry::Vec3> antennas_body_m = {geometry::Vec3::Zero()};
   std::vector<PeerSettings> peers;
   ranging::RangingSettings ranging;
+  BackEndSettings back_end;
   bool has_imu = true;  ///< false: LiDAR only, no scan waits for inertial data
   odometry::OdometrySettings odometry;
   degeneracy::PaperDegreeSettings paper_degree;
@@ -47,6 +87,7 @@ struct VehicleSettings {
 
   template <class V>
   void visit(V& v) {
+    v.group("back_end", back_end, "the second look at blind stretches");
     v.group("paper_degree", paper_degree, "the paper's detector of blind directions");
     v("paper_degree_downsample_m", paper_degree_downsample_m, 0.02, 5.0,
       "resolution of the features behind the paper's degree, in preset robust");

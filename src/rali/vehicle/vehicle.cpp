@@ -5,7 +5,9 @@
 
 #include "rali/degeneracy/information.hpp"
 #include "rali/odometry/make_odometry.hpp"
+#include "rali/vehicle/back_end.hpp"
 #include "rali/vehicle/paper_detector.hpp"
+#include "rali/vehicle/paper_range_stage.hpp"
 #include "rali/vehicle/pose_report.hpp"
 #include "rali/vehicle/range_stage.hpp"
 
@@ -24,7 +26,12 @@ class Vehicle::Impl {
             odometry::make_odometry(settings.odometry, settings.calibration, settings.has_imu)),
         paper_(settings),
         ranges_(self, settings),
-        categories_(settings.odometry.robust.aware) {}
+        back_end_(self, settings),
+        categories_(settings.odometry.robust.aware) {
+    if (settings.odometry.preset != odometry::Preset::kPaper) return;
+    paper_ranges_ = std::make_unique<PaperRangeStage>(self, settings);
+    odometry_->correct_keyframes_by(paper_ranges_.get());
+  }
 
   void on(const ImuSample& sample, Executor& executor, OutputList& out) {
     if (sample.t <= t_imu_) return;  // the driver counts late samples
@@ -35,6 +42,7 @@ class Vehicle::Impl {
     }
     t_imu_ = sample.t;
     odometry_->add_imu(sample);
+    back_end_.add(sample);
     run_waiting(executor, out, false);
   }
 
@@ -50,16 +58,20 @@ class Vehicle::Impl {
 
   void on(const EndOfData& /*end*/, Executor& executor, OutputList& out) {
     run_waiting(executor, out, true);
+    if (paper_ranges_) paper_ranges_->flush(out);
     ranges_.flush(out);
+    finish_stretch(out);
     out.emplace_back(GravityEstimate{self_, t_scan_, odometry_->gravity_odom(),
                                      odometry_->gravity_covariance()});
   }
 
   void on(const sensor::RangeSample& sample, Executor& /*executor*/, OutputList& out) {
+    if (paper_ranges_) return paper_ranges_->add(sample, out);
     ranges_.add(sample, out);
   }
 
   void on(const PeerStatus& status, Executor& /*executor*/, OutputList& /*out*/) {
+    if (paper_ranges_) return paper_ranges_->on(status);
     ranges_.on(status);
   }
 
@@ -101,7 +113,8 @@ class Vehicle::Impl {
   }
 
   void run(const LidarScan& scan, Executor& executor, OutputList& out) {
-    const RangeEffect effect = ranges_.run(scan.t_end, odometry_->side_filter(),
+    if (paper_ranges_) paper_ranges_->before_sweep(scan.t_end, out);
+    RangeEffect effect = ranges_.run(scan.t_end, odometry_->side_filter(),
                                            odometry_->gravity_odom(), first_pose_, out);
     FindingList findings;
     const odometry::ScanResult result = odometry_->process(scan, executor, findings);
@@ -110,6 +123,7 @@ class Vehicle::Impl {
       out.emplace_back(std::move(f));
     }
     if (result.state == odometry::TrackState::kWaiting) return;
+    if (paper_ranges_) effect = paper_ranges_->after_sweep(result, out);
     PoseEstimate pose = pose_of(self_, result);
     pose.correction_m = effect.shift_m;
     pose.range_from = effect.from;
@@ -124,9 +138,22 @@ class Vehicle::Impl {
       pose.degeneracy.sigma_blind_m = std::numeric_limits<double>::infinity();
     }
     out.emplace_back(pose);
+    std::optional<KeyframeId> keyframe;
     if (result.keyframe) {
-      out.emplace_back(KeyframeAdded{KeyframeId{self_, keyframes_++}, result.keyframe});
+      keyframe = KeyframeId{self_, keyframes_++};
+      out.emplace_back(KeyframeAdded{*keyframe, result.keyframe});
     }
+    // A new map begins where the old one was lost: the graph does not reach across.
+    if (result.state == odometry::TrackState::kDiverged) {
+      finish_stretch(out);
+    } else {
+      back_end_.add(result, keyframe, pose.degeneracy.blind, ranges_.records());
+    }
+  }
+
+  void finish_stretch(OutputList& out) {
+    back_end_.finish(ranges_.place_records(), ranges_.pair_records(), odometry_->gravity_odom(),
+                     out);
   }
 
   VehicleSettings settings_;
@@ -134,6 +161,8 @@ class Vehicle::Impl {
   std::unique_ptr<odometry::Odometry> odometry_;
   PaperDetector paper_;
   RangeStage ranges_;
+  std::unique_ptr<PaperRangeStage> paper_ranges_;  ///< instead of it in preset `paper`
+  BackEnd back_end_;
   std::optional<geometry::SE3> first_pose_;
   degeneracy::CategoryFilter categories_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();

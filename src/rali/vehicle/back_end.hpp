@@ -1,0 +1,82 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "rali/graph/local_graph.hpp"
+#include "rali/imu/preintegration.hpp"
+#include "rali/odometry/odometry.hpp"
+#include "rali/vehicle/event.hpp"
+#include "rali/vehicle/range_record.hpp"
+#include "rali/vehicle/settings.hpp"
+
+namespace rali::vehicle {
+
+/// The second look: all keyframes of a stretch with what ties them together (algorithms 6), solved
+/// when the stretch is at its end. The filter must decide about each range when it comes, at a pose
+/// and a place of the other antenna as known then; later both are known better, and what went wrong
+/// while the vehicle was blind and unheard is put right: the shift is shared by the keyframes that
+/// had room for it.
+///
+/// Where the LiDAR knows, the shape of the filter's path is kept: it was registered against the
+/// whole map, which no chain of relative poses can do better. Along blind directions only inertial
+/// data and ranges speak. A stretch that was never blind is left alone.
+class BackEnd {
+ public:
+  BackEnd(VehicleId self, const VehicleSettings& settings);
+
+  void add(const sensor::ImuSample& sample);
+
+  /// After each sweep. @param ranges what was judged since the last one
+  void add(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
+           bool blind, const std::vector<RangeRecord>& ranges);
+
+  /// Solves and says where the keyframes of the stretch were. @param places and pairs of the ranges
+  void finish(const std::vector<PlaceRecord>& places, const std::vector<PairRecord>& pairs,
+              const geometry::Vec3& g_odom_mps2, OutputList& out);
+
+ private:
+  /// A sweep that is a variable of the graph.
+  struct Node {
+    Time t;
+    std::optional<KeyframeId> keyframe;
+    geometry::SE3 T_filter;
+    geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
+    geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
+    geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
+    geometry::Mat6 covariance = geometry::Mat6::Zero();   ///< of the filter
+    geometry::Mat6 information = geometry::Mat6::Zero();  ///< of the LiDAR, boxplus order
+    bool at_rest = false;
+    bool blind = false;
+    std::optional<graph::InertialFactor> inertial;  ///< from the node before
+  };
+
+  struct NodeRange {
+    RangeRecord record;
+    std::size_t after = 0;  ///< node before it
+  };
+
+  [[nodiscard]] bool wants_node(const odometry::ScanResult& result, bool keyframe) const;
+  void add_node(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
+                bool blind);
+  [[nodiscard]] std::optional<graph::InertialFactor> preintegrate(Time from, Time to,
+                                                                  const Node& node) const;
+  [[nodiscard]] std::unique_ptr<graph::LocalGraph> build(const std::vector<PlaceRecord>& places,
+                                                         const std::vector<PairRecord>& pairs,
+                                                         const geometry::Vec3& g_odom_mps2) const;
+  void add_motion(graph::LocalGraph& graph, std::size_t k, const geometry::Vec3& g_odom_mps2) const;
+  [[nodiscard]] graph::RangeFactor factor_of(const NodeRange& range) const;
+  void judge_again(graph::LocalGraph& graph, const std::vector<PairRecord>& pairs);
+  void tell(graph::LocalGraph& graph, OutputList& out) const;
+  void forget();
+
+  VehicleId self_;
+  VehicleSettings settings_;
+  std::vector<sensor::ImuSample> imu_;  ///< since the last node
+  std::vector<Node> nodes_;
+  std::vector<NodeRange> ranges_;
+  bool was_blind_ = false;
+};
+
+}  // namespace rali::vehicle
