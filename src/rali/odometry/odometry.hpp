@@ -43,6 +43,25 @@ struct ScanResult {
   std::shared_ptr<const Keyframe> keyframe;  ///< set if this scan became one
 };
 
+/// What a measurement made of the last keyframes. All in odom.
+struct KeyframeMove {
+  geometry::SE3 T_odom_body;           ///< of the keyframe that was asked about
+  std::vector<geometry::SE3> earlier;  ///< of those before it, oldest first; may be fewer than kept
+};
+
+/// Moves keyframes by what others than LiDAR and IMU measured.
+class KeyframeCorrector {
+ public:
+  virtual ~KeyframeCorrector() = default;
+
+  /// Called once for each scan that becomes a keyframe, after its registration and before it enters
+  /// the map. The odometry goes on from the pose that is answered.
+  /// @param T_odom_body_predicted the pose before registration
+  /// @return nothing: all stays as it is
+  virtual std::optional<KeyframeMove> at_keyframe(const ScanResult& scan,
+                                                  const geometry::SE3& T_odom_body_predicted) = 0;
+};
+
 /// LiDAR(-inertial) odometry of one vehicle. Both presets are implementations of it.
 class Odometry {
  public:
@@ -62,6 +81,10 @@ class Odometry {
 
   /// The way in for measurements between sweeps; null if this odometry has none.
   [[nodiscard]] virtual SideFilter* side_filter() { return nullptr; }
+
+  /// Asks `corrector` about each scan that becomes a keyframe. Null: nobody. Not owned. An odometry
+  /// that has a filter for measurements has no use for it and never asks.
+  virtual void correct_keyframes_by(KeyframeCorrector* /*corrector*/) {}
 
   [[nodiscard]] virtual std::uint64_t state_hash() const = 0;
 };

@@ -38,6 +38,10 @@ struct SideMeasurement {
   Eigen::RowVector3d d_velocity = Eigen::RowVector3d::Zero();                ///< of v in odom
   SideStates::Vector d_side;  ///< as many as there are side states
   double residual = 0.0;      ///< measured less predicted
+  /// First of three side states of which this measurement may move only the part that `estimates`
+  /// (a projector) leaves; the rest is considered with its covariance. -1: all is estimated.
+  int considered = -1;
+  geometry::Mat3 estimates = geometry::Mat3::Identity();
 };
 
 /// How measurements between sweeps reach a filter, in order of time.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "rali/base/settings.hpp"
 
 namespace rali::ranging {
@@ -35,6 +37,28 @@ enum class PaperThenFactor {
 };
 inline constexpr ChoiceNames<2> kPaperThenFactorNames{"state", "guess"};
 
+/// Where the vehicle was when the smoothed range is compared with its pose.
+enum class PaperRangeTime {
+  kMeasured,  ///< at the time of the newest range: the pose is carried back by its velocity
+  kKeyframe   ///< at the keyframe, as printed: one index for both
+};
+inline constexpr ChoiceNames<2> kPaperRangeTimeNames{"measured", "keyframe"};
+
+/// Which smoothed ranges are factors of the local graph.
+enum class PaperFactor {
+  kCorrected,  ///< those that moved the state (algorithms 5.2)
+  kAlways,     ///< one at each keyframe that has one
+  kNone
+};
+inline constexpr ChoiceNames<3> kPaperFactorNames{"corrected", "always", "none"};
+
+/// Who moves with a keyframe that is corrected.
+enum class PaperShare {
+  kKeyframes,  ///< blind keyframes since the last correction take their part (algorithms 5.5)
+  kNone        ///< as printed: that keyframe alone
+};
+inline constexpr ChoiceNames<2> kPaperShareNames{"keyframes", "none"};
+
 /// The paper's use of ranges: each open point of its text is a setting (algorithms.md table 0.2).
 struct PaperRangeSettings {
   PaperSmoother smoother = PaperSmoother::kLine;
@@ -53,6 +77,15 @@ struct PaperRangeSettings {
   double ambiguous_sigmas = 2.0;
   PaperThenFactor correct_then_factor = PaperThenFactor::kState;
   double range_sigma_m = 0.1;
+  int smoother_samples_min = 5;
+  PaperRangeTime range_time = PaperRangeTime::kMeasured;
+  PaperFactor factor = PaperFactor::kCorrected;
+  PaperShare share = PaperShare::kKeyframes;
+  double lidar_sd_m = 0.05;
+  double lidar_sd_deg = 0.5;
+  double level_sd_deg = 0.1;
+  int window_keyframes = 20;
+  int iterations = 10;
 
   template <class V>
   void visit(V& v) {
@@ -78,6 +111,28 @@ struct PaperRangeSettings {
     v.choice("correct_then_factor", correct_then_factor, kPaperThenFactorNames,
              "whether a range that moved the state is also a factor");
     v("range_sigma_m", range_sigma_m, 0.001, 10.0, "sd of a range");
+    v("smoother_samples_min", smoother_samples_min, 1, 1000, "a fit to fewer ranges is not used");
+    v.choice("range_time", range_time, kPaperRangeTimeNames, "where the vehicle was at a range");
+    v.choice("factor", factor, kPaperFactorNames, "which ranges are factors of the local graph");
+    v.choice("share", share, kPaperShareNames, "who moves with a keyframe that is corrected");
+    v("lidar_sd_m", lidar_sd_m, 1e-4, 10.0, "sd between two keyframes of the local graph");
+    v("lidar_sd_deg", lidar_sd_deg, 1e-3, 90.0, "and of the rotation between them");
+    v("level_sd_deg", level_sd_deg, 1e-3, 90.0, "sd of roll and pitch, which gravity holds");
+    v("window_keyframes", window_keyframes, 2, 200, "keyframes of the local graph");
+    v("iterations", iterations, 1, 100, "Levenberg-Marquardt steps at each keyframe, at most");
+  }
+
+  /// The settings with the odometry's `literal` resolved into the readings it stands for.
+  [[nodiscard]] PaperRangeSettings resolved(bool literal) const {
+    PaperRangeSettings out = *this;
+    if (!literal) return out;
+    out.range_point = PaperRangePoint::kBody;
+    out.range_2d = PaperRange2d::kFlat;
+    out.range_time = PaperRangeTime::kKeyframe;
+    out.share = PaperShare::kNone;
+    out.max_s_m = std::numeric_limits<double>::infinity();
+    out.max_sensitivity = std::numeric_limits<double>::infinity();
+    return out;
   }
 };
 

@@ -18,10 +18,12 @@ enum class RangeReason {
   kUnknownId,      ///< an end that is no vehicle of the fleet
   kLate,           ///< older than what the estimator still can use
   kBlockedByGate,  ///< does not fit the prediction within its covariance
+  kNotNeeded,      ///< preset paper: nothing was blind, it fitted well enough, or no keyframe came
+  kBadGeometry,    ///< preset paper: seen across the blind direction it does not say where to go
 };
-inline constexpr ChoiceNames<9> kRangeReasonNames{"used",          "nlos",    "outlier",
-                                                  "out_of_limits", "no_pose", "duplicate",
-                                                  "unknown_id",    "late",    "blocked_by_gate"};
+inline constexpr ChoiceNames<11> kRangeReasonNames{
+    "used",       "nlos", "outlier",         "out_of_limits", "no_pose",     "duplicate",
+    "unknown_id", "late", "blocked_by_gate", "not_needed",    "bad_geometry"};
 
 /// One range and its fate: a row of ranges.csv. NaN where a number is not known.
 struct RangeUse {

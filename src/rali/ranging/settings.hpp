@@ -107,8 +107,8 @@ struct LinkSettings {
 
 /// The part of the error of ranges that wanders slowly: multipath and the radio's own.
 struct SlowErrorSettings {
-  double slow_sigma_m = 0.04;
-  double slow_time_s = 3.0;
+  double slow_sigma_m = 0.06;
+  double slow_time_s = 4.0;
 
   template <class V>
   void visit(V& v) {

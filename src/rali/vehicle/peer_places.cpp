@@ -1,5 +1,7 @@
 #include "rali/vehicle/peer_places.hpp"
 
+#include <Eigen/Geometry>
+
 namespace rali::vehicle {
 
 using geometry::SE3;

@@ -434,6 +434,12 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   m.d_pose.tail<3>() = p->d_p_j;
   m.d_side = SideStates::Vector::Zero(side.size());
   m.d_side.segment<3>(place) = p->d_p_k.transpose();
+  // From afar only the distance is learned: what a slow error or a bend tells about the place
+  // across the line would be believed too soon.
+  if (p->rho_m > 1.0 / std::max(1e-3, settings_.ranging.finder.passage_per_m)) {
+    m.considered = place;
+    m.estimates = p->e * p->e.transpose();
+  }
   if (pair.bias >= 0) {
     out.bias_m = side.mean[pair.bias];
     m.d_side[pair.bias] = 1.0;

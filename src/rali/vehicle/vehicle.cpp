@@ -115,7 +115,7 @@ class Vehicle::Impl {
   void run(const LidarScan& scan, Executor& executor, OutputList& out) {
     if (paper_ranges_) paper_ranges_->before_sweep(scan.t_end, out);
     RangeEffect effect = ranges_.run(scan.t_end, odometry_->side_filter(),
-                                           odometry_->gravity_odom(), first_pose_, out);
+                                     odometry_->gravity_odom(), first_pose_, out);
     FindingList findings;
     const odometry::ScanResult result = odometry_->process(scan, executor, findings);
     for (Finding& f : findings) {
@@ -152,6 +152,7 @@ class Vehicle::Impl {
   }
 
   void finish_stretch(OutputList& out) {
+    if (paper_ranges_) return;  // it has its own graph
     back_end_.finish(ranges_.place_records(), ranges_.pair_records(), odometry_->gravity_odom(),
                      out);
   }

@@ -258,6 +258,19 @@ void InertialGuess::fuse(const geometry::Mat6& information, const geometry::Vec6
   drop_used();
 }
 
+void InertialGuess::move(const SE3& T_new_old) {
+  const auto move_pose = [&T_new_old](geometry::Mat3& R, Vec3& p) {
+    R = geometry::so3_normalised(T_new_old.R * R);
+    p = T_new_old * p;
+  };
+  for (imu::InertialState* state : {&state_, &last_registered_}) {
+    move_pose(state->R_odom_imu, state->p_odom_m);
+    state->v_odom_mps = T_new_old.R * state->v_odom_mps;
+  }
+  // Else the shift would look like motion to what learns the gyro's bias at rest.
+  for (PastPose& past : past_) move_pose(past.T_odom_imu.R, past.T_odom_imu.p);
+}
+
 geometry::Mat6 InertialGuess::covariance() const {
   const geometry::Mat6 G = d_body_d_imu();
   const geometry::Mat6 C = G * graph_.pose_covariance() * G.transpose();

@@ -45,6 +45,10 @@ class InertialGuess {
   /// @param information,pull of the body's pose, as RegistrationResult gives them
   void fuse(const geometry::Mat6& information, const geometry::Vec6& pull);
 
+  /// Takes the whole state, past included, to another place in odom: T_odom_body becomes
+  /// T_new_old T_odom_body. Velocity turns along; covariance and biases stay.
+  void move(const geometry::SE3& T_new_old);
+
   /// Of the body's pose by the local graph, boxplus order.
   [[nodiscard]] geometry::Mat6 covariance() const;
 

@@ -27,6 +27,9 @@ class OverlapKeyframer {
                                        std::span<const std::uint32_t> thinned,
                                        const ScanResult& result);
 
+  /// The last keyframe is elsewhere than was thought.
+  void move_last(const geometry::SE3& T_odom_body) { T_odom_body_last_ = T_odom_body; }
+
   /// Forgets the last keyframe for the overlap; the next one still hangs on its pose.
   void clear_overlap() { tree_.build({}, {}, {}); }
 

@@ -78,6 +78,8 @@ class PaperOdometry final : public Odometry {
     return C;
   }
 
+  void correct_keyframes_by(KeyframeCorrector* corrector) override { corrector_ = corrector; }
+
   [[nodiscard]] std::uint64_t state_hash() const override;
 
  private:
@@ -96,6 +98,7 @@ class PaperOdometry final : public Odometry {
   void keep_prediction(const LidarScan& scan, FindingList& findings, ScanResult& out);
   void restart(const LidarScan& scan, FindingList& findings, ScanResult& out);
   void keyframe_if_wanted(const LidarScan& scan, FindingList& findings, ScanResult& out);
+  void take_move(const KeyframeMove& move, ScanResult& out);
   void note(FindingList& findings, bool& said, const char* id, Time t, std::string text,
             std::string effect, std::string remedy);
 
@@ -111,6 +114,7 @@ class PaperOdometry final : public Odometry {
   paper::Submap submap_;
   paper::Registration registration_;
   paper::OverlapKeyframer keyframer_;
+  KeyframeCorrector* corrector_ = nullptr;
 
   std::vector<TimedPose> path_;  // of the body over the last prediction
   std::vector<TimedPose> lidar_path_;
@@ -118,6 +122,7 @@ class PaperOdometry final : public Odometry {
   paper::PlanarFeatures features_;
   std::vector<Vec3> normals_body_;
   Mat6 covariance_ = Mat6::Zero();
+  SE3 predicted_;
   SE3 last_registered_;
   Time t_last_registered_;
   Time t_last_;
@@ -221,6 +226,7 @@ void PaperOdometry::find_features(const LidarScan& scan, FindingList& findings) 
 void PaperOdometry::register_scan(const LidarScan& scan, Executor& executor, FindingList& findings,
                                   ScanResult& out) {
   const SE3 guess = guess_.T_odom_body();
+  predicted_ = guess;
   if (submap_.keyframes() == 0) {
     out.state = features_.size() > 0 ? TrackState::kGood : TrackState::kPredicted;
     out.T_odom_body = guess;
@@ -294,6 +300,9 @@ void PaperOdometry::keyframe_if_wanted(const LidarScan& scan, FindingList& findi
   if (features_.size() < 3) return;
   const double overlap = keyframer_.overlap(cloud_lidar_, extractor_.thinned(), out.T_odom_body);
   if (!keyframer_.wants(overlap)) return;
+  if (corrector_ != nullptr) {
+    if (const auto move = corrector_->at_keyframe(out, predicted_)) take_move(*move, out);
+  }
   out.keyframe = keyframer_.make(scan, cloud_lidar_, extractor_.thinned(), out);
   std::vector<paper::PointNormal> stored;
   stored.reserve(features_.size());
@@ -312,6 +321,16 @@ void PaperOdometry::keyframe_if_wanted(const LidarScan& scan, FindingList& findi
          "places seen first are new when they are seen again",
          "Raise odometry.paper.keyframes_kept_max.");
   }
+}
+
+void PaperOdometry::take_move(const KeyframeMove& move, ScanResult& out) {
+  submap_.move_newest(move.earlier);
+  if (!move.earlier.empty()) keyframer_.move_last(move.earlier.back());
+  const SE3 T_new_old = move.T_odom_body * out.T_odom_body.inverse();
+  guess_.move(T_new_old);
+  last_registered_ = T_new_old * last_registered_;
+  out.T_odom_body = guess_.T_odom_body();
+  out.v_odom_mps = guess_.v_odom_body_mps();
 }
 
 void PaperOdometry::note(FindingList& findings, bool& said, const char* id, Time t,

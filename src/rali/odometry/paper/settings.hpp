@@ -62,7 +62,9 @@ struct PaperSettings {
 
   template <class V>
   void visit(V& v) {
-    v("literal", literal, "as printed: kin_point raw, kin_abs false, rot_angle half");
+    v("literal", literal,
+      "as printed: kin_point raw, kin_abs false, rot_angle half; of ranging.paper: range_point "
+      "body, range_2d flat, range_time keyframe, share none, no max_s_m, no max_sensitivity");
     v("downsample_m", downsample_m, 0.02, 5.0, "one point per cube of this edge");
     v("theta_planar_deg", theta_planar_deg, 0.1, 90.0, "largest angle of n_G and n_O");
     v.choice("normal_sign", normal_sign, kPaperNormalSignNames,

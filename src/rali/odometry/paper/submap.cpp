@@ -29,6 +29,17 @@ void Submap::add_keyframe(const SE3& T_odom_body, std::vector<PointNormal> featu
   }
 }
 
+void Submap::move_newest(std::span<const SE3> poses) {
+  const std::size_t n = std::min(poses.size(), keyframes_.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    SE3& T = keyframes_[keyframes_.size() - n + i].T_odom_body;
+    const SE3& T_new = poses[poses.size() - n + i];
+    if (T.R == T_new.R && T.p == T_new.p) continue;
+    T = T_new;
+    selected_.clear();  // the grid is built anew
+  }
+}
+
 void Submap::select_near(const Vec3& p_odom) {
   distances_.clear();
   for (const StoredKeyframe& k : keyframes_) {

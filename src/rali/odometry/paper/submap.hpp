@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <span>
 #include <vector>
 
 #include "rali/geometry/se3.hpp"
@@ -28,6 +29,10 @@ class Submap {
 
   /// Adds the features of a keyframe, given in the body frame.
   void add_keyframe(const geometry::SE3& T_odom_body, std::vector<PointNormal> features_body);
+
+  /// Puts the newest keyframes elsewhere. @param poses oldest first; what is more than kept is
+  /// ignored
+  void move_newest(std::span<const geometry::SE3> poses);
 
   /// Makes the keyframes nearest to p_odom the submap; cheap if they are already.
   void select_near(const geometry::Vec3& p_odom);

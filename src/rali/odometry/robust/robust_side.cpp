@@ -114,9 +114,14 @@ Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
   state_.P -= PH * PH.transpose() / S;
   state_.P = 0.5 * (state_.P + state_.P.transpose()).eval();
   if (m.d_side.size() > 0) {
+    SideStates::Vector moved = side_PH;
+    if (m.considered >= 0) {
+      moved.segment<3>(m.considered) = m.estimates * side_PH.segment<3>(m.considered);
+    }
     state_.P_side -= PH * side_PH.transpose() / S;
-    state_.side.covariance -= side_PH * side_PH.transpose() / S;
-    state_.side.mean += side_PH * (m.residual / S);
+    state_.side.covariance -=
+        (moved * side_PH.transpose() + side_PH * moved.transpose() - moved * moved.transpose()) / S;
+    state_.side.mean += moved * (m.residual / S);
   }
   add_error(state_, shift);
   return shift.segment<3>(kPos);
