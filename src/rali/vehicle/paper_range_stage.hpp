@@ -1,0 +1,132 @@
+#pragma once
+
+#include <array>
+#include <deque>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "rali/odometry/odometry.hpp"
+#include "rali/ranging/anchor_finder.hpp"
+#include "rali/ranging/paper_smoother.hpp"
+#include "rali/ranging/range_correction.hpp"
+#include "rali/ranging/range_sanity.hpp"
+#include "rali/vehicle/event.hpp"
+#include "rali/vehicle/paper_window.hpp"
+#include "rali/vehicle/peer_places.hpp"
+#include "rali/vehicle/range_stage.hpp"
+#include "rali/vehicle/settings.hpp"
+
+namespace rali::vehicle {
+
+/// The paper's use of ranges (section "Range Constraints for Degenerate Correction"; algorithms
+/// 4.2, 5.2, 6.1): ranges to a peer that stands are smoothed; at a keyframe, where the paper's
+/// detector finds a blind direction and the range disagrees, the pose is moved along that direction
+/// onto the circle of the range, and the smoothed range becomes a factor of the local graph. Every
+/// range handed in comes out as one RangeUse.
+class PaperRangeStage final : public odometry::KeyframeCorrector {
+ public:
+  PaperRangeStage(VehicleId self, const VehicleSettings& settings);
+
+  /// Waits until the sweep that covers its time is there.
+  void add(const sensor::RangeSample& sample, OutputList& out);
+  void on(const PeerStatus& status);
+
+  /// Smooths what was measured up to `t_end`, the end of the sweep that is processed next.
+  void before_sweep(Time t_end, OutputList& out);
+
+  std::optional<odometry::KeyframeMove> at_keyframe(
+      const odometry::ScanResult& scan, const geometry::SE3& T_odom_body_predicted) override;
+
+  /// Tells what became of ranges and keyframes, and looks for peers whose place is not known.
+  RangeEffect after_sweep(const odometry::ScanResult& result, OutputList& out);
+
+  /// What is left at the end of the data cannot be used any more; how often was corrected.
+  void flush(OutputList& out);
+
+ private:
+  /// (own antenna, peer, peer's antenna)
+  using PairKey = std::tuple<std::uint8_t, VehicleId, std::uint8_t>;
+
+  /// A range that was smoothed and whose fate is open.
+  struct Pending {
+    ranging::RangeUse use;
+    bool decided = false;
+  };
+
+  struct Pair {
+    Pair(const ranging::RangingSettings& r, const ranging::PaperRangeSettings& paper,
+         double given_m)
+        : bias_m(given_m),
+          sanity(r.limits, r.sanity),
+          smoother(paper),
+          finder(r.finder, given_m, r.bias.sigma_m) {}
+
+    double bias_m;  ///< as the user knows it, taken off each range
+    ranging::RangeSanity sanity;
+    ranging::PaperRangeSmoother smoother;
+    ranging::AnchorFinder finder;
+    std::optional<ranging::SmoothedRange> newest;
+    std::optional<geometry::Vec3> p_odom_peer_m;  ///< of antenna or body, as setting range_point
+    std::deque<Pending> pending;
+    std::vector<sensor::RangeSample> sought;  ///< of this sweep, while the place is not known
+  };
+
+  /// A pair whose smoothed range can be compared with the pose at a keyframe.
+  struct Candidate {
+    Pair* pair = nullptr;
+    VehicleId peer;
+    geometry::Vec3 p_body_m = geometry::Vec3::Zero();  ///< own end at the time of the range
+  };
+
+  [[nodiscard]] std::optional<PairKey> understand(const sensor::RangeSample& sample) const;
+  [[nodiscard]] Pair& pair_of(const PairKey& key);
+  void forget_place(Pair& pair);
+  void take(const sensor::RangeSample& sample, OutputList& out);
+  void know_place(const PairKey& key, Pair& pair);
+  [[nodiscard]] geometry::Vec3 own_end(const PairKey& key) const;
+  [[nodiscard]] geometry::Vec3 peers_end(const PairKey& key) const;
+  [[nodiscard]] std::optional<Candidate> candidate_of(const PairKey& key, Pair& pair,
+                                                      const odometry::ScanResult& scan) const;
+  [[nodiscard]] std::optional<Candidate> best_candidate(const odometry::ScanResult& scan,
+                                                        const geometry::Vec3& e3_odom);
+  [[nodiscard]] ranging::Correction correct(const Candidate& candidate,
+                                            const odometry::ScanResult& scan,
+                                            const degeneracy::PaperDegree& degree,
+                                            const geometry::SE3& T_odom_body_predicted) const;
+  [[nodiscard]] bool apply(const ranging::Correction& done, const Candidate& candidate);
+  void count(const ranging::Correction& done);
+  void judge(ranging::CorrectionOutcome outcome, bool used, Pair& pair) const;
+  [[nodiscard]] odometry::KeyframeMove move_of_window() const;
+  [[nodiscard]] geometry::SE3 pose_at(Time t, Time t_end, const geometry::SE3& T_end) const;
+  void seek(const PairKey& key, Pair& pair, const odometry::ScanResult& result,
+            const geometry::SE3& T_end);
+  void predict(const PairKey& key, Pair& pair, Time t_end, const geometry::SE3& T_end) const;
+  void tell_ranges(Pair& pair, Time now, OutputList& out) const;
+  void tell_keyframes(OutputList& out);
+  [[nodiscard]] Finding summary() const;
+
+  VehicleId self_;
+  VehicleSettings settings_;
+  ranging::PaperRangeSettings paper_;
+  std::map<VehicleId, PeerWatch> peers_;
+  std::map<PairKey, Pair> pairs_;
+  std::deque<sensor::RangeSample> waiting_;
+  PaperWindow window_;
+  std::map<std::uint32_t, geometry::SE3> told_;  ///< keyframes of the window as last told
+  std::uint32_t next_seq_ = 0;
+
+  std::optional<geometry::SE3> first_pose_;
+  std::optional<geometry::Vec3> passage_odom_;  ///< blind direction of the last keyframe
+  Time t_last_;
+  geometry::SE3 T_last_;
+  std::optional<geometry::SE3> T_uncorrected_;  ///< of this sweep, if it was moved
+  RangeEffect effect_;                          ///< of this sweep
+
+  std::array<std::uint64_t, ranging::kCorrectionOutcomeNames.size()> outcomes_{};
+  std::uint64_t closest_ = 0;
+  double longest_m_ = 0.0;
+};
+
+}  // namespace rali::vehicle
