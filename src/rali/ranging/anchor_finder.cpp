@@ -52,6 +52,7 @@ std::optional<FoundAnchor> AnchorFinder::add(const FinderSample& sample, double 
     travelled_m_ += (sample.p_odom_antenna_m - samples_.back().p_odom_antenna_m).norm();
   }
   samples_.push_back(sample);
+  if (far_in_passage(sample)) return along_passage();
   if (samples_.size() > static_cast<std::size_t>(settings_.samples_max)) {
     samples_.erase(samples_.begin());
   }
@@ -61,6 +62,34 @@ std::optional<FoundAnchor> AnchorFinder::add(const FinderSample& sample, double 
   if (!enough) return std::nullopt;
   asked_at_m_ = travelled_m_;
   return decide(solutions());
+}
+
+/// So far away in a passage that its bends hide what ranges could tell across it.
+bool AnchorFinder::far_in_passage(const FinderSample& sample) const {
+  return sample.passage_odom && sample.range_m * settings_.passage_per_m > 1.0;
+}
+
+/// Ahead or behind: whether ranges get shorter or longer with the own way. The rest is left open.
+std::optional<FoundAnchor> AnchorFinder::along_passage() const {
+  const FinderSample& first = samples_.front();
+  const FinderSample& last = samples_.back();
+  const Vec3& axis = *last.passage_odom;
+  const double moved_m = axis.dot(last.p_odom_antenna_m - first.p_odom_antenna_m);
+  const double closer_m = first.range_m - last.range_m;
+  const bool told = std::abs(moved_m) > settings_.travel_min_m &&
+                    std::abs(closer_m) > 0.5 * settings_.travel_min_m;
+  if (!told) return std::nullopt;
+  const Vec3 towards = moved_m * closer_m > 0.0 ? axis : Vec3(-axis);
+  const double across_m = settings_.passage_m + settings_.passage_per_m * last.range_m;
+  const double up_m = settings_.height_sigma_m + settings_.rise_per_m * last.range_m;
+  const Vec3 across = up_.cross(axis).normalized();
+  const double along_m = std::hypot(last.sigma_m, bias_sigma_m_);
+  FoundAnchor found;
+  found.p_odom_m = last.p_odom_antenna_m + height_m_ * up_ + (last.range_m - bias_m_) * towards;
+  found.covariance_m2 = along_m * along_m * axis * axis.transpose() +
+                        across_m * across_m * across * across.transpose() +
+                        up_m * up_m * up_ * up_.transpose();
+  return found;
 }
 
 AnchorFinder::Mat7 AnchorFinder::prior_information() const {

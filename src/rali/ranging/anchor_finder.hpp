@@ -62,6 +62,8 @@ class AnchorFinder {
   };
 
   [[nodiscard]] bool keep(const FinderSample& sample);
+  [[nodiscard]] bool far_in_passage(const FinderSample& sample) const;
+  [[nodiscard]] std::optional<FoundAnchor> along_passage() const;
   [[nodiscard]] Mat7 prior_information() const;
   [[nodiscard]] double linearise(const Vec7& x, Mat7& H, Vec7& g) const;
   [[nodiscard]] Solution refine(Vec7 x) const;

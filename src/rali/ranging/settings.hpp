@@ -166,6 +166,7 @@ struct FinderSettings {
   double sigma_max_m = 0.4;
   double passage_m = 2.0;
   double passage_per_m = 0.05;
+  double rise_per_m = 0.02;
 
   template <class V>
   void visit(V& v) {
@@ -186,6 +187,7 @@ struct FinderSettings {
     v("sigma_max_m", sigma_max_m, 0.01, 100.0, "how well the place is known before it is used");
     v("passage_m", passage_m, 0.1, 100.0, "in a passage the other stands in it, within so much");
     v("passage_per_m", passage_per_m, 0.0, 1.0, "and so much more per metre, for its bends");
+    v("rise_per_m", rise_per_m, 0.0, 1.0, "how much it may rise or fall unseen");
   }
 };
 
