@@ -69,10 +69,16 @@ class Untouched {
   Mat3 axes_v_ = Mat3::Zero();  ///< the same for the velocity
 };
 
-void make_blind(degeneracy::DirectionInfo& info) {
-  info.information = 0.0;
-  info.sigma = std::numeric_limits<double>::infinity();
-  info.category = degeneracy::Category::kNone;
+/// What was blind stays so whatever this scan seems to tell.
+void keep_blind(const std::array<bool, 3>& blind_before, UpdateResult& result) {
+  for (std::size_t d = 0; d < 3; ++d) {
+    degeneracy::DirectionInfo& info = result.directions[d];
+    result.sees[d] = info.information > 0.0;
+    if (!blind_before[d]) continue;
+    info.information = 0.0;
+    info.sigma = std::numeric_limits<double>::infinity();
+    info.category = degeneracy::Category::kNone;
+  }
 }
 
 void symmetrise(StateCov& P) { P = 0.5 * (P + P.transpose()).eval(); }
@@ -137,10 +143,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
         degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, settings.aware);
     result.directions = degeneracy::direction_information(
         system.I, matcher.evidence(), state.T_odom_body.R, result.axes, settings.aware);
-    for (std::size_t d = 0; d < 3; ++d) {
-      result.sees[d] = result.directions[d].information > 0.0;
-      if (blind_before[d]) make_blind(result.directions[d]);
-    }
+    keep_blind(blind_before, result);
     degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
     if (inertial) share_tilt_error(state, settings.update.tilt_sigma_rad, system);
     result.information = system.I;

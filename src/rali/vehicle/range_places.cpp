@@ -1,0 +1,239 @@
+#include <algorithm>
+#include <cmath>
+
+#include "rali/ranging/range_model.hpp"
+#include "rali/vehicle/range_stage.hpp"
+
+namespace rali::vehicle {
+
+using geometry::Mat3;
+using geometry::SE3;
+using geometry::Vec3;
+using odometry::Moment;
+using odometry::SideFilter;
+using odometry::SideStates;
+using sensor::RangeSample;
+
+namespace {
+
+/// Frame of priors: at the first pose, level, heading along x.
+SE3 level_start(const SE3& T_odom_first, const Vec3& up_odom) {
+  const Vec3 forward = T_odom_first.R.col(0);
+  const Vec3 x = (forward - forward.dot(up_odom) * up_odom).normalized();
+  SE3 T;
+  T.R.col(0) = x;
+  T.R.col(1) = up_odom.cross(x);
+  T.R.col(2) = up_odom;
+  T.p = T_odom_first.p;
+  return T;
+}
+
+}  // namespace
+
+/// A peer that drives off takes its place with it.
+void RangeStage::forget_moved(SideFilter& filter) {
+  std::vector<PlaceKey> gone;
+  for (const auto& [key, place] : places_) {
+    const Peer& peer = peers_.at(std::get<0>(key));
+    if (peer.heard && !peer.at_rest) gone.push_back(key);
+  }
+  for (const PlaceKey& key : gone) {
+    const int first = places_.at(key).side;
+    places_.erase(key);
+    in_passage_.erase(key);
+    remove_states(first, 3, filter);
+  }
+  if (gone.empty()) return;
+  for (auto& [key, pair] : pairs_) {
+    pair.finder.reset();
+    pair.sought.clear();
+  }
+}
+
+void RangeStage::remove_states(int first, int n, SideFilter& filter) {
+  filter.remove_side(first, n);
+  const auto move_down = [first, n](int& index) {
+    if (index >= first + n) index -= n;
+  };
+  for (auto& [key, place] : places_) move_down(place.side);
+  for (auto& [key, pair] : pairs_) move_down(pair.bias);
+  move_down(tau_);
+}
+
+/// The peer's place is known, or was measured by hand.
+std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& now,
+                                                                const PairKey& key, Pair& pair,
+                                                                SideFilter& filter) {
+  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
+  if (!places_.contains(place_key) && !place_from_prior(place_key, filter)) return std::nullopt;
+  add_pair_states(pair, now.t, filter);
+  walk(pair, now.t, filter);
+  const int place = places_.at(place_key).side;
+  auto prediction = predict(now, key, pair, place, filter);
+  if (prediction && keep_in_passage(place_key, now, *prediction, filter)) {
+    prediction = predict(now, key, pair, place, filter);
+  }
+  return prediction;
+}
+
+/// What was measured by hand before the start, as long as the peer has not moved.
+bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
+  const Peer& peer = peers_.at(std::get<0>(key));
+  if (!peer.settings.prior || peer.moved || !first_pose_) return false;
+  const PeerPrior& prior = *peer.settings.prior;
+  const Vec3 lever = peer.settings.antennas_body_m[std::get<1>(key)];
+  const SE3 T_odom_start = level_start(*first_pose_, up_odom_);
+  const Vec3 p = T_odom_start * (prior.T_self_peer * lever);
+  // What is wrong with the heading moves the place across the line to it.
+  const Vec3 arm = prior.sigma_rad * up_odom_.cross(p - T_odom_start.p);
+  const Mat3 covariance = prior.sigma_m * prior.sigma_m * Mat3::Identity() + arm * arm.transpose();
+  return add_place(key, p, covariance, filter);
+}
+
+/// Gathers ranges until they tell where the other antenna stands.
+void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSample& sample,
+                            double sigma_m, SideFilter& filter) {
+  Pair& pair = pair_of(key);
+  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
+  const Vec3 own = settings_.antennas_body_m[std::get<0>(key)];
+  const Vec3 other = peers_.at(std::get<1>(key)).settings.antennas_body_m[std::get<2>(key)];
+  pair.sought.push_back(record_of(key, pair, now, sample, sigma_m));
+  RangeRecord& record = pair.sought.back();
+  record.R_m2 *= pair.thinning.inflation(sample.t, sigma_m, now.at_rest);
+  constexpr std::size_t kSoughtMax = 20'000;
+  if (pair.sought.size() > kSoughtMax) pair.sought.pop_front();
+  ranging::FinderSample s;
+  s.t = sample.t;
+  s.p_odom_antenna_m = now.T_odom_body * own;
+  s.covariance_m2 = filter.position_covariance();
+  s.passage_odom = filter.blind_axis();
+  s.range_m = sample.range_m;
+  s.sigma_m = sigma_m;
+  const auto found = pair.finder.add(s, other.z() - own.z(), up_odom_);
+  if (!found || !add_place(place_key, found->p_odom_m, found->covariance_m2, filter)) return;
+  pair.finder.reset();
+  // Whoever looks again begins without what these ranges told.
+  const ranging::FinderSettings& f = settings_.ranging.finder;
+  const double wide_m = sample.range_m + f.passage_m;
+  place_records_.back().prior_covariance_m2 =
+      wide_m * wide_m * Mat3::Identity() +
+      (f.height_sigma_m * f.height_sigma_m - wide_m * wide_m) * up_odom_ * up_odom_.transpose();
+  for (RangeRecord& sought : pair.sought) {
+    sought.place = places_.at(place_key).number;
+    sought.used = true;
+    records_.push_back(sought);
+  }
+  pair.sought.clear();
+}
+
+bool RangeStage::add_place(const PlaceKey& key, const Vec3& p_odom_m, const Mat3& covariance_m2,
+                           SideFilter& filter) {
+  SideStates::Vector mean = p_odom_m;
+  SideStates::Matrix covariance = covariance_m2;
+  const int side = filter.add_side(mean, covariance);
+  if (side < 0) return false;
+  const int number = next_place_++;
+  places_.emplace(key, Place{side, number});
+  place_records_.push_back({number, p_odom_m, covariance_m2});
+  return true;
+}
+
+/// Along a passage the other's place across it does not matter from afar, and is not known; near it
+/// decides, and distances are no linear function of it. Before that: it stands in the passage. On
+/// which side makes no difference, but a side it must be.
+bool RangeStage::keep_in_passage(const PlaceKey& key, const Moment& now,
+                                 const Prediction& prediction, SideFilter& filter) {
+  const ranging::FinderSettings& f = settings_.ranging.finder;
+  const double near_m = 1.0 / std::max(1e-3, f.passage_per_m);
+  if (prediction.predicted_m > near_m || in_passage_.contains(key)) return false;
+  const std::optional<Vec3> axis = filter.blind_axis();
+  if (!axis) return false;
+  in_passage_.insert(key);
+  const Vec3 across = up_odom_.cross(*axis).normalized();
+  const double sigma_m = std::sqrt(across.dot(prediction.P_between_m2 * across));
+  if (sigma_m < 0.5 * f.passage_m) return false;
+  const int place = places_.at(key).side;
+  const Vec3 p = now.T_odom_body.p;
+  const double aside_m = across.dot(filter.side().mean.segment<3>(place) - p);
+  odometry::SideMeasurement m;
+  m.d_side = SideStates::Vector::Zero(filter.side().size());
+  m.d_side.segment<3>(place) = across;
+  m.residual = std::copysign(0.5 * f.passage_m, aside_m) - aside_m;
+  filter.apply(m, 0.5 * f.passage_m * f.passage_m);
+  return true;
+}
+
+void RangeStage::add_pair_states(Pair& pair, Time t, SideFilter& filter) {
+  const auto add = [&filter](double mean, double sigma) {
+    SideStates::Vector m(1);
+    m[0] = mean;
+    SideStates::Matrix c(1, 1);
+    c(0, 0) = sigma * sigma;
+    return filter.add_side(m, c);
+  };
+  if (tau_ < 0) {
+    tau_ = add(0.0, settings_.ranging.bias.tau_sigma_s);
+    t_tau_ = t;
+  }
+  if (pair.bias < 0) {
+    pair.bias = add(pair.bias_m, pair.bias_sigma_m);
+    pair.t_bias = t;
+  }
+}
+
+void RangeStage::walk(Pair& pair, Time t, SideFilter& filter) {
+  const ranging::BiasSettings& b = settings_.ranging.bias;
+  const auto step = [&](int index, Time& last, double walk) {
+    if (index >= 0 && t > last) filter.walk_side(index, walk * walk * (t - last).s());
+    last = std::max(last, t);
+  };
+  step(pair.bias, pair.t_bias, b.walk_m_rts);
+  step(tau_, t_tau_, b.tau_walk_s_rts);
+}
+
+/// u = rho + b + tau drho/dt (algorithms 4.1), and how it moves with the filter's state.
+std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, const PairKey& key,
+                                                          const Pair& pair, int place,
+                                                          const SideFilter& filter) const {
+  const SideStates& side = filter.side();
+  Prediction out;
+  out.p_odom_peer_m = side.mean.segment<3>(place);
+  const ranging::RangeEnd own{now.T_odom_body, settings_.antennas_body_m[std::get<0>(key)],
+                              now.v_odom_mps, now.w_body_radps};
+  const auto p = ranging::predict(own, out.p_odom_peer_m, settings_.ranging.limits.near_m);
+  if (!p) return std::nullopt;
+  out.p_odom_antenna_m = own.antenna_odom_m();
+  out.P_between_m2 = filter.position_covariance() + side.covariance.block<3, 3>(place, place);
+  out.rate_mps = p->rate_mps;
+  // Near the antenna, by the doubt about where it is, a distance is no linear function of the
+  // place: mean and variance of the second-order term.
+  const Mat3 across = Mat3::Identity() - p->e * p->e.transpose();
+  const Mat3 M = across * out.P_between_m2 * across / p->rho_m;
+  const double bend_m = 0.5 * M.trace();
+  out.bent_sigma_m = std::sqrt(0.5 * (M * M).trace());
+  out.predicted_m = p->rho_m + bend_m;
+  odometry::SideMeasurement& m = out.measurement;
+  m.d_pose.head<3>() = p->d_theta_j;
+  m.d_pose.tail<3>() = p->d_p_j;
+  m.d_side = SideStates::Vector::Zero(side.size());
+  m.d_side.segment<3>(place) = p->d_p_k.transpose();
+  // From afar only the distance is learned: what a slow error or a bend tells about the place
+  // across the line would be believed too soon.
+  if (p->rho_m > 1.0 / std::max(1e-3, settings_.ranging.finder.passage_per_m)) {
+    m.considered = place;
+    m.estimates = p->e * p->e.transpose();
+  }
+  if (pair.bias >= 0) {
+    out.bias_m = side.mean[pair.bias];
+    m.d_side[pair.bias] = 1.0;
+  }
+  out.predicted_m += out.bias_m;
+  if (tau_ >= 0) {
+    out.predicted_m += side.mean[tau_] * p->rate_mps;
+    m.d_side[tau_] = p->rate_mps;
+    m.d_velocity = side.mean[tau_] * p->d_p_j;
+  }
+  return out;
+}
+
+}  // namespace rali::vehicle
