@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "rali/vehicle/inertial_factor.hpp"
+
 namespace rali::vehicle {
 
 using geometry::Vec3;
@@ -63,23 +65,7 @@ std::optional<graph::InertialFactor> BackEnd::preintegrate(Time from, Time to,
       bias, {n.gyro_radps_rthz * n.vibration_factor, n.accel_mps2_rthz * n.vibration_factor});
   const double span_s = (to - from).s();
   if (sum.add_stream(imu_, from, to) < 0.9 * span_s) return std::nullopt;
-  graph::InertialFactor f;
-  f.duration_s = sum.duration_s();
-  f.dR = sum.delta_rotation(bias);
-  f.dv_mps = sum.delta_velocity_mps(bias);
-  f.dp_m = sum.delta_position_m(bias);
-  f.gyro_bias_radps = bias.gyro_radps;
-  f.accel_bias_mps2 = bias.accel_mps2;
-  f.d_rotation_d_gyro = sum.d_rotation_d_gyro();
-  f.d_velocity_d_gyro = sum.d_velocity_d_gyro();
-  f.d_velocity_d_accel = sum.d_velocity_d_accel();
-  f.d_position_d_gyro = sum.d_position_d_gyro();
-  f.d_position_d_accel = sum.d_position_d_accel();
-  f.covariance = sum.covariance();
-  f.gyro_walk_radps_rts = n.gyro_walk_radps2_rthz;
-  f.accel_walk_mps2_rts = n.accel_walk_mps3_rthz;
-  f.T_body_imu = settings_.calibration.T_body_imu;
-  return f;
+  return inertial_factor(sum, n, settings_.calibration.T_body_imu);
 }
 
 void BackEnd::forget() {

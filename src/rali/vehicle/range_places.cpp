@@ -7,34 +7,17 @@
 namespace rali::vehicle {
 
 using geometry::Mat3;
-using geometry::SE3;
 using geometry::Vec3;
 using odometry::Moment;
 using odometry::SideFilter;
 using odometry::SideStates;
 using sensor::RangeSample;
 
-namespace {
-
-/// Frame of priors: at the first pose, level, heading along x.
-SE3 level_start(const SE3& T_odom_first, const Vec3& up_odom) {
-  const Vec3 forward = T_odom_first.R.col(0);
-  const Vec3 x = (forward - forward.dot(up_odom) * up_odom).normalized();
-  SE3 T;
-  T.R.col(0) = x;
-  T.R.col(1) = up_odom.cross(x);
-  T.R.col(2) = up_odom;
-  T.p = T_odom_first.p;
-  return T;
-}
-
-}  // namespace
-
 /// A peer that drives off takes its place with it.
 void RangeStage::forget_moved(SideFilter& filter) {
   std::vector<PlaceKey> gone;
   for (const auto& [key, place] : places_) {
-    const Peer& peer = peers_.at(std::get<0>(key));
+    const PeerWatch& peer = peers_.at(std::get<0>(key));
     if (peer.heard && !peer.at_rest) gone.push_back(key);
   }
   for (const PlaceKey& key : gone) {
@@ -78,14 +61,13 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
 
 /// What was measured by hand before the start, as long as the peer has not moved.
 bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
-  const Peer& peer = peers_.at(std::get<0>(key));
+  const PeerWatch& peer = peers_.at(std::get<0>(key));
   if (!peer.settings.prior || peer.moved || !first_pose_) return false;
   const PeerPrior& prior = *peer.settings.prior;
   const Vec3 lever = peer.settings.antennas_body_m[std::get<1>(key)];
-  const SE3 T_odom_start = level_start(*first_pose_, up_odom_);
-  const Vec3 p = T_odom_start * (prior.T_self_peer * lever);
+  const Vec3 p = place_of(prior, lever, *first_pose_, up_odom_);
   // What is wrong with the heading moves the place across the line to it.
-  const Vec3 arm = prior.sigma_rad * up_odom_.cross(p - T_odom_start.p);
+  const Vec3 arm = prior.sigma_rad * up_odom_.cross(p - first_pose_->p);
   const Mat3 covariance = prior.sigma_m * prior.sigma_m * Mat3::Identity() + arm * arm.transpose();
   return add_place(key, p, covariance, filter);
 }

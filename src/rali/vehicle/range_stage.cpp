@@ -30,13 +30,7 @@ constexpr double kWidenMost = 16.0;
 }  // namespace
 
 RangeStage::RangeStage(VehicleId self, const VehicleSettings& settings)
-    : self_(self), settings_(settings) {
-  for (const PeerSettings& peer : settings.peers) {
-    Peer p;
-    p.settings = peer;
-    peers_.emplace(peer.id, std::move(p));
-  }
-}
+    : self_(self), settings_(settings), peers_(watch_peers(settings)) {}
 
 void RangeStage::add(const RangeSample& sample, OutputList& out) {
   PairKey key;
@@ -58,13 +52,7 @@ void RangeStage::add(const RangeSample& sample, OutputList& out) {
 
 void RangeStage::on(const PeerStatus& status) {
   const auto found = peers_.find(status.vehicle);
-  if (found == peers_.end()) return;
-  Peer& peer = found->second;
-  if (peer.heard && status.t < peer.t_status) return;
-  peer.heard = true;
-  peer.t_status = status.t;
-  if (peer.at_rest && !status.at_rest) peer.moved = true;
-  peer.at_rest = status.at_rest;
+  if (found != peers_.end()) found->second.on(status);
 }
 
 /// Own antenna, peer and its antenna; false if an end is nobody's.
@@ -136,9 +124,7 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   const ranging::SignalQuality signal = ranging::signal_quality(sample, r.signal);
   use.p_los = signal.p_los;
   const std::optional<Moment> now = filter.advance_to(sample.t);
-  const Peer& peer = peers_.at(std::get<1>(key));
-  const bool stands =
-      peer.heard && peer.at_rest && (sample.t - peer.t_status).s() < r.status_valid_s;
+  const bool stands = peers_.at(std::get<1>(key)).stands_at(sample.t, r.status_valid_s);
   std::optional<Prediction> prediction;
   if (now && stands) prediction = predict_known(*now, key, pair, filter);
   const double rate = prediction ? prediction->rate_mps : std::nan("");

@@ -14,6 +14,7 @@
 #include "rali/ranging/range_sanity.hpp"
 #include "rali/ranging/range_thinning.hpp"
 #include "rali/vehicle/event.hpp"
+#include "rali/vehicle/peer_places.hpp"
 #include "rali/vehicle/range_record.hpp"
 #include "rali/vehicle/settings.hpp"
 
@@ -95,14 +96,6 @@ class RangeStage {
     int number = 0;  ///< in the records
   };
 
-  struct Peer {
-    PeerSettings settings;
-    Time t_status;
-    bool heard = false;
-    bool at_rest = false;
-    bool moved = false;  ///< since the start: what was known of its place then is worth nothing
-  };
-
   struct Prediction {
     odometry::SideMeasurement measurement;
     double predicted_m = 0.0;
@@ -147,7 +140,7 @@ class RangeStage {
 
   VehicleId self_;
   VehicleSettings settings_;
-  std::map<VehicleId, Peer> peers_;
+  std::map<VehicleId, PeerWatch> peers_;
   std::map<PairKey, Pair> pairs_;
   std::map<PlaceKey, Place> places_;
   std::set<PlaceKey> in_passage_;  ///< places that keep_in_passage() has seen to
