@@ -11,6 +11,7 @@
 #include "rali/degeneracy/evidence.hpp"
 #include "rali/degeneracy/report.hpp"
 #include "rali/geometry/se3.hpp"
+#include "rali/imu/preintegration.hpp"
 #include "rali/odometry/keyframe.hpp"
 #include "rali/odometry/side_filter.hpp"
 #include "rali/sensor/calibration.hpp"
@@ -43,10 +44,24 @@ struct ScanResult {
   std::shared_ptr<const Keyframe> keyframe;  ///< set if this scan became one
 };
 
+/// What inertial data say of the IMU: its velocity in odom and the biases.
+struct KeyframeMotion {
+  geometry::Vec3 v_odom_imu_mps = geometry::Vec3::Zero();
+  imu::InertialBias bias;
+};
+
+/// What the odometry knows of a keyframe besides its scan.
+struct KeyframeInertia {
+  geometry::SE3 T_odom_body_predicted;  ///< before registration
+  KeyframeMotion motion;
+  const imu::Preintegration* since_last = nullptr;  ///< keyframe; null if samples are missing
+};
+
 /// What a measurement made of the last keyframes. All in odom.
 struct KeyframeMove {
   geometry::SE3 T_odom_body;           ///< of the keyframe that was asked about
   std::vector<geometry::SE3> earlier;  ///< of those before it, oldest first; may be fewer than kept
+  std::optional<KeyframeMotion> motion;  ///< at the keyframe; nothing: as it was
 };
 
 /// Moves keyframes by what others than LiDAR and IMU measured.
@@ -56,10 +71,9 @@ class KeyframeCorrector {
 
   /// Called once for each scan that becomes a keyframe, after its registration and before it enters
   /// the map. The odometry goes on from the pose that is answered.
-  /// @param T_odom_body_predicted the pose before registration
   /// @return nothing: all stays as it is
   virtual std::optional<KeyframeMove> at_keyframe(const ScanResult& scan,
-                                                  const geometry::SE3& T_odom_body_predicted) = 0;
+                                                  const KeyframeInertia& inertia) = 0;
 };
 
 /// LiDAR(-inertial) odometry of one vehicle. Both presets are implementations of it.

@@ -5,11 +5,13 @@
 
 #include "rali/degeneracy/paper_degree.hpp"
 #include "rali/ranging/range_model.hpp"
+#include "rali/vehicle/inertial_factor.hpp"
 
 namespace rali::vehicle {
 
 using geometry::SE3;
 using geometry::Vec3;
+using odometry::KeyframeInertia;
 using odometry::KeyframeMove;
 using odometry::ScanResult;
 using ranging::Correction;
@@ -169,21 +171,21 @@ void PaperRangeStage::know_place(const PairKey& key, Pair& pair) {
 }
 
 std::optional<KeyframeMove> PaperRangeStage::at_keyframe(const ScanResult& scan,
-                                                         const SE3& T_odom_body_predicted) {
+                                                         const KeyframeInertia& inertia) {
   const Vec3 up_body = scan.T_odom_body.R.transpose() * kUpOdom;
   const degeneracy::PaperDegree degree =
       degeneracy::paper_degree(scan.feature_normals_body, up_body, settings_.paper_degree);
   const bool lost = scan.state == odometry::TrackState::kDiverged;
   if (lost) window_.clear();  // a new map: nothing ties it to the old one
   const std::uint32_t seq = next_seq_++;
-  window_.add(seq, scan.t, scan.T_odom_body, scan.covariance, degree.degenerate);
+  window_.add(node_of(seq, scan, inertia), degree.degenerate);
   told_[seq] = scan.T_odom_body;
   const Vec3 e3_odom = scan.T_odom_body.R * degree.direction_body;
   const bool blind = degree.degenerate && degree.direction_known;
   passage_odom_ = blind ? std::optional(e3_odom) : std::nullopt;
   const std::optional<Candidate> candidate = best_candidate(scan, e3_odom);
   if (lost || !candidate) return std::nullopt;
-  const Correction done = correct(*candidate, scan, degree, T_odom_body_predicted);
+  const Correction done = correct(*candidate, scan, degree, inertia.T_odom_body_predicted);
   count(done);
   const bool moved = apply(done, *candidate);
   judge(done.outcome, moved, *candidate->pair);
@@ -194,6 +196,21 @@ std::optional<KeyframeMove> PaperRangeStage::at_keyframe(const ScanResult& scan,
   effect_.shift_m = (T_new.p - scan.T_odom_body.p).norm();
   effect_.from = candidate->peer;
   return move_of_window();
+}
+
+PaperWindow::Node PaperRangeStage::node_of(std::uint32_t seq, const ScanResult& scan,
+                                           const KeyframeInertia& inertia) const {
+  PaperWindow::Node node;
+  node.seq = seq;
+  node.t = scan.t;
+  node.T_odom_body = scan.T_odom_body;
+  node.covariance = scan.covariance;
+  node.motion = inertia.motion;
+  if (inertia.since_last != nullptr) {
+    node.inertial = inertial_factor(*inertia.since_last, settings_.odometry.imu_noise,
+                                    settings_.calibration.T_body_imu);
+  }
+  return node;
 }
 
 /// The pair that sees most along the blind direction: its range says most, and errs least.
@@ -293,6 +310,7 @@ KeyframeMove PaperRangeStage::move_of_window() const {
   KeyframeMove move;
   for (const PaperWindow::Node& node : window_.nodes()) move.earlier.push_back(node.T_odom_body);
   move.T_odom_body = move.earlier.back();
+  if (window_.nodes().back().range) move.motion = window_.nodes().back().motion;
   move.earlier.pop_back();
   return move;
 }

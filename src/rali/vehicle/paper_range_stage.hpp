@@ -37,7 +37,7 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
   void before_sweep(Time t_end, OutputList& out);
 
   std::optional<odometry::KeyframeMove> at_keyframe(
-      const odometry::ScanResult& scan, const geometry::SE3& T_odom_body_predicted) override;
+      const odometry::ScanResult& scan, const odometry::KeyframeInertia& inertia) override;
 
   /// Tells what became of ranges and keyframes, and looks for peers whose place is not known.
   RangeEffect after_sweep(const odometry::ScanResult& result, OutputList& out);
@@ -87,6 +87,8 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
   void know_place(const PairKey& key, Pair& pair);
   [[nodiscard]] geometry::Vec3 own_end(const PairKey& key) const;
   [[nodiscard]] geometry::Vec3 peers_end(const PairKey& key) const;
+  [[nodiscard]] PaperWindow::Node node_of(std::uint32_t seq, const odometry::ScanResult& scan,
+                                          const odometry::KeyframeInertia& inertia) const;
   [[nodiscard]] std::optional<Candidate> candidate_of(const PairKey& key, Pair& pair,
                                                       const odometry::ScanResult& scan) const;
   [[nodiscard]] std::optional<Candidate> best_candidate(const odometry::ScanResult& scan,

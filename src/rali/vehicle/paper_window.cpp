@@ -18,18 +18,37 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 /// The oldest keyframe is held so firmly [m and rad]; exactly would leave the equations singular.
 constexpr double kHeld = 1e-4;
+/// What is known of its velocity and biases, from the time before.
+constexpr double kSpeedMps = 0.1;
+constexpr double kGyroRadps = 1e-3;
+constexpr double kAccelMps2 = 0.02;
 
 double information(double sigma) { return 1.0 / (sigma * sigma); }
 
-/// The graph's keyframes have velocities and biases too: nothing here concerns them.
-graph::PriorFactor level_prior(const PaperWindow::Node& node, double sigma_rad) {
+graph::KeyframeState state_of(const PaperWindow::Node& node) {
+  graph::KeyframeState x;
+  x.T_odom_body = node.T_odom_body;
+  x.v_odom_mps = node.motion.v_odom_imu_mps;
+  x.gyro_bias_radps = node.motion.bias.gyro_radps;
+  x.accel_bias_mps2 = node.motion.bias.accel_mps2;
+  return x;
+}
+
+/// Of every keyframe its level. Of the oldest, and of one that no inertial data lead to, all that
+/// is known but its pose.
+graph::PriorFactor prior_of(const PaperWindow::Node& node, double level_rad, bool oldest) {
   graph::PriorFactor prior;
   prior.i = node.seq;
-  prior.mean.T_odom_body = node.T_odom_body;
+  prior.mean = state_of(node);
   const Vec3 up_body = node.T_odom_body.R.row(2).transpose();
   const Mat3 level = Mat3::Identity() - up_body * up_body.transpose();
-  prior.information.topLeftCorner<3, 3>() = information(sigma_rad) * level;
-  prior.information.bottomRightCorner<9, 9>().setIdentity();
+  prior.information.topLeftCorner<3, 3>() = information(level_rad) * level;
+  if (oldest) prior.information.diagonal().head<6>().setConstant(information(kHeld));
+  if (oldest || !node.inertial) {
+    prior.information.diagonal().segment<3>(graph::kVel).setConstant(information(kSpeedMps));
+    prior.information.diagonal().segment<3>(graph::kGyroBias).setConstant(information(kGyroRadps));
+    prior.information.diagonal().segment<3>(graph::kAccelBias).setConstant(information(kAccelMps2));
+  }
   return prior;
 }
 
@@ -62,18 +81,25 @@ graph::RangeFactor range_factor(const PaperWindow::Node& node,
   return factor;
 }
 
+void take(const graph::KeyframeState& x, PaperWindow::Node& node) {
+  const bool finite = x.T_odom_body.R.allFinite() && x.T_odom_body.p.allFinite() &&
+                      x.v_odom_mps.allFinite() && x.gyro_bias_radps.allFinite() &&
+                      x.accel_bias_mps2.allFinite();
+  if (!finite) return;
+  node.T_odom_body = x.T_odom_body;
+  node.motion = {x.v_odom_mps, {x.gyro_bias_radps, x.accel_bias_mps2}};
+}
+
 }  // namespace
 
-void PaperWindow::add(std::uint32_t seq, Time t, const SE3& T_odom_body, const Mat6& covariance,
-                      bool degenerate) {
-  Node node;
-  node.seq = seq;
-  node.t = t;
-  node.T_odom_body = T_odom_body;
-  node.covariance = covariance;
-  if (degenerate) node.room_m2 = settings_.lidar_sd_m * settings_.lidar_sd_m;
-  if (!nodes_.empty()) node.T_previous_this = nodes_.back().T_odom_body.inverse() * T_odom_body;
-  nodes_.push_back(node);
+void PaperWindow::add(Node node, bool degenerate) {
+  node.room_m2 = degenerate ? settings_.lidar_sd_m * settings_.lidar_sd_m : 0.0;
+  if (nodes_.empty()) {
+    node.inertial.reset();
+  } else {
+    node.T_previous_this = nodes_.back().T_odom_body.inverse() * node.T_odom_body;
+  }
+  nodes_.push_back(std::move(node));
   while (nodes_.size() > static_cast<std::size_t>(settings_.window_keyframes)) nodes_.pop_front();
 }
 
@@ -107,20 +133,19 @@ void PaperWindow::solve() {
   graph::LocalGraph graph(how);
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const Node& node = nodes_[i];
-    graph::KeyframeState initial;
-    initial.T_odom_body = node.T_odom_body;
-    graph.add_keyframe(node.seq, node.t, initial);
-    graph::PriorFactor prior = level_prior(node, settings_.level_sd_deg * kDegree);
-    if (i == 0) prior.information.diagonal().head<6>().setConstant(information(kHeld));
-    graph.add(prior);
+    graph.add_keyframe(node.seq, node.t, state_of(node));
+    graph.add(prior_of(node, settings_.level_sd_deg * kDegree, i == 0));
     if (i > 0) graph.add(odometry_factor(nodes_[i - 1], node, settings_));
+    if (i > 0 && node.inertial) {
+      graph::InertialFactor factor = *node.inertial;
+      factor.i = nodes_[i - 1].seq;
+      factor.j = node.seq;
+      graph.add(factor);
+    }
     if (node.range) graph.add(range_factor(node, settings_));
   }
   graph.solve(settings_.iterations);
-  for (Node& node : nodes_) {
-    const SE3& T = graph.state(node.seq).T_odom_body;
-    if (T.R.allFinite() && T.p.allFinite()) node.T_odom_body = T;
-  }
+  for (Node& node : nodes_) take(graph.state(node.seq), node);
 }
 
 }  // namespace rali::vehicle

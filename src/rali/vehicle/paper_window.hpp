@@ -7,6 +7,8 @@
 
 #include "rali/base/time.hpp"
 #include "rali/geometry/se3.hpp"
+#include "rali/graph/factors.hpp"
+#include "rali/odometry/odometry.hpp"
 #include "rali/ranging/paper_settings.hpp"
 
 namespace rali::vehicle {
@@ -19,11 +21,11 @@ struct PaperRangeFactor {
   double range_m = 0.0;
 };
 
-/// The paper's local pose graph over the last keyframes: corrected LiDAR odometry between each two
-/// (constant sd), at most one smoothed range at each (paper, section "System Overview"; algorithms
-/// 6.1). Inertial data are in the odometry's poses already (odometry/paper/local_graph), as factors
-/// here they would count twice; of gravity the level is kept. The oldest keyframe is held: the
-/// paper says nothing of marginalisation.
+/// The paper's local pose graph over the last keyframes: between each two the corrected LiDAR
+/// odometry with constant sd and the inertial deltas, at each at most one smoothed range (paper,
+/// section "System Overview"; algorithms 6.1). The oldest keyframe is held: the paper says nothing
+/// of marginalisation. The odometry's poses hang on inertial data already, which count twice here
+/// as they do in the paper.
 class PaperWindow {
  public:
   struct Node {
@@ -34,14 +36,16 @@ class PaperWindow {
     geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< as the odometry told
     double room_m2 = 0.0;  ///< variance it added along the blind direction; 0 where nothing was
     bool corrected = false;
+    odometry::KeyframeMotion motion;                ///< as known now
+    std::optional<graph::InertialFactor> inertial;  ///< from the keyframe before
     std::optional<PaperRangeFactor> range;
   };
 
   explicit PaperWindow(const ranging::PaperRangeSettings& settings) : settings_(settings) {}
 
-  /// Appends a keyframe where the odometry has it; the oldest may leave.
-  void add(std::uint32_t seq, Time t, const geometry::SE3& T_odom_body,
-           const geometry::Mat6& covariance, bool degenerate);
+  /// Appends a keyframe where the odometry has it; the oldest may leave. `T_previous_this` and
+  /// `room_m2` are worked out here.
+  void add(Node node, bool degenerate);
 
   /// Moves the newest keyframe, and by their part those blind ones before it that nothing corrected
   /// (setting `share`). With `correct_then_factor` guess the odometry's factors stay as they were:

@@ -39,6 +39,7 @@ InertialGuess::InertialGuess(const ImuNoiseSettings& noise, const SE3& T_body_im
       bias_gain_(bias_gain),
       pre_({}, {noise.gyro_radps_rthz * noise.vibration_factor,
                 noise.accel_mps2_rthz * noise.vibration_factor}),
+      pre_keyframe_(pre_),
       graph_(noise) {
   reset(Time{}, {});
 }
@@ -172,6 +173,9 @@ double InertialGuess::integrate_to(Time t_end, std::vector<TimedPose>& poses) {
     if (pre_.add(0.5 * (left.gyro_radps + right.gyro_radps),
                  0.5 * (left.accel_mps2 + right.accel_mps2), dt_s)) {
       if (dt_s <= kSampleGapS) covered_s += dt_s;
+      keyframe_covered_ &= dt_s <= kSampleGapS &&
+                           pre_keyframe_.add(0.5 * (left.gyro_radps + right.gyro_radps),
+                                             0.5 * (left.accel_mps2 + right.accel_mps2), dt_s);
       state_ = pre_.predict(start, kGravityOdom, bias_);
       rate_imu_radps_ = right.gyro_radps - bias_.gyro_radps;
       poses.push_back({to, T_odom_body()});
@@ -200,6 +204,7 @@ ImuSample InertialGuess::at(Time t) const {
 }
 
 void InertialGuess::coast_to(Time t_end) {
+  keyframe_covered_ = false;
   const double dt_s = seconds_between(t_, t_end);
   state_.p_odom_m += state_.v_odom_mps * dt_s;
   state_.R_odom_imu =
@@ -271,6 +276,22 @@ void InertialGuess::move(const SE3& T_new_old) {
   for (PastPose& past : past_) move_pose(past.T_odom_imu.R, past.T_odom_imu.p);
 }
 
+void InertialGuess::begin_keyframe() {
+  pre_keyframe_.reset(bias_);
+  keyframe_covered_ = true;
+}
+
+void InertialGuess::set_motion(const KeyframeMotion& motion) {
+  if (!motion.v_odom_imu_mps.allFinite() || !motion.bias.gyro_radps.allFinite() ||
+      !motion.bias.accel_mps2.allFinite()) {
+    return;
+  }
+  state_.v_odom_mps = motion.v_odom_imu_mps;
+  last_registered_.v_odom_mps = motion.v_odom_imu_mps;
+  bias_ = motion.bias;
+  cut_biases();
+}
+
 geometry::Mat6 InertialGuess::covariance() const {
   const geometry::Mat6 G = d_body_d_imu();
   const geometry::Mat6 C = G * graph_.pose_covariance() * G.transpose();
@@ -286,6 +307,10 @@ void InertialGuess::track_biases(const Vec3& velocity_innovation_mps,
   const Vec3 turn = geometry::so3_log(state_.R_odom_imu.transpose() * R_odom_imu);
   bias_.gyro_radps -= bias_gain_ * turn / dt_s;
   bias_.accel_mps2 -= bias_gain_ * (R_odom_imu.transpose() * velocity_innovation_mps) / dt_s;
+  cut_biases();
+}
+
+void InertialGuess::cut_biases() {
   const double gyro = bias_.gyro_radps.norm();
   const double accel = bias_.accel_mps2.norm();
   if (gyro > kGyroBiasMaxRadps) bias_.gyro_radps *= kGyroBiasMaxRadps / gyro;
@@ -321,6 +346,7 @@ void InertialGuess::reset(Time t, const SE3& T_odom_body) {
   last_registered_ = state_;
   t_last_registered_ = t;
   delta_rotation_.setIdentity();
+  keyframe_covered_ = false;
   graph_.reset(state_.R_odom_imu.row(2).transpose(), false);
   past_.clear();
 }

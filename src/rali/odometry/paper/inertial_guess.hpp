@@ -8,6 +8,7 @@
 #include "rali/imu/rest.hpp"
 #include "rali/odometry/deskew.hpp"
 #include "rali/odometry/imu_noise.hpp"
+#include "rali/odometry/odometry.hpp"
 #include "rali/odometry/paper/local_graph.hpp"
 
 namespace rali::odometry::paper {
@@ -49,6 +50,19 @@ class InertialGuess {
   /// T_new_old T_odom_body. Velocity turns along; covariance and biases stay.
   void move(const geometry::SE3& T_new_old);
 
+  /// Deltas since begin_keyframe(); null where samples were missing.
+  [[nodiscard]] const imu::Preintegration* since_keyframe() const {
+    return keyframe_covered_ && pre_keyframe_.size() > 0 ? &pre_keyframe_ : nullptr;
+  }
+
+  /// The state is that of a keyframe: deltas begin anew, with the biases as they are now.
+  void begin_keyframe();
+
+  [[nodiscard]] KeyframeMotion motion() const { return {state_.v_odom_mps, bias_}; }
+
+  /// Biases beyond what a sound sensor has are cut.
+  void set_motion(const KeyframeMotion& motion);
+
   /// Of the body's pose by the local graph, boxplus order.
   [[nodiscard]] geometry::Mat6 covariance() const;
 
@@ -81,6 +95,7 @@ class InertialGuess {
   double integrate_to(Time t_end, std::vector<TimedPose>& poses);
   void coast_to(Time t_end);
   void drop_used();
+  void cut_biases();
   void learn_gyro_bias();
   void remember_registered();
   [[nodiscard]] geometry::Mat6 d_body_d_imu() const;
@@ -99,6 +114,8 @@ class InertialGuess {
   geometry::Vec3 rate_imu_radps_ = geometry::Vec3::Zero();  ///< at t_, for constant velocity
   imu::InertialBias bias_;
   imu::Preintegration pre_;
+  imu::Preintegration pre_keyframe_;
+  bool keyframe_covered_ = false;
   LocalGraph graph_;
   imu::InertialState last_registered_;
   Time t_last_registered_;

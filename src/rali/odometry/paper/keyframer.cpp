@@ -78,6 +78,7 @@ std::shared_ptr<const Keyframe> OverlapKeyframer::make(const sensor::LidarScan& 
   }
   tree_.build(x_m_, y_m_, z_m_);
   T_odom_body_last_ = result.T_odom_body;
+  t_last_ = result.t;
   has_last_ = true;
   return keyframe;
 }

@@ -22,6 +22,14 @@ class OverlapKeyframer {
 
   [[nodiscard]] bool wants(double overlap) const { return !has_last_ || overlap < overlap_min_; }
 
+  /// Whether the last keyframe is so long ago, and the vehicle no longer there. Where the LiDAR is
+  /// blind scans look alike, overlap hardly falls, and whatever waits for a keyframe waits long.
+  [[nodiscard]] bool is_due(Time t, const geometry::SE3& T_odom_body, double after_s) const {
+    constexpr double kMovedM = 0.1;  // standing must not make keyframes
+    return has_last_ && after_s > 0.0 && seconds_between(t_last_, t) >= after_s &&
+           (T_odom_body.p - T_odom_body_last_.p).norm() > kMovedM;
+  }
+
   /// Makes this scan the last keyframe.
   std::shared_ptr<const Keyframe> make(const sensor::LidarScan& scan, const BodyPoints& cloud_lidar,
                                        std::span<const std::uint32_t> thinned,
@@ -40,6 +48,7 @@ class OverlapKeyframer {
   Octree tree_;  ///< thinned points of the last keyframe in its LiDAR frame
   std::vector<float> x_m_, y_m_, z_m_;
   geometry::SE3 T_odom_body_last_;
+  Time t_last_;
   bool has_last_ = false;
 };
 

@@ -299,9 +299,13 @@ void PaperOdometry::keyframe_if_wanted(const LidarScan& scan, FindingList& findi
                                        ScanResult& out) {
   if (features_.size() < 3) return;
   const double overlap = keyframer_.overlap(cloud_lidar_, extractor_.thinned(), out.T_odom_body);
-  if (!keyframer_.wants(overlap)) return;
+  const bool due = keyframer_.is_due(scan.t_end, out.T_odom_body, settings_.keyframe_s);
+  if (!keyframer_.wants(overlap) && !due) return;
   if (corrector_ != nullptr) {
-    if (const auto move = corrector_->at_keyframe(out, predicted_)) take_move(*move, out);
+    const KeyframeInertia inertia{predicted_, guess_.motion(),
+                                  has_imu_ ? guess_.since_keyframe() : nullptr};
+    if (const auto move = corrector_->at_keyframe(out, inertia)) take_move(*move, out);
+    guess_.begin_keyframe();
   }
   out.keyframe = keyframer_.make(scan, cloud_lidar_, extractor_.thinned(), out);
   std::vector<paper::PointNormal> stored;
@@ -328,6 +332,7 @@ void PaperOdometry::take_move(const KeyframeMove& move, ScanResult& out) {
   if (!move.earlier.empty()) keyframer_.move_last(move.earlier.back());
   const SE3 T_new_old = move.T_odom_body * out.T_odom_body.inverse();
   guess_.move(T_new_old);
+  if (move.motion && has_imu_) guess_.set_motion(*move.motion);
   last_registered_ = T_new_old * last_registered_;
   out.T_odom_body = guess_.T_odom_body();
   out.v_odom_mps = guess_.v_odom_body_mps();

@@ -49,6 +49,7 @@ struct PaperSettings {
   double map_normal_max_deg = 30.0;
 
   double keyframe_overlap = 0.9;
+  double keyframe_s = 0.0;
   int n_kf = 20;
 
   int iterations_max = 10;
@@ -82,6 +83,8 @@ struct PaperSettings {
     v("map_normal_max_deg", map_normal_max_deg, 1.0, 180.0,
       "map points whose normal is further from the feature's are no neighbours; 180: all are");
     v("keyframe_overlap", keyframe_overlap, 0.0, 1.0, "less overlap makes a keyframe");
+    v("keyframe_s", keyframe_s, 0.0, 600.0,
+      "and so much time, once it has moved: blind, overlap tells little; 0: as printed");
     v("n_kf", n_kf, 1, 1000, "keyframes of the submap");
     v("iterations_max", iterations_max, 1, 100, "iterations of one registration");
     v("damping", damping, 1e-9, 1.0,
