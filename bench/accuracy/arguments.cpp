@@ -1,56 +1,27 @@
 #include "arguments.hpp"
 
-#include <charconv>
-#include <cstring>
 #include <functional>
 #include <map>
 
 #include <fmt/format.h>
 
+#include "common/words.hpp"
 #include "rali/config/apply.hpp"
 
 namespace rali::accuracy {
 
 namespace {
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> out;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    if (end > begin) out.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return out;
-}
-
-Result<std::uint64_t> whole(const std::string& text) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    return fail(ErrorCode::kUsage, {}, fmt::format("\"{}\" is no whole number", text));
-  }
-  return value;
-}
-
-/// "1,2,5-8"
 Status set_seeds(const std::string& text, Arguments& a) {
-  a.seeds.clear();
-  for (const std::string& part : split(text)) {
-    const std::size_t dash = part.find('-');
-    const auto first = whole(part.substr(0, dash));
-    const auto last = dash == std::string::npos ? first : whole(part.substr(dash + 1));
-    if (!first) return tl::make_unexpected(first.error());
-    if (!last) return tl::make_unexpected(last.error());
-    for (std::uint64_t s = *first; s <= *last && a.seeds.size() < 1000; ++s) a.seeds.push_back(s);
-  }
-  if (a.seeds.empty()) return fail(ErrorCode::kUsage, "--seeds", "there is no seed in the list");
+  auto seeds = bench::parse_seeds(text);
+  if (!seeds) return tl::make_unexpected(seeds.error());
+  a.seeds = std::move(*seeds);
   return {};
 }
 
 Status set_scenes(const std::string& text, Arguments& a) {
   a.scenes.clear();
-  for (const std::string& name : split(text)) {
+  for (const std::string& name : bench::split(text)) {
     const auto scene = sim::scene_of(name);
     if (!scene) return tl::make_unexpected(scene.error());
     a.scenes.push_back(*scene);
@@ -99,7 +70,7 @@ const std::map<std::string, Setter>& setters() {
        [](const std::string& v, Arguments& a) { return set_sim("duration_s=" + v, a); }},
       {"--preset",
        [](const std::string& v, Arguments& a) -> Status {
-         a.presets = split(v);
+         a.presets = bench::split(v);
          return {};
        }},
       {"--set",

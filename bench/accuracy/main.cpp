@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
+#include "common/document.hpp"
 #include "document.hpp"
 #include "table.hpp"
 
@@ -37,7 +38,8 @@ int main_with(const Arguments& a) {
   fmt::print("{}", summary_table(runs));
   if (const std::size_t colon = a.into.rfind(':'); colon != std::string::npos) {
     const std::string text = fmt::format("    {}\n\n{}", command_of(a.words), short_table(runs));
-    const Status written = write_into(a.into.substr(0, colon), a.into.substr(colon + 1), text);
+    const Status written =
+        bench::write_into(a.into.substr(0, colon), "accuracy", a.into.substr(colon + 1), text);
     if (!written) {
       fmt::print(stderr, "{}\n", written.error().message());
       return 2;

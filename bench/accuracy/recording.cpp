@@ -1,12 +1,13 @@
 #include "recording.hpp"
 
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <vector>
 
 #include <fmt/format.h>
 #include <unistd.h>
+
+#include "common/option_hash.hpp"
 
 namespace rali::accuracy {
 
@@ -14,46 +15,9 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x52414c4953494d34ULL;  // change with the layout or the simulator
 
-/// Collects every option as bytes: another option, another file.
-class OptionHash {
- public:
-  void add(double value) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    for (int i = 0; i < 8; ++i) hash_ = (hash_ ^ ((bits >> (8 * i)) & 0xff)) * 0x100000001b3ULL;
-  }
-
-  void operator()(const char*, double value, double, double, const char*) { add(value); }
-
-  void operator()(const char*, bool value, const char*) { add(value ? 1.0 : 0.0); }
-
-  template <class E, std::size_t N>
-  void choice(const char*, E value, const ChoiceNames<N>&, const char*) {
-    add(static_cast<double>(value));
-  }
-
-  [[nodiscard]] std::uint64_t value() const { return hash_; }
-
- private:
-  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
-};
-
 std::uint64_t hash_of(const sim::SimOptions& options) {
-  sim::SimOptions o = options;
-  OptionHash hash;
-  hash.add(static_cast<double>(o.scene));
-  hash.add(static_cast<double>(o.seed));
-  hash.add(static_cast<double>(o.lidar));
-  hash.add(o.duration_s);
-  hash.add(o.pedestrians);
-  hash.add(o.with_imu ? 1.0 : 0.0);
-  hash.add(o.imu_apart ? 1.0 : 0.0);
-  hash.add(static_cast<double>(o.start.ns));
-  hash.add(o.calibration_error_m);
-  hash.add(o.calibration_error_deg);
-  o.motion.visit(hash);
-  o.ranging.visit(hash);
-  o.imu.visit(hash);
+  bench::OptionHash hash;
+  bench::add_options(options, hash);
   return hash.value();
 }
 

@@ -9,8 +9,8 @@
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
-#include <time.h>
 
+#include "common/cpu_time.hpp"
 #include "rali/config/apply.hpp"
 #include "rali/config/room_settings.hpp"
 #include "rali/eval/alignment.hpp"
@@ -25,13 +25,6 @@ using geometry::SE3;
 using geometry::Vec3;
 
 namespace {
-
-/// CPU time of this thread [ms].
-double cpu_ms() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
 
 /// Largest resident memory since the last reset [MB]; Linux only, 0 elsewhere.
 double peak_memory_mb() {
@@ -81,9 +74,9 @@ class Driver {
   void start(const vehicle::VehicleSettings& settings) { vehicle_.emplace(VehicleId{1}, settings); }
 
   void step(const vehicle::Event& event) {
-    const double begin = cpu_ms();
+    const double begin = bench::cpu_ms();
     vehicle_->step(event, executor_, out_);
-    spent_ms_ += cpu_ms() - begin;
+    spent_ms_ += bench::cpu_ms() - begin;
     for (vehicle::Output& output : out_) {
       if (auto* pose = std::get_if<vehicle::PoseEstimate>(&output)) {
         rows_.push_back({std::move(*pose), {}, spent_ms_});

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "suites.hpp"
+
+namespace rali::tunnel {
+
+struct Arguments {
+  Suite suite;
+  std::vector<std::uint64_t> seeds = {101, 102, 103, 104};
+  std::vector<std::string> settings;  ///< key=value for the vehicle, of all rows
+  sim::Lidar lidar = sim::Lidar::kRs16;
+  double duration_s = 0.0;
+  std::string cache_dir, dump_dir, json;
+  std::string into;                ///< FILE:NAME, the tables go there as well
+  std::vector<std::string> words;  ///< as given
+  bool help = false;
+};
+
+/// Errors (kUsage): unknown options, suites, rows or settings.
+[[nodiscard]] Result<Arguments> parse_arguments(int argc, const char* const* argv);
+
+[[nodiscard]] std::string help_text();
+
+}  // namespace rali::tunnel

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "rali/drive/output/pose_files.hpp"
+#include "rali/eval/alignment.hpp"
+
+namespace rali::tunnel {
+
+/// Poses of a run with their truth.
+struct Judged {
+  eval::PairList pairs;
+  std::vector<geometry::Vec3> ahead;        ///< true direction of travel, per pair, unit
+  std::vector<geometry::Mat6> covariances;  ///< of geometry::boxplus, by PosePair::est_index
+};
+
+/// Errors of positions along and across the true direction of travel, per pair [m].
+struct AxisErrors {
+  std::vector<double> axial, lateral, vertical;
+};
+
+/// Poses up to t_end. Errors: of eval::associate().
+[[nodiscard]] Result<Judged> judge(const std::vector<drive::PoseRecord>& poses,
+                                   const eval::PoseList& truth, Time t_end);
+
+[[nodiscard]] AxisErrors axis_errors(const Judged& judged, const geometry::SE3& T_ref_est);
+
+/// The best alignment, or of the first pose where the way leaves a turn about itself open.
+[[nodiscard]] geometry::SE3 best_alignment(const Judged& judged);
+
+/// First poses laid together.
+[[nodiscard]] geometry::SE3 start_alignment(const Judged& judged);
+
+/// The first pose after so long.
+[[nodiscard]] std::size_t pair_after(const eval::PairList& pairs, double after_s);
+
+/// Stated sigma along the true direction of travel [m], per pair, poses laid together at `anchor`.
+[[nodiscard]] std::vector<double> axial_sigmas(const Judged& judged, std::size_t anchor);
+
+}  // namespace rali::tunnel

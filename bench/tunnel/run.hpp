@@ -1,0 +1,71 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/drive/output/corrected_path.hpp"
+#include "rali/map/keyframe_view.hpp"
+#include "recording.hpp"
+
+namespace rali::tunnel {
+
+/// What the driver knows and hears on one way.
+struct Case {
+  std::string name;
+  sim::Scene scene = sim::Scene::kTunnel;
+  AnchorPlace anchor = AnchorPlace::kMiddle;
+  bool prior = true;          ///< where the anchor stands, measured by hand: 0.2 m, 3 deg
+  double burst_share = 0.04;  ///< of the time in line of sight the first path is missed
+  double loss_s = 0.0;        ///< radio silence in the middle of the recording
+  bool until_heard = false;   ///< judged only until ranges end
+};
+
+/// One row of a table.
+struct Row {
+  std::string label;
+  Case on;
+  bool ranges = true;
+  bool mesh = false;                  ///< the map is compared with the world
+  std::vector<std::string> settings;  ///< key=value for the vehicle
+};
+
+/// One range and by how much it was wrong, what repeats itself in a pair (its bias) taken off.
+struct RangeRow {
+  ranging::RangeUse use;
+  double error_m = 0.0;
+};
+
+/// A keyframe's points, for the map.
+struct KeyframeKept {
+  KeyframeId id;
+  std::shared_ptr<const odometry::Keyframe> keyframe;
+};
+
+/// What came out of one run.
+struct Track {
+  Time t_begin;
+  std::vector<drive::PoseRecord> live;           ///< as known when each sweep was processed
+  std::vector<drive::PoseRecord> smoothed;       ///< as known at the end
+  std::vector<drive::KeyframeRecord> keyframes;  ///< smoothed
+  std::vector<KeyframeKept> clouds;              ///< if kept
+  std::vector<double> cpu_ms;                    ///< per pose: of all steps since the pose before
+  eval::PoseList truth;                          ///< of every sweep
+  std::vector<RangeRow> ranges;
+  std::vector<Time> heard;  ///< ranges that reached the vehicle
+  Time loss_begin, loss_end;
+  std::vector<Finding> findings;
+  std::size_t diverged = 0;
+  double way_m = 0.0;
+};
+
+/// Plays the recording to a vehicle. `settings` come before those of the row. Errors (kUsage):
+/// unknown settings.
+[[nodiscard]] Result<Track> run(const Recording& recording, const Row& row,
+                                const std::vector<std::string>& settings);
+
+/// Whether the vehicle knows all these settings.
+[[nodiscard]] Status check_settings(const std::vector<std::string>& settings);
+
+}  // namespace rali::tunnel
