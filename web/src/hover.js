@@ -1,10 +1,10 @@
 // Values under the pointer, read back from the drawn paths: the numbers are not in the page twice.
 
-/** Points [x, y] of a path made of absolute M and L commands ("h0" ends a dot), in pixels. */
+/** Points [x, y] of a path of absolute M and L commands, in pixels; "h0" ends a dot, its shape follows. */
 export function path_points(d) {
   const points = [];
   for (const part of d.split(/[ML]/)) {
-    const numbers = part.replace('h0', '').trim().split(/[ ,]+/).map(Number);
+    const numbers = part.split('h0')[0].trim().split(/[ ,]+/).map(Number);
     if (numbers.length === 2 && numbers.every(Number.isFinite)) points.push(numbers);
   }
   return points;

@@ -31,11 +31,6 @@ void split_line(std::string_view line, std::string& key, std::string& value, std
 }  // namespace
 
 void read_fleet_tables(const std::string& dir, Time t_begin, RunData& run) {
-  read_table(dir, "ranges.csv", run, [&](const TableRow& row) {
-    run.range_rows.push_back({row.seconds("stamp_s", t_begin), row.text("from"), row.text("to"),
-                              row.text("reason"), row.number("range_m"), row.number("residual_m"),
-                              row.number("sigma_m"), row.flag("used")});
-  });
   read_table(dir, "rounds.csv", run, [&](const TableRow& row) {
     run.rounds.push_back({row.text("round"), row.text("anchor"), row.text("ended_by"),
                           row.text("next_anchor"), row.seconds("start_s", t_begin),

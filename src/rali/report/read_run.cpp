@@ -42,6 +42,8 @@ Result<RunData> read_run(const std::string& out_dir) {
                 "Give the output folder of rali map.");
   }
   for (VehicleView& vehicle : run.vehicles) read_vehicle(out_dir, t_begin, vehicle, run);
+  read_ranges_table(out_dir, t_begin, run);
+  for (VehicleView& vehicle : run.vehicles) sum_blind_way(vehicle);
   read_fleet_tables(out_dir, t_begin, run);
   read_map(out_dir, run);
   find_frame_of_map(run);

@@ -16,11 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Spans that are nearer than this are one: a single seen sweep between blind ones says nothing.
-constexpr double kBlindJoin_s = 0.5;
-constexpr double kSameStamp_s = 1e-4;
-/// Shorter steps are noise and have no direction.
-constexpr double kStepOfMotion_m = 0.5;
 constexpr std::size_t kVehiclesMax = 64;
 
 /// A name out of a file must not lead to other folders.
@@ -60,20 +55,6 @@ void read_sigmas(const std::string& dir, Time t_begin, VehicleView& v, RunData& 
   });
 }
 
-void read_degeneracy(const std::string& dir, Time t_begin, VehicleView& v, RunData& run) {
-  read_table(dir, "degeneracy/" + v.name + ".csv", run, [&](const TableRow& row) {
-    DegeneracyPoint d;
-    d.t_s = row.seconds("stamp_s", t_begin);
-    d.blind = row.flag("blind");
-    d.degree = row.number("degree");
-    d.axis = {row.number("dir_x"), row.number("dir_y"), row.number("dir_z")};
-    d.sigma_blind_m = row.number("sigma_blind_m");
-    d.correction_m = row.number("correction_m");
-    d.range_from = row.text("range_from");
-    if (std::isfinite(d.t_s)) v.degeneracy.push_back(std::move(d));
-  });
-}
-
 void read_errors(const std::string& dir, Time t_begin, VehicleView& v, RunData& run) {
   read_table(dir, "errors/" + v.name + ".csv", run, [&](const TableRow& row) {
     ErrorPoint e;
@@ -99,75 +80,6 @@ void find_truth(const RunData& run, VehicleView& v) {
       if (v.way[at].t_s > e.t_s + 1e-4 || !e.e_m.allFinite()) continue;
       v.truth.push_back({e.t_s, v.way[at].p_m - frame.R_truth_map.transpose() * e.e_m});
     }
-  }
-}
-
-void add_holder(const std::string& name, std::string& list) {
-  if (name.empty()) return;
-  std::string_view rest = list;
-  while (!rest.empty()) {
-    const std::size_t comma = std::min(rest.find(", "), rest.size());
-    if (rest.substr(0, comma) == name) return;
-    rest.remove_prefix(std::min(comma + 2, rest.size()));
-  }
-  list += (list.empty() ? "" : ", ") + name;
-}
-
-/// What the covariance of the final pose says along the axis seen worst.
-void find_errors_along_axes(VehicleView& v) {
-  std::size_t at = 0;
-  for (DegeneracyPoint& d : v.degeneracy) {
-    while (at < v.sigmas.size() && v.sigmas[at].t_s < d.t_s - kSameStamp_s) ++at;
-    if (at == v.sigmas.size()) return;
-    if (v.sigmas[at].t_s <= d.t_s + kSameStamp_s) d.off_m = v.sigmas[at].along_m(d.axis);
-  }
-}
-
-/// Way within a span, and whether it went along the axis.
-void add_motion(const VehicleView& v, BlindSpan& span) {
-  double along_m = 0.0, sum_m = 0.0;
-  const WayPoint* from = nullptr;
-  const WayPoint* before = nullptr;
-  auto at = std::lower_bound(v.way.begin(), v.way.end(), span.begin_s - kSameStamp_s,
-                             [](const WayPoint& w, double t) { return w.t_s < t; });
-  for (; at != v.way.end() && at->t_s <= span.end_s + kSameStamp_s; ++at) {
-    if (before != nullptr) span.way_m += (at->p_m - before->p_m).norm();
-    before = &*at;
-    if (from == nullptr) from = before;
-    const geometry::Vec3 step_m = at->p_m - from->p_m;
-    if (step_m.norm() < kStepOfMotion_m) continue;
-    along_m += std::abs(step_m.dot(span.axis));
-    sum_m += step_m.norm();
-    from = before;
-  }
-  if (sum_m > 0.0 && span.axis.norm() > 0.5) span.along_way = along_m / sum_m;
-}
-
-void find_blind_spans(VehicleView& v) {
-  std::size_t sweeps = 0, held = 0;
-  for (const DegeneracyPoint& d : v.degeneracy) {
-    if (!d.blind) continue;
-    if (v.blind.empty() || d.t_s - v.blind.back().end_s > kBlindJoin_s) {
-      v.blind.emplace_back();
-      v.blind.back().begin_s = d.t_s;
-      v.blind.back().off_begin_m = d.off_m;
-      sweeps = held = 0;
-    }
-    BlindSpan& span = v.blind.back();
-    span.end_s = d.t_s;
-    // An axis has no sign.
-    if (d.axis.allFinite()) span.axis += span.axis.dot(d.axis) < 0.0 ? -d.axis : d.axis;
-    // The covariance is of the final pose; the column is what was expected on the way.
-    const double off_m = std::isfinite(d.off_m) ? d.off_m : d.sigma_blind_m;
-    if (std::isfinite(off_m) && !(off_m <= span.off_max_m)) span.off_max_m = off_m;
-    add_holder(d.range_from, span.held_by);
-    ++sweeps;
-    held += d.range_from.empty() ? 0 : 1;
-    span.held_share = static_cast<double>(held) / static_cast<double>(sweeps);
-  }
-  for (BlindSpan& span : v.blind) {
-    if (span.axis.norm() > 0.0) span.axis.normalize();
-    add_motion(v, span);
   }
 }
 
@@ -210,11 +122,9 @@ void read_vehicle(const std::string& dir, Time& t_begin, VehicleView& vehicle, R
   vehicle.way = read_way(dir, "trajectory/" + vehicle.name + ".tum", t_begin, run);
   vehicle.odometry = read_way(dir, "odometry/" + vehicle.name + ".tum", t_begin, run);
   read_sigmas(dir, t_begin, vehicle, run);
-  read_degeneracy(dir, t_begin, vehicle, run);
+  read_blind(dir, t_begin, vehicle, run);
   read_errors(dir, t_begin, vehicle, run);
   find_truth(run, vehicle);
-  find_errors_along_axes(vehicle);
-  find_blind_spans(vehicle);
 }
 
 }  // namespace rali::report

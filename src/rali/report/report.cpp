@@ -30,7 +30,7 @@ std::string head(const std::string& title) {
       kPolicy, title, assets::style());
 }
 
-/// Hatching of what is blind; used by all drawings of the page.
+/// Patterns of what is blind and what held it; used by all drawings of the page.
 constexpr std::string_view kPatterns =
     "<svg width=\"0\" height=\"0\" class=\"patterns\"><defs><pattern id=\"hatch\" width=\"9\" "
     "height=\"9\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect "
@@ -38,7 +38,13 @@ constexpr std::string_view kPatterns =
     "stroke=\"#d55e00\" stroke-width=\"1.4\" stroke-opacity=\"0.45\"/></pattern><pattern "
     "id=\"hatch-strong\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" "
     "patternTransform=\"rotate(45)\"><rect width=\"6\" height=\"6\" fill=\"#fff\"/><path "
-    "d=\"M0 0V6\" stroke=\"#d55e00\" stroke-width=\"4\"/></pattern></defs></svg>\n";
+    "d=\"M0 0V6\" stroke=\"#d55e00\" stroke-width=\"4\"/></pattern><pattern id=\"dots\" "
+    "width=\"5\" "
+    "height=\"5\" patternUnits=\"userSpaceOnUse\"><rect width=\"5\" height=\"5\" fill=\"#f4ead2\"/>"
+    "<circle cx=\"2.5\" cy=\"2.5\" r=\"1.1\" fill=\"#7a5c14\"/></pattern><pattern id=\"upright\" "
+    "width=\"4\" height=\"4\" patternUnits=\"userSpaceOnUse\"><rect width=\"4\" height=\"4\" "
+    "fill=\"#fff\"/><path d=\"M1 0V4\" stroke=\"#5b7fa6\" "
+    "stroke-width=\"1.5\"/></pattern></defs></svg>\n";
 
 std::string contents(const std::vector<Section>& sections) {
   std::string out = "<nav><ol>";

@@ -117,15 +117,6 @@ TEST(ReportNumbers,
   EXPECT_TRUE(has(page, "<td>v2</td><td>8.0 s</td><td>12.9 s</td>"));
   EXPECT_TRUE(has(page, "0&deg; from x of the map</td><td>ranges to v1, 100 %"));
   EXPECT_TRUE(has(page, "<b>&plusmn; 0.052 m</b>"));
-  std::string metrics = folder.read("metrics.json");
-  for (const std::string_view held = "\"blind_held_share\":0.9"; has(metrics, held);) {
-    metrics.replace(metrics.find(held), held.size(), "\"blind_held_share\":0");
-  }
-  folder.write("metrics.json", metrics);
-  EXPECT_TRUE(has(page_of(folder),
-                  "Largest doubt:</b> v2 was blind on 27 % of its way and no range "
-                  "held it there: along the blind axis the map may be too long "
-                  "or too short by 0.052 m (1 sigma)"));
 }
 
 TEST(ReportNumbers, draws_no_vehicle_into_the_map_of_another_frame) {

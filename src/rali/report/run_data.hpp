@@ -2,30 +2,19 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "rali/base/time.hpp"
 #include "rali/geometry/types.hpp"
+#include "rali/report/blind_data.hpp"
+#include "rali/report/numbers.hpp"
+#include "rali/report/range_data.hpp"
 
 namespace rali::report {
 
-/// What is not known.
-inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-using Number = std::optional<double>;
-using NamedNumbers = std::vector<std::pair<std::string, double>>;
-
 /// All times are seconds since the begin of the run, all positions are in the frame `map`, unless
 /// the name says otherwise.
-
-struct WayPoint {
-  double t_s = 0.0;
-  geometry::Vec3 p_m = geometry::Vec3::Zero();
-};
 
 /// Root of the expected squared 3-D position error.
 struct SigmaPoint {
@@ -37,34 +26,12 @@ struct SigmaPoint {
   [[nodiscard]] double along_m(const geometry::Vec3& axis) const;
 };
 
-struct DegeneracyPoint {
-  double t_s = 0.0;
-  bool blind = false;
-  double degree = kUnknown;  ///< lambda2/lambda3 of the paper
-  geometry::Vec3 axis = geometry::Vec3::Constant(kUnknown);
-  double sigma_blind_m = kUnknown;
-  double correction_m = kUnknown;
-  double off_m = kUnknown;  ///< expected error of the final pose along `axis`, 1 sigma
-  std::string range_from;   ///< empty: no range held it
-};
-
 struct ErrorPoint {
   double t_s = 0.0;
   double ape_m = kUnknown, rot_deg = kUnknown;
   geometry::Vec3 e_m = geometry::Vec3::Constant(kUnknown);
   double along_blind_m = kUnknown;
   double nees = kUnknown;
-};
-
-/// A stretch of time on which the vehicle was blind.
-struct BlindSpan {
-  double begin_s = 0.0, end_s = 0.0;
-  geometry::Vec3 axis = geometry::Vec3::Zero();  ///< mean, one sign
-  double way_m = 0.0;
-  double along_way = kUnknown;  ///< mean |cos| of the angle between axis and motion
-  double off_begin_m = kUnknown, off_max_m = kUnknown;  ///< expected along the axis, 1 sigma
-  double held_share = 0.0;                              ///< of its sweeps that a range held
-  std::string held_by;  ///< vehicles whose ranges held it, with commas; empty: none
 };
 
 /// One vehicle's entry of metrics.json.
@@ -82,16 +49,11 @@ struct VehicleView {
   std::vector<SigmaPoint> sigmas;
   std::vector<DegeneracyPoint> degeneracy;
   std::vector<BlindSpan> blind;
+  BlindWay blind_way;
+  std::vector<Heard> heard;  ///< ranges to or from it, by time
   std::vector<ErrorPoint> errors;
   std::vector<WayPoint> truth;  ///< brought into map
   bool in_map = true;           ///< false: it stands in a frame that is not that of map.*
-};
-
-struct RangeRow {
-  double t_s = 0.0;
-  std::string from, to, reason;
-  double range_m = kUnknown, residual_m = kUnknown, sigma_m = kUnknown;
-  bool used = false;
 };
 
 struct RangePair {
@@ -168,7 +130,7 @@ struct RunData {
   std::vector<std::vector<std::string>> groups;  ///< vehicles that share one frame
   Number loops_accepted, loops_refused, rounds_count;
   RangeNumbers ranges;
-  std::vector<RangeRow> range_rows;
+  RangeTable range_table;  ///< of ranges.csv
   std::vector<Round> rounds;
   std::vector<Loop> loops;
   std::vector<Frontier> frontiers;

@@ -21,7 +21,16 @@ void add_vehicles_of_files(const std::string& dir, RunData& run);
 /// @param t_begin 0: becomes the first stamp that is met.
 void read_vehicle(const std::string& dir, Time& t_begin, VehicleView& vehicle, RunData& run);
 
-/// ranges.csv, rounds.csv, frontiers.csv, loops.csv.
+/// degeneracy/ of one vehicle: where it was blind. Its way and covariances are there already.
+void read_blind(const std::string& dir, Time t_begin, VehicleView& vehicle, RunData& run);
+
+/// ranges.csv, counted and thinned while it is read: for the vehicles that are there already.
+void read_ranges_table(const std::string& dir, Time t_begin, RunData& run);
+
+/// Sums up how much of the way was blind and what held it; the ranges heard are there already.
+void sum_blind_way(VehicleView& vehicle);
+
+/// rounds.csv, frontiers.csv, loops.csv.
 void read_fleet_tables(const std::string& dir, Time t_begin, RunData& run);
 
 /// map.pcd, else map.ply.

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kLeft = 46.0, kRight = 10.0, kTop = 10.0, kBottom = 36.0, kBar = 44.0;
 constexpr double kHeightMin = 110.0, kPixelsPerUnit = 1.6;
-constexpr double kBarShortest = 6.0;
+/// Shorter bars do not show how long they are, longer ones lead out of the picture.
+constexpr double kBarShortest = 14.0, kBarLongest = 1e4;
 constexpr std::size_t kWayPointsMax = 2500;
 constexpr std::array<const char*, 3> kAxisNames = {"x", "y", "z"};
 
@@ -141,17 +142,12 @@ void draw_way(const MapView& view, const Frame& f, const MapWay& way, std::strin
   if (way.points->empty()) return;
   auto at = std::back_inserter(out);
   constexpr double kAll = 1e18;
-  if (way.blind != nullptr) {
-    for (const BlindSpan& span : *way.blind) {
-      const std::string path =
-          path_of(view, f, *way.points, span.begin_s - 0.06, span.end_s + 0.06);
-      if (!path.empty()) {
-        fmt::format_to(at,
-                       "<path class=\"blind-way\" d=\"{}\"><title>{} blind, {:.1f} to {:.1f} s"
-                       "</title></path>\n",
-                       path, escaped(way.label), span.begin_s, span.end_s);
-      }
-    }
+  for (const MapStretch& stretch : way.blind) {
+    const std::string path =
+        path_of(view, f, *way.points, stretch.begin_s - 0.06, stretch.end_s + 0.06);
+    if (path.empty()) continue;
+    fmt::format_to(at, "<path class=\"blind-way {}\" d=\"{}\"><title>{}</title></path>\n",
+                   stretch.css_class, path, escaped(stretch.label));
   }
   const std::string path = path_of(view, f, *way.points, -kAll, kAll);
   if (way.halo) {
@@ -166,7 +162,7 @@ void draw_way(const MapView& view, const Frame& f, const MapWay& way, std::strin
 
 /// Begin (ring) and end (square) of a vehicle's way with its name.
 void draw_ends(const MapView& view, const Frame& f, const MapWay& way, std::string& out) {
-  if (way.points->empty() || way.blind == nullptr) return;
+  if (way.points->empty() || !way.ends) return;
   const auto at_pixel = [&](const WayPoint& w) {
     return std::pair(f.px(along(w.p_m, view.axes.right)), f.py(along(w.p_m, view.axes.up)));
   };
@@ -205,23 +201,80 @@ void draw_frontiers(const MapView& view, const Frame& f, std::string& out) {
   }
 }
 
-/// A line of 2 sigma with a cap at each end. Shorter ones than can be seen are left out.
-void draw_bars(const MapView& view, const Frame& f, std::string& out) {
+struct Pixel {
+  double x = 0.0, y = 0.0;
+};
+
+Pixel pixel_of(const MapView& view, const Frame& f, const geometry::Vec3& p_m) {
+  return {f.px(along(p_m, view.axes.right)), f.py(along(p_m, view.axes.up))};
+}
+
+void put_bar(const std::string& path, const MapBar& bar, std::string_view kind, std::string& out) {
+  fmt::format_to(std::back_inserter(out),
+                 "<path class=\"off-halo\" d=\"{0}\"/><path class=\"{2}\" d=\"{0}\"><title>{1}"
+                 "</title></path>\n",
+                 path, escaped(bar.label), kind);
+}
+
+/// A line of 2 sigma with a cap at each end.
+void draw_bar(const MapView& view, const Frame& f, const MapBar& bar, std::string& out) {
   constexpr double kCap = 6.0;
+  const Pixel a = pixel_of(view, f, bar.p_m - bar.half_m);
+  const Pixel b = pixel_of(view, f, bar.p_m + bar.half_m);
+  const double length = std::hypot(b.x - a.x, b.y - a.y);
+  const double cx = -(b.y - a.y) / length * kCap, cy = (b.x - a.x) / length * kCap;
+  put_bar(
+      fmt::format(
+          "M{:.1f} {:.1f}L{:.1f} {:.1f}M{:.1f} {:.1f}l{:.1f} {:.1f}M{:.1f} {:.1f}l{:.1f} {:.1f}",
+          a.x, a.y, b.x, b.y, a.x - cx, a.y - cy, 2.0 * cx, 2.0 * cy, b.x - cx, b.y - cy, 2.0 * cx,
+          2.0 * cy),
+      bar, "off", out);
+}
+
+/// The axis alone: an arrow with two heads beside the way, a ring with a dot where the axis points
+/// at the reader.
+void draw_axis_arrow(const MapView& view, const Frame& f, const MapBar& bar, std::string& out) {
+  constexpr double kHalf = 12.0, kHead = 4.5, kBeside = 13.0, kUpright = 0.3;
+  const Pixel at = pixel_of(view, f, bar.p_m);
+  const double right = along(bar.axis, view.axes.right), up = -along(bar.axis, view.axes.up);
+  const double length = std::hypot(right, up);
+  if (!(length > kUpright)) {
+    put_bar(fmt::format("M{:.1f} {:.1f}m-5 0a5 5 0 1 0 10 0a5 5 0 1 0-10 0m5-1v2", at.x,
+                        at.y - kBeside),
+            bar, "axis-arrow", out);
+    return;
+  }
+  const double ux = right / length, uy = up / length;
+  // Above the way, or right of one that goes up.
+  const double side = ux >= 0.0 ? 1.0 : -1.0;
+  const double mx = at.x + side * uy * kBeside, my = at.y - side * ux * kBeside;
+  std::string path = fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", mx - kHalf * ux, my - kHalf * uy,
+                                 mx + kHalf * ux, my + kHalf * uy);
+  for (const double end : {-1.0, 1.0}) {
+    const double ex = mx + end * kHalf * ux, ey = my + end * kHalf * uy;
+    const double bx = ex - end * kHead * ux, by = ey - end * kHead * uy;
+    fmt::format_to(std::back_inserter(path), "M{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}",
+                   bx - 0.75 * kHead * uy, by + 0.75 * kHead * ux, ex, ey, bx + 0.75 * kHead * uy,
+                   by - 0.75 * kHead * ux);
+  }
+  put_bar(path, bar, "axis-arrow", out);
+}
+
+/// How long a bar is in pixels.
+double length_of(const MapView& view, const Frame& f, const MapBar& bar) {
+  const Pixel a = pixel_of(view, f, bar.p_m - bar.half_m);
+  const Pixel b = pixel_of(view, f, bar.p_m + bar.half_m);
+  return std::hypot(b.x - a.x, b.y - a.y);
+}
+
+void draw_bars(const MapView& view, const Frame& f, std::string& out) {
   for (const MapBar& bar : view.bars) {
-    const geometry::Vec3 a = bar.p_m - bar.half_m, b = bar.p_m + bar.half_m;
-    const double ax = f.px(along(a, view.axes.right)), ay = f.py(along(a, view.axes.up));
-    const double bx = f.px(along(b, view.axes.right)), by = f.py(along(b, view.axes.up));
-    const double length = std::hypot(bx - ax, by - ay);
-    if (!(length > kBarShortest && length < 1e4)) continue;
-    const double cx = -(by - ay) / length * kCap, cy = (bx - ax) / length * kCap;
-    const std::string path = fmt::format(
-        "M{:.1f} {:.1f}L{:.1f} {:.1f}M{:.1f} {:.1f}l{:.1f} {:.1f}M{:.1f} {:.1f}l{:.1f} {:.1f}", ax,
-        ay, bx, by, ax - cx, ay - cy, 2.0 * cx, 2.0 * cy, bx - cx, by - cy, 2.0 * cx, 2.0 * cy);
-    fmt::format_to(std::back_inserter(out),
-                   "<path class=\"off-halo\" d=\"{0}\"/><path class=\"off\" d=\"{0}\"><title>{1}"
-                   "</title></path>\n",
-                   path, escaped(bar.label));
+    const double length = length_of(view, f, bar);
+    if (length > kBarShortest && length < kBarLongest) {
+      draw_bar(view, f, bar, out);
+    } else if (bar.axis.allFinite()) {
+      draw_axis_arrow(view, f, bar, out);
+    }
   }
 }
 
@@ -243,11 +296,14 @@ void draw_colour_bar(const MapView& view, const Frame& f, double y, std::string&
 
 }  // namespace
 
-bool shows_bars(const MapView& view) {
+BarsShown bars_shown(const MapView& view) {
   const Frame f = frame_of(view);
-  std::string out;
-  draw_bars(view, f, out);
-  return !out.empty();
+  BarsShown shown;
+  for (const MapBar& bar : view.bars) {
+    const double length = length_of(view, f, bar);
+    (length > kBarShortest && length < kBarLongest ? shown.bars : shown.arrows) = true;
+  }
+  return shown;
 }
 
 std::string svg_of(const MapView& view) {

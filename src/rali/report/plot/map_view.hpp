@@ -7,13 +7,20 @@
 
 namespace rali::report {
 
+/// A stretch of a way that is marked.
+struct MapStretch {
+  double begin_s = 0.0, end_s = 0.0;
+  std::string css_class, label;
+};
+
 /// A way on the map, cut where it is not known.
 struct MapWay {
   std::string label;
   const std::vector<WayPoint>* points = nullptr;
   Style style;
-  const std::vector<BlindSpan>* blind = nullptr;
+  std::vector<MapStretch> blind;
   double width = 2.2;
+  bool ends = true;  ///< begin, end and name are shown
   bool halo = true;  ///< a white border hides what lies below
 };
 
@@ -23,9 +30,11 @@ struct MapSpot {
   std::string label;
 };
 
-/// How far off a place may be along one axis, drawn at the scale of the map.
+/// How far off a place may be along one axis, drawn at the scale of the map; where that is too
+/// short to be seen, an arrow beside the way shows the axis.
 struct MapBar {
   geometry::Vec3 p_m = geometry::Vec3::Zero();
+  geometry::Vec3 axis = geometry::Vec3::Zero();    ///< unit
   geometry::Vec3 half_m = geometry::Vec3::Zero();  ///< 1 sigma along the axis
   std::string label;
 };
@@ -46,8 +55,12 @@ struct MapView {
   bool stretch_up = false;  ///< a side view of a long map is drawn higher than it is, and says so
 };
 
-/// Whether any bar is long enough to be seen at the scale of the map.
-[[nodiscard]] bool shows_bars(const MapView& view);
+/// Whether any bar is long enough to be seen at the scale of the map, and any is not.
+struct BarsShown {
+  bool bars = false, arrows = false;
+};
+
+[[nodiscard]] BarsShown bars_shown(const MapView& view);
 
 /// Empty if there is neither a point nor a way.
 [[nodiscard]] std::string svg_of(const MapView& view);

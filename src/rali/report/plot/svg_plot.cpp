@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,13 +14,14 @@
 namespace rali::report {
 namespace {
 
-constexpr double kLeft = 58.0, kRight = 12.0, kBottom = 34.0, kLegendRow = 15.0;
+constexpr double kRight = 12.0, kBottom = 34.0, kLegendRow = 15.0, kRail = 15.0;
 constexpr std::size_t kDotsMax = 3000;
 
 /// The frame of the data in pixels and values.
 struct Frame {
   Range x, y;
-  double left = kLeft, right = 0.0, top = 0.0, bottom = 0.0;
+  double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
+  double rail = 0.0;  ///< height of the rail below the frame
   bool log_y = false;
 
   [[nodiscard]] double value(double y_value) const { return log_y ? std::log10(y_value) : y_value; }
@@ -41,6 +43,8 @@ bool drawable(const Plot& plot, double x, double y) {
 Frame frame_of(const Plot& plot) {
   Frame f;
   f.log_y = plot.log_y;
+  f.left = plot.left;
+  f.rail = plot.rail_label.empty() ? 0.0 : kRail;
   Range x, y;
   for (const Series& s : plot.series) {
     for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i) {
@@ -111,7 +115,7 @@ void draw_axes(const Plot& plot, const Frame& f, std::string& out) {
     fmt::format_to(at, "<path class=\"grid\" d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/>", f.px(tick), f.top,
                    f.bottom);
     fmt::format_to(at, "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid\">{}</text>\n", f.px(tick),
-                   f.bottom + 13.0, tick_text(tick, step_x));
+                   f.bottom + f.rail + 13.0, tick_text(tick, step_x));
   }
   for (const auto& [tick, text] : ticks_up(plot, f)) {
     const double py = f.bottom - (tick - f.y.low()) / f.y.width() * (f.bottom - f.top);
@@ -120,11 +124,16 @@ void draw_axes(const Plot& plot, const Frame& f, std::string& out) {
                    py + 3.5, text);
   }
   fmt::format_to(at, "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid axis\">{}</text>",
-                 0.5 * (f.left + f.right), f.bottom + 28.0, escaped(plot.x_label));
+                 0.5 * (f.left + f.right), f.bottom + f.rail + 28.0, escaped(plot.x_label));
   fmt::format_to(at,
-                 "<text transform=\"translate(12 {:.1f}) rotate(-90)\" class=\"mid axis\">{}"
+                 "<text transform=\"translate({:.1f} {:.1f}) rotate(-90)\" class=\"mid axis\">{}"
                  "</text>\n",
-                 0.5 * (f.top + f.bottom), escaped(plot.y_label));
+                 f.left - 46.0, 0.5 * (f.top + f.bottom), escaped(plot.y_label));
+  if (f.rail == 0.0) return;
+  fmt::format_to(at,
+                 "<rect class=\"rail\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" "
+                 "height=\"{:.1f}\"><title>{}</title></rect>\n",
+                 f.left, f.bottom + 2.0, f.right - f.left, f.rail - 2.0, escaped(plot.rail_label));
 }
 
 void draw_stretches(const Plot& plot, const Frame& f, std::string& out) {
@@ -157,26 +166,60 @@ std::string line_path(const Plot& plot, const Series& s, const Frame& f) {
 
 std::string dots_path(const Plot& plot, const Series& s, const Frame& f) {
   std::string path;
-  const std::size_t n = std::min(s.x.size(), s.y.size());
+  const std::size_t n = s.on_rail ? s.x.size() : std::min(s.x.size(), s.y.size());
   const std::size_t stride = n / kDotsMax + 1;
   for (std::size_t i = 0; i < n; i += stride) {
-    if (!drawable(plot, s.x[i], s.y[i])) continue;
-    fmt::format_to(std::back_inserter(path), "M{:.1f} {:.1f}h0", f.px(s.x[i]), f.py(s.y[i]));
+    const bool shown = s.on_rail ? std::isfinite(s.x[i]) : drawable(plot, s.x[i], s.y[i]);
+    if (!shown || s.x[i] < f.x.low() || s.x[i] > f.x.high()) continue;
+    const double y = s.on_rail ? f.bottom + 2.0 + 0.5 * (f.rail - 2.0) : f.py(s.y[i]);
+    path += marker_path(s.marker, f.px(s.x[i]), y);
   }
   return path;
 }
 
-void draw_series(const Plot& plot, const Frame& f, std::string& out) {
-  for (const Series& s : plot.series) {
-    const std::string path = s.dots ? dots_path(plot, s, f) : line_path(plot, s, f);
-    if (path.empty()) continue;
-    const std::string dash =
-        s.style.dash.empty() || s.dots ? "" : fmt::format(" stroke-dasharray=\"{}\"", s.style.dash);
-    fmt::format_to(std::back_inserter(out),
-                   "<path class=\"s\" data-label=\"{}\" stroke=\"{}\" stroke-width=\"{}\"{} "
-                   "d=\"{}\"/>\n",
-                   escaped(s.label), css(s.style.colour), s.width, dash, path);
+/// The area between a whole line and the foot of the frame.
+void draw_area(const Plot& plot, const Series& s, const Frame& f, std::string& out) {
+  std::string path;
+  double last_x = 0.0;
+  bool open = false;
+  const auto close = [&] {
+    if (open) fmt::format_to(std::back_inserter(path), "L{:.1f} {:.1f}Z", last_x, f.bottom);
+    open = false;
+  };
+  for (const std::size_t i : outline(s.y, static_cast<std::size_t>(f.right - f.left))) {
+    if (i >= s.x.size()) break;
+    if (!drawable(plot, s.x[i], s.y[i])) {
+      close();
+      continue;
+    }
+    last_x = f.px(s.x[i]);
+    if (!open) fmt::format_to(std::back_inserter(path), "M{:.1f} {:.1f}", last_x, f.bottom);
+    open = true;
+    fmt::format_to(std::back_inserter(path), "L{:.1f} {:.1f}", last_x, f.py(s.y[i]));
   }
+  close();
+  if (path.empty()) return;
+  fmt::format_to(std::back_inserter(out), "<path class=\"area\" fill=\"{}\" d=\"{}\"/>\n",
+                 css(s.style.colour), path);
+}
+
+void draw_one(const Plot& plot, const Series& s, const Frame& f, std::string& out) {
+  const std::string path = s.dots ? dots_path(plot, s, f) : line_path(plot, s, f);
+  if (path.empty()) return;
+  if (s.filled) draw_area(plot, s, f, out);
+  const std::string dash =
+      s.style.dash.empty() || s.dots ? "" : fmt::format(" stroke-dasharray=\"{}\"", s.style.dash);
+  const bool shape = s.dots && s.marker != Marker::kDot;
+  // In the rail no value stands: the script that shows values must not read one there.
+  const char* kind = s.on_rail ? "on-rail" : shape ? "s shape" : "s";
+  fmt::format_to(std::back_inserter(out),
+                 "<path class=\"{}\" data-label=\"{}\" stroke=\"{}\" stroke-width=\"{}\"{} "
+                 "d=\"{}\"/>\n",
+                 kind, escaped(s.label), css(s.style.colour), s.width, dash, path);
+}
+
+void draw_series(const Plot& plot, const Frame& f, std::string& out) {
+  for (const Series& s : plot.series) draw_one(plot, s, f, out);
   for (const Mark& m : plot.marks) {
     fmt::format_to(std::back_inserter(out),
                    "<path class=\"mark\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/><text x=\"{3:.1f}\" "
@@ -185,9 +228,23 @@ void draw_series(const Plot& plot, const Frame& f, std::string& out) {
   }
 }
 
+/// How a series looks, 24 pixels wide.
+std::string key_shape(const Series& s) {
+  const bool shape = s.dots && s.marker != Marker::kDot;
+  const std::string path = !s.dots ? std::string("M0 0H24") : marker_path(s.marker, 12.0, 0.0);
+  return fmt::format(
+      "<path class=\"key{}\" d=\"{}\" stroke=\"{}\" stroke-width=\"{}\" "
+      "stroke-dasharray=\"{}\"/>",
+      shape ? " shape" : "", path, css(s.style.colour),
+      shape    ? 1.4
+      : s.dots ? 5.0
+               : 2.0,
+      s.dots ? "" : s.style.dash);
+}
+
 /// Legend above the frame; @return its height.
 double draw_legend(const Plot& plot, std::string& out) {
-  double x = kLeft, y = 12.0;
+  double x = plot.left, y = 12.0;
   auto at = std::back_inserter(out);
   if (!plot.title.empty()) {
     fmt::format_to(at, "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"title\">{}</text>", x, y,
@@ -196,8 +253,8 @@ double draw_legend(const Plot& plot, std::string& out) {
   }
   const auto entry = [&](const std::string& label, const std::string& shape, double mark_width) {
     const double width = mark_width + 8.0 + 6.6 * static_cast<double>(label.size()) + 14.0;
-    if (x + width > plot.width && x > kLeft) {
-      x = kLeft;
+    if (x + width > plot.width && x > plot.left) {
+      x = plot.left;
       y += kLegendRow;
     }
     fmt::format_to(at,
@@ -206,13 +263,11 @@ double draw_legend(const Plot& plot, std::string& out) {
                    x, y - 4.0, shape, mark_width + 5.0, escaped(label));
     x += width;
   };
+  std::set<std::string> named;
   for (const Series& s : plot.series) {
-    if (s.label.empty() || !plot.legend) continue;
-    const std::string shape = fmt::format(
-        "<path class=\"key\" d=\"{}\" stroke=\"{}\" stroke-width=\"{}\" stroke-dasharray=\"{}\"/>",
-        s.dots ? "M11 0h0" : "M0 0H24", css(s.style.colour), s.dots ? 5.0 : 2.0,
-        s.dots ? "" : s.style.dash);
-    entry(s.label, shape, 24.0);
+    // What stands in the frame and in the rail below it has one key.
+    if (s.label.empty() || !plot.legend || !named.insert(s.label).second) continue;
+    entry(s.label, key_shape(s), 24.0);
   }
   if (!plot.stretches.empty()) {
     entry("blind", "<rect class=\"blind\" y=\"-5\" width=\"18\" height=\"10\"/>", 18.0);
@@ -257,7 +312,7 @@ std::string svg_of(const Plot& plot) {
       "<svg class=\"plot\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\" "
       "data-scale='{{\"x0\":{},\"x1\":{},\"y0\":{},\"y1\":{},\"l\":{:.1f},\"r\":{:.1f},"
       "\"t\":{:.1f},\"b\":{:.1f},\"xu\":\"{}\",\"yu\":\"{}\",\"log\":{}}}'>\n",
-      plot.width, f.bottom + kBottom, escaped(plot.title + " " + plot.y_label), f.x.low(),
+      plot.width, f.bottom + f.rail + kBottom, escaped(plot.title + " " + plot.y_label), f.x.low(),
       f.x.high(), f.y.low(), f.y.high(), f.left, f.right, f.top, f.bottom, plot.x_unit, plot.y_unit,
       f.log_y);
   out += legend;

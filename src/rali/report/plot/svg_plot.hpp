@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rali/report/internal/colours.hpp"
+#include "rali/report/plot/markers.hpp"
 
 namespace rali::report {
 
@@ -16,6 +17,9 @@ struct Series {
   Style style;
   bool dots = false;
   double width = 1.5;
+  Marker marker = Marker::kDot;  ///< of the dots
+  bool on_rail = false;          ///< y is not known: the dots stand in a rail below the frame
+  bool filled = false;           ///< the area below the line is tinted
 };
 
 /// A stretch of x that is hatched over the whole height.
@@ -42,7 +46,9 @@ struct Plot {
   std::optional<double> y_step;  ///< between ticks; else round numbers
   bool log_y = false;            ///< values of 0 and less are left out
   bool legend = true;            ///< false: the title says what the only series is
+  std::string rail_label;        ///< what stands in the rail; empty: there is none
   double width = 760.0, height = 170.0;
+  double left = 58.0;  ///< where the frame begins
 };
 
 /// The plot as SVG: axes, ticks, legend by colour and dashes. Long lines are thinned out to the

@@ -11,7 +11,8 @@
 namespace rali::report {
 namespace {
 
-constexpr double kLeft = 110.0, kWidth = 760.0, kRight = 12.0, kRow = 24.0, kBarHeight = 17.0;
+constexpr double kLeft = kRowsLeft, kWidth = kRowsWidth, kRight = 12.0, kRow = 24.0,
+                 kBarHeight = 17.0;
 constexpr std::size_t kLabelMax = 16;
 
 /// Bytes of the first characters: no character is cut in two.
@@ -29,19 +30,21 @@ std::string short_label(const std::string& label) {
   return escaped(first) + (first.size() < label.size() ? "\xE2\x80\xA6" : "");
 }
 
-std::string axis_svg(const Range& t, double width, double bottom) {
+std::string axis_svg(const Range& t, const RowAxis& axis, double width, double bottom) {
   std::string out;
   const double step = tick_step(t.width(), 8);
   for (const double tick : ticks_of(t, 8)) {
     const double x = kLeft + (tick - t.low()) / t.width() * width;
-    fmt::format_to(
-        std::back_inserter(out),
-        "<path class=\"grid\" d=\"M{0:.1f} 4V{1:.1f}\"/><text x=\"{0:.1f}\" y=\"{2:.1f}\" "
-        "class=\"mid\">{3}</text>",
-        x, bottom, bottom + 13.0, tick_text(tick, step));
+    fmt::format_to(std::back_inserter(out), "<path class=\"grid\" d=\"M{0:.1f} 4V{1:.1f}\"/>", x,
+                   bottom);
+    if (!axis.drawn) continue;
+    fmt::format_to(std::back_inserter(out),
+                   "<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid\">{}</text>", x, bottom + 13.0,
+                   tick_text(tick, step));
   }
-  return out + fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid axis\">time [s]</text>\n",
-                           kLeft + 0.5 * width, bottom + 28.0);
+  if (!axis.drawn) return out;
+  return out + fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"mid axis\">{}</text>\n",
+                           kLeft + 0.5 * width, bottom + 28.0, escaped(axis.label));
 }
 
 std::string bar_svg(const TimeBar& bar, const Range& t, double width, double top) {
@@ -63,17 +66,18 @@ std::string bar_svg(const TimeBar& bar, const Range& t, double width, double top
 
 }  // namespace
 
-std::string svg_of(const std::vector<TimeRow>& rows, double end_s, const std::string& words) {
+std::string svg_of(const std::vector<TimeRow>& rows, const RowAxis& axis,
+                   const std::string& words) {
   Range t;
   t.add(0.0);
-  t.add(end_s);
-  t = t.widened(0.0, 1.0);
+  t.add(axis.end);
+  t = t.widened(0.0, 1e-3);
   const double width = kWidth - kLeft - kRight;
   const double bottom = 6.0 + kRow * static_cast<double>(rows.size());
   std::string out = fmt::format(
       "<svg class=\"plot rows\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n",
-      kWidth, bottom + 34.0, escaped(words));
-  out += axis_svg(t, width, bottom);
+      kWidth, bottom + (axis.drawn ? 34.0 : 0.0), escaped(words));
+  out += axis_svg(t, axis, width, bottom);
   double y = 6.0;
   for (const TimeRow& row : rows) {
     fmt::format_to(std::back_inserter(out),

@@ -5,7 +5,8 @@
 
 namespace rali::report {
 
-/// A stretch of time in a row; `css_class` says how it is filled, `title` what it means.
+/// A stretch of time (or of the way) in a row; `css_class` says how it is filled, `title` what it
+/// means.
 struct TimeBar {
   double begin_s = 0.0, end_s = 0.0;
   std::string css_class, title;
@@ -18,9 +19,19 @@ struct TimeRow {
   std::vector<TimeBar> bars;
 };
 
-/// One row per thing over a common axis of time; bars are drawn in their order.
+/// What the rows stand over.
+struct RowAxis {
+  double end = 0.0;  ///< from 0
+  std::string label = "time [s]";
+  bool drawn = true;  ///< false: a plot below has the numbers
+};
+
+/// Where the rows' axis begins and ends, for plots that stand below them.
+inline constexpr double kRowsLeft = 110.0, kRowsWidth = 760.0;
+
+/// One row per thing over a common axis; bars are drawn in their order.
 /// @param words what the drawing shows, for who does not see it
-[[nodiscard]] std::string svg_of(const std::vector<TimeRow>& rows, double end_s,
+[[nodiscard]] std::string svg_of(const std::vector<TimeRow>& rows, const RowAxis& axis,
                                  const std::string& words);
 
 }  // namespace rali::report

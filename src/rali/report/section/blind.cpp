@@ -7,14 +7,15 @@
 
 #include "rali/report/internal/html.hpp"
 #include "rali/report/plot/time_rows.hpp"
+#include "rali/report/section/blind_strip.hpp"
+#include "rali/report/section/blind_words.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
 
 constexpr std::size_t kSpansMax = 30;
-constexpr double kDegPerRad = 57.29577951308232;
-constexpr double kAlong = 0.85, kAcross = 0.5, kUpright = 0.8;
+constexpr double kDegPerRad = 57.29577951308232, kUpright = 0.8;
 
 /// Heading of an axis, -90 to 90 degrees: an axis has no sign.
 double heading_deg(const geometry::Vec3& axis) {
@@ -26,13 +27,23 @@ double heading_deg(const geometry::Vec3& axis) {
 
 std::string axis_cell(const BlindSpan& b) {
   if (!(b.axis.norm() > 0.5)) return "not known";
-  if (std::abs(b.axis.z()) > kUpright) return axis_words(b);
+  if (std::abs(b.axis.z()) > kUpright) return std::string(axis_words(b));
   return fmt::format("{}, {}&deg; from x of the map", axis_words(b), fixed(heading_deg(b.axis), 0));
 }
 
+/// "ranges to v1, 97 %; nothing, 3 %"
 std::string held_cell(const BlindSpan& b) {
-  if (b.held_by.empty()) return "<b>nothing</b>: no range";
-  return fmt::format("ranges to {}, {} of it", escaped(b.held_by), percent(b.held_share));
+  std::string text;
+  const auto add = [&](HeldBy by, const std::string& words) {
+    const double share = b.held_share[static_cast<std::size_t>(by)];
+    if (share <= 0.0) return;
+    text += fmt::format("{}{}, {}", text.empty() ? "" : "; ", words, percent(share));
+  };
+  add(HeldBy::kNothing, "<b>nothing</b>");
+  add(HeldBy::kRange, b.held_by.empty() ? "ranges" : "ranges to " + escaped(b.held_by));
+  add(HeldBy::kImu, "inertia alone");
+  add(HeldBy::kLidar, "LiDAR");
+  return text;
 }
 
 std::string off_cell(const BlindSpan& b) {
@@ -75,47 +86,46 @@ std::string table_html(const std::vector<Entry>& entries) {
   return html;
 }
 
+/// Length or time and its share of the blind.
+std::string part_cell(const VehicleView& v, const WayShare& part) {
+  const WayShare& blind = v.blind_way.blind;
+  const double all = stood(v) ? blind.s : blind.m, some = stood(v) ? part.s : part.m;
+  if (!(all > 0.0)) return fixed(kUnknown, 0);
+  return amount_words(v, part) + " (" + percent(some / all) + ")";
+}
+
+std::string peak_cell(const OffPeak& peak) {
+  if (!std::isfinite(peak.off_m)) return "not known";
+  return fmt::format("<b>&plusmn; {}</b> at {} s", metres(peak.off_m), fixed(peak.t_s, 0));
+}
+
+std::string vehicles_table(const RunData& run) {
+  Table table({"vehicle", "way", "blind", "held by ranges", "by inertia alone", "by nothing",
+               "no range heard", "may be off at most (1 sigma)"});
+  for (const VehicleView& v : run.vehicles) {
+    const BlindWay& way = v.blind_way;
+    if (!way.known) {
+      const std::string none = fixed(kUnknown, 0);
+      table.row({escaped(v.name), "not known", none, none, none, none, none, none});
+      continue;
+    }
+    const auto held = [&](HeldBy by) {
+      return part_cell(v, way.held[static_cast<std::size_t>(by)]);
+    };
+    table.row({escaped(v.name), amount_words(v, way.all), amount_words(v, way.blind),
+               held(HeldBy::kRange), held(HeldBy::kImu), held(HeldBy::kNothing),
+               part_cell(v, way.unheard), was_blind(v) ? peak_cell(way.peak) : fixed(kUnknown, 0)});
+  }
+  return "<div class=\"wide\">" + table.html() + "</div>";
+}
+
 std::vector<TimeRow> rows_of(const RunData& run) {
   std::vector<TimeRow> rows;
-  for (const VehicleView& v : run.vehicles) {
-    TimeRow row{v.name, {}};
-    if (!v.degeneracy.empty()) {
-      row.bars.push_back({v.degeneracy.front().t_s, v.degeneracy.back().t_s, "seen",
-                          "every direction seen", "", 0.0, 1.0});
-    }
-    for (const BlindSpan& b : v.blind) {
-      row.bars.push_back(
-          {b.begin_s, b.end_s, "unheld",
-           fmt::format("blind {}, {:.1f} to {:.1f} s", axis_words(b), b.begin_s, b.end_s), "", 0.0,
-           1.0});
-      if (b.held_share <= 0.0) continue;
-      row.bars.push_back(
-          {b.begin_s, b.end_s, "held",
-           fmt::format("held by ranges to {}, {:.0f} % of it", b.held_by, 100.0 * b.held_share), "",
-           0.0, 0.45});
-    }
-    rows.push_back(std::move(row));
-  }
+  for (const VehicleView& v : run.vehicles) rows.push_back(held_row(v, last_time_s(run)));
   return rows;
 }
 
-constexpr std::string_view kLegend =
-    "<p class=\"legend\"><span><svg width=\"24\" height=\"14\"><rect class=\"seen\" width=\"24\" "
-    "height=\"14\"/></svg> every direction seen</span><span><svg width=\"24\" height=\"14\"><rect "
-    "class=\"unheld\" width=\"24\" height=\"14\"/></svg> blind along one axis</span><span><svg "
-    "width=\"24\" height=\"14\"><rect class=\"unheld\" width=\"24\" height=\"14\"/><rect "
-    "class=\"held\" y=\"7.5\" width=\"24\" height=\"6.5\"/></svg> blind, but held by ranges</span>"
-    "</p>\n";
-
 }  // namespace
-
-std::string axis_words(const BlindSpan& span) {
-  if (!(span.axis.norm() > 0.5)) return "along an axis that is not known";
-  if (std::abs(span.axis.z()) > kUpright) return "up and down";
-  if (span.along_way >= kAlong) return "in the direction it drove";
-  if (span.along_way <= kAcross) return "across the direction it drove";
-  return std::isfinite(span.along_way) ? "aslant to the direction it drove" : "along a level axis";
-}
 
 const BlindSpan* worst_blind(const VehicleView& v) {
   const BlindSpan* worst = nullptr;
@@ -128,24 +138,44 @@ const BlindSpan* worst_blind(const VehicleView& v) {
   return worst;
 }
 
-double unheld_share(const VehicleNumbers& n) {
-  return n.blind_share.value_or(0.0) * (1.0 - n.blind_held_share.value_or(0.0));
+std::string blind_without_ranges(const RunData& run) {
+  std::string html;
+  for (const VehicleView& v : run.vehicles) {
+    if (!v.blind_way.known || !was_blind(v)) continue;
+    WayShare without;
+    for (const HeldBy by : {HeldBy::kLidar, HeldBy::kImu, HeldBy::kNothing}) {
+      without.add(v.blind_way.held[static_cast<std::size_t>(by)]);
+    }
+    html += fmt::format(
+        "<li>{}: blind for {}, of that {} not held by a range, {} with no range "
+        "heard at all.</li>",
+        escaped(v.name), amount_words(v, v.blind_way.blind), part_cell(v, without),
+        part_cell(v, v.blind_way.unheard));
+  }
+  return html.empty() ? html : "<p>Where ranges are needed most:</p><ul>" + html + "</ul>\n";
 }
 
 std::string blind_html(const RunData& run) {
-  const bool known = std::any_of(run.vehicles.begin(), run.vehicles.end(),
-                                 [](const VehicleView& v) { return !v.degeneracy.empty(); });
-  if (!known) return absent("There is no degeneracy file: where it was blind is not known.");
+  const auto& all = run.vehicles;
+  const auto known = [](const VehicleView& v) { return v.blind_way.known; };
+  if (std::none_of(all.begin(), all.end(), known)) {
+    return absent("There is no degeneracy file: where it was blind is not known.");
+  }
   const std::vector<Entry> entries = entries_of(run);
-  if (entries.empty()) {
+  if (entries.empty() && std::all_of(all.begin(), all.end(), known)) {
     return "<p>Blind nowhere: in every sweep the walls held every direction.</p>\n";
   }
-  return std::string(kLegend) + "<figure>" +
-         svg_of(rows_of(run), last_time_s(run), "when the vehicles were blind") + "</figure>\n" +
-         table_html(entries) +
+  std::string html = std::string(held_legend()) + "<figure>" +
+                     svg_of(rows_of(run), RowAxis{last_time_s(run), "time [s]", true},
+                            "what held the vehicles over time") +
+                     "</figure>\n" + vehicles_table(run);
+  if (entries.empty()) return html;
+  return html + "<h4>Blind stretches, the worst first</h4>" + table_html(entries) +
          "<p class=\"note\">May be off: the covariance of the final poses along the blind axis, "
          "seen from where the map begins; errors of earlier stretches are in it. Two of three "
-         "times the true error is smaller, if the program knows itself well.</p>\n";
+         "times the true error is smaller, if the program knows itself well. A vehicle that stood "
+         "is judged by time, others by their way. No range heard: none within 2 s, used or "
+         "not.</p>\n";
 }
 
 }  // namespace rali::report

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
-#include "rali/report/section/blind.hpp"
+#include "rali/report/section/blind_words.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
@@ -95,25 +95,46 @@ Check divergence_check(const RunData& run) {
   return check;
 }
 
+/// The vehicle of which the largest share was blind and held by nothing; null: none.
+const VehicleView* least_held(const RunData& run) {
+  const VehicleView* worst = nullptr;
+  for (const VehicleView& v : run.vehicles) {
+    const double share = unheld_share(v);
+    if (share > 0.0 && (worst == nullptr || share > unheld_share(*worst))) worst = &v;
+  }
+  return worst;
+}
+
+std::string unheld_found(const VehicleView& v) {
+  const std::string words = unheld_words(v);
+  if (v.blind_way.known && !words.empty()) return escaped(v.name) + ": " + words;
+  return fmt::format("{}: {} of its way blind and held by {}", escaped(v.name),
+                     percent(unheld_share(v)), v.blind_way.known ? "nothing" : "no range");
+}
+
 Check blind_check(const RunData& run) {
   Check check{CheckState::kNotChecked, "blind directions", "not known"};
-  double worst = 0.0;
-  std::string name;
+  std::size_t known = 0, blind = 0;
   for (const VehicleView& v : run.vehicles) {
-    if (!v.numbers.blind_share) continue;
-    if (check.state == CheckState::kNotChecked) check.state = CheckState::kGood;
-    if (*v.numbers.blind_share > 0.0) check.state = CheckState::kLook;
-    if (unheld_share(v.numbers) <= worst && !name.empty()) continue;
-    worst = unheld_share(v.numbers);
-    name = v.name;
+    known += blindness_known(v) ? 1 : 0;
+    blind += was_blind(v) ? 1 : 0;
   }
-  if (check.state == CheckState::kGood) check.found = "none met: every direction was seen";
-  if (check.state == CheckState::kLook) {
-    check.found = worst > 0.0 ? fmt::format("{}: {} of its way blind and held by no range",
-                                            escaped(name), percent(worst))
-                              : std::string("met, and held by ranges everywhere");
+  if (known == 0) return check;
+  if (blind == 0) {
+    // Files of a run that was killed tell of a part alone.
+    if (known == run.vehicles.size() && run.metrics_known) {
+      return {CheckState::kGood, check.what, "none met: every direction was seen"};
+    }
+    check.found = fmt::format("known for {} of {} vehicles, which saw every direction", known,
+                              run.vehicles.size());
+    return check;
   }
-  return check;
+  const VehicleView* worst = least_held(run);
+  if (worst == nullptr) {
+    return {CheckState::kLook, check.what, "met, and held by ranges or inertia everywhere"};
+  }
+  const bool far_off = worst->blind_way.peak_nothing.off_m > kLargeSigma_m;
+  return {far_off ? CheckState::kBad : CheckState::kLook, check.what, unheld_found(*worst)};
 }
 
 Check frame_check(const RunData& run) {
@@ -136,8 +157,13 @@ Check range_check(const RunData& run) {
     return {CheckState::kNotChecked, "ranges",
             ranges_unused(run).empty() ? "none were used" : "given, but none was used"};
   }
-  return {used >= 0.5 * total ? CheckState::kGood : CheckState::kLook, "ranges",
-          fmt::format("{} used, {} rejected", counted(used), counted(total - used))};
+  // What was measured twice or not needed speaks against nobody.
+  double faulty = total - used;
+  for (const auto& [reason, n] : run.ranges.rejected) {
+    if (reason == "duplicate" || reason == "not_needed") faulty -= n;
+  }
+  return {used > 0.0 && used >= faulty ? CheckState::kGood : CheckState::kLook, "ranges",
+          fmt::format("{} used, {} not", counted(used), counted(total - used))};
 }
 
 Check loop_check(const RunData& run) {
@@ -208,24 +234,20 @@ std::string names_of_map(const RunData& run) {
   return names_text(names);
 }
 
-/// The vehicle that went farthest blind and without a range.
+/// The vehicle that went farthest blind and held by nothing.
 std::string doubt_of_blind(const RunData& run) {
-  const VehicleView* worst = nullptr;
-  for (const VehicleView& v : run.vehicles) {
-    if (worst == nullptr || unheld_share(v.numbers) > unheld_share(worst->numbers)) worst = &v;
+  const VehicleView* worst = least_held(run);
+  if (worst == nullptr || unheld_share(*worst) <= kUnheldShare) return {};
+  std::string text;
+  if (worst->blind_way.known) {
+    text = blind_sentence_of(*worst) +
+           ", and the walls of the map look straight and thin all the "
+           "same";
+  } else {
+    text = unheld_found(*worst) +
+           ": along the blind axis the map may be too long or too short, and its walls look "
+           "straight and thin all the same";
   }
-  if (worst == nullptr || unheld_share(worst->numbers) <= kUnheldShare) return {};
-  const BlindSpan* span = worst_blind(*worst);
-  std::string text = fmt::format("{} was blind on {} of its way and no range held it there: ",
-                                 escaped(worst->name), percent(unheld_share(worst->numbers)));
-  const bool sized = span != nullptr && std::isfinite(span->off_max_m);
-  text += sized ? fmt::format(
-                      "along the blind axis the map may be too long or too short by {} "
-                      "(1 sigma), and its walls look straight and thin all the same",
-                      metres(span->off_max_m))
-                : std::string(
-                      "along the blind axis the map may be too long or too short, and its "
-                      "walls look straight and thin all the same");
   if (const Number largest = largest_error(run)) {
     text += fmt::format("; the truth shows up to {}", metres(largest));
   }

@@ -5,6 +5,7 @@
 
 #include "rali/report/internal/html.hpp"
 #include "rali/report/plot/map_view.hpp"
+#include "rali/report/section/blind_map.hpp"
 #include "rali/report/section/checks.hpp"
 #include "rali/report/section/section.hpp"
 
@@ -106,8 +107,8 @@ std::string overlay_of(const std::vector<RunData>& runs, const std::string& name
         view.map = &runs[i].map;
       }
       const Style style = style_of(i);
-      view.ways.push_back({fmt::format("{}", i + 1), &v.way, style, &v.blind,
-                           2.0 + 1.8 * static_cast<double>(runs.size() - 1 - i), false});
+      view.ways.push_back({fmt::format("{}", i + 1), &v.way, style, blind_stretches(v),
+                           2.0 + 1.8 * static_cast<double>(runs.size() - 1 - i), true, false});
       legend += fmt::format(
           "<span><svg width=\"30\" height=\"8\"><path d=\"M0 4H30\" stroke=\"{}\" "
           "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {} {}</span>",

@@ -51,7 +51,7 @@ std::string roles_svg(const RunData& run) {
     }
     rows.push_back(std::move(row));
   }
-  return svg_of(rows, end_s, "roles over time");
+  return svg_of(rows, RowAxis{end_s, "time [s]", true}, "roles over time");
 }
 
 constexpr std::string_view kRoleLegend =

@@ -7,45 +7,21 @@
 #include "rali/report/internal/html.hpp"
 #include "rali/report/plot/map_view.hpp"
 #include "rali/report/section/blind.hpp"
+#include "rali/report/section/blind_map.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
 
-/// More bars of expected error along a way would hide it.
-constexpr double kBarsPerWay = 8.0;
-
 void add_ways(const RunData& run, MapView& view) {
-  static const std::vector<BlindSpan> kNoSpans;
   for (const VehicleView& v : run.vehicles) {
     if (v.truth.empty() || !v.in_map) continue;
-    view.ways.push_back({v.name + " truth", &v.truth, Style{kTruthColour, "3 3"}, nullptr, 2.6});
+    view.ways.push_back({v.name + " truth", &v.truth, Style{kTruthColour, "3 3"}, {}, 2.6, false});
   }
   for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
     const VehicleView& v = run.vehicles[i];
     if (v.way.empty() || !v.in_map) continue;
-    view.ways.push_back({v.name, &v.way, style_of(i), &v.blind, 2.2});
-  }
-}
-
-/// Bars on the blind stretches, evenly along the way.
-void add_bars(const RunData& run, MapView& view) {
-  for (const VehicleView& v : run.vehicles) {
-    if (!v.in_map || v.way.empty()) continue;
-    const double stride_m = std::max(v.numbers.path_m.value_or(0.0), 1.0) / kBarsPerWay;
-    double way_m = 0.0, next_m = 0.5 * stride_m;
-    const WayPoint* before = nullptr;
-    for (const DegeneracyPoint& d : v.degeneracy) {
-      const WayPoint* p = pose_near(v.way, d.t_s);
-      if (before != nullptr) way_m += (p->p_m - before->p_m).norm();
-      before = p;
-      if (way_m < next_m || !d.blind || !d.axis.allFinite() || !std::isfinite(d.off_m)) continue;
-      next_m = way_m + stride_m;
-      view.bars.push_back({p->p_m, d.off_m * d.axis,
-                           fmt::format("{} at {:.0f} s: may be off by {:.2f} m along this axis "
-                                       "(1 sigma)",
-                                       v.name, d.t_s, d.off_m)});
-    }
+    view.ways.push_back({v.name, &v.way, style_of(i), blind_stretches(v), 2.2});
   }
 }
 
@@ -75,7 +51,7 @@ MapView base_view(const RunData& run) {
   MapView view;
   view.map = &run.map;
   add_ways(run, view);
-  add_bars(run, view);
+  add_blind_bars(run, view);
   add_frontiers(run, view);
   add_anchors(run, view);
   return view;
@@ -123,25 +99,14 @@ std::string legend(const MapView& view) {
   bool truth = false;
   for (const MapWay& way : view.ways) {
     // All truths are drawn alike.
-    const bool is_truth = way.blind == nullptr;
+    const bool is_truth = !way.ends;
     if (is_truth && std::exchange(truth, true)) continue;
     out += fmt::format(
         "<span><svg width=\"30\" height=\"8\"><path d=\"M0 4H30\" stroke=\"{}\" "
         "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {}</span>",
         css(way.style.colour), way.style.dash, is_truth ? "truth" : escaped(way.label));
   }
-  bool blind = false;
-  for (const MapWay& way : view.ways) blind |= way.blind != nullptr && !way.blind->empty();
-  if (blind) {
-    out +=
-        "<span><svg width=\"30\" height=\"12\"><path class=\"blind-way\" d=\"M2 6H28\"/></svg> "
-        "blind stretch</span>";
-  }
-  if (shows_bars(view)) {
-    out +=
-        "<span><svg width=\"34\" height=\"14\"><path class=\"off\" d=\"M3 7H31M3 1v12M31 1v12\"/>"
-        "</svg> may be off so far along the blind axis (1 sigma, at the scale of the map)</span>";
-  }
+  out += blind_legend(view);
   if (!view.frontiers.empty()) {
     out +=
         "<span><svg width=\"14\" height=\"12\"><path class=\"frontier\" d=\"M7 1l5 5l-5 5l-5 "
@@ -183,7 +148,7 @@ std::string other_frames(const RunData& run) {
       const VehicleView& v = run.vehicles[i];
       if (v.in_map || v.way.empty()) continue;
       if (std::find(group.begin(), group.end(), v.name) == group.end()) continue;
-      view.ways.push_back({v.name, &v.way, style_of(i), &v.blind, 2.2});
+      view.ways.push_back({v.name, &v.way, style_of(i), blind_stretches(v), 2.2});
     }
     view.width = 560.0;
     view.height_max = 360.0;

@@ -1,130 +1,165 @@
 #include <algorithm>
-#include <map>
+#include <cmath>
 
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
-#include "rali/report/plot/svg_plot.hpp"
+#include "rali/report/section/blind.hpp"
 #include "rali/report/section/checks.hpp"
+#include "rali/report/section/range_plots.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
 
-constexpr std::size_t kPlotsMax = 12;
-/// Light and dark: they differ on grey paper too.
-constexpr Rgb kUsedColour = {125, 172, 214}, kRejectedColour = {150, 52, 0};
+constexpr std::size_t kPairsMax = 40;
 
+/// The words for a reason of metrics.json; the reason itself where it is not known.
 std::string reason_words(const std::string& reason) {
-  static const std::map<std::string, std::string> kWords = {
-      {"nlos", "no line of sight"},
-      {"outlier", "outlier"},
-      {"out_of_limits", "out of limits"},
-      {"no_pose", "no pose at that time"},
-      {"duplicate", "measured twice"},
-      {"unknown_id", "unknown radio"},
-      {"late", "too late"},
-      {"blocked_by_gate", "stopped by the gate"},
-      {"used", "used"}};
-  const auto found = kWords.find(reason);
-  return found == kWords.end() ? escaped(reason) : found->second;
+  const RangeFate fate = fate_of(reason, false);
+  return fate == RangeFate::kOther ? escaped(reason) : std::string(fate_words(fate));
 }
 
-std::string pair_of(const RangeRow& row) {
-  return row.from < row.to ? row.from + "-" + row.to : row.to + "-" + row.from;
-}
+std::string number(std::size_t n) { return counted(static_cast<double>(n)); }
 
+/// metrics.json counts what was handed to the map; without it ranges.csv is counted.
 std::string reasons_table(const RunData& run) {
   Table table({"what became of them", "ranges", "share"});
-  const double total = run.ranges.total.value_or(0.0);
+  const bool of_metrics = run.ranges.total.has_value();
+  const RangeTable& rows = run.range_table;
+  const double total = of_metrics ? *run.ranges.total : static_cast<double>(rows.rows);
   const auto add = [&](const std::string& words, double n) {
     table.row({words, counted(n), total > 0.0 ? percent(n / total) : fixed(kUnknown, 0)});
   };
-  add("used", run.ranges.used.value_or(0.0));
-  for (const auto& [reason, n] : run.ranges.rejected) add("rejected: " + reason_words(reason), n);
+  if (of_metrics) {
+    add("used", run.ranges.used.value_or(0.0));
+    for (const auto& [reason, n] : run.ranges.rejected) add("rejected: " + reason_words(reason), n);
+  } else {
+    for (std::size_t i = 0; i < kRangeFateCount; ++i) {
+      const std::string words(fate_words(static_cast<RangeFate>(i)));
+      if (i == 0 || rows.count[i] > 0) {
+        add(i == 0 ? words : "rejected: " + words, static_cast<double>(rows.count[i]));
+      }
+    }
+  }
   add("<b>all</b>", total);
   return table.html();
 }
 
-std::string pairs_table(const RunData& run) {
-  Table table({"pair", "bias", "&plusmn; (1 sigma)", "spread of residuals", "latency"});
+/// The pair of metrics.json, whichever end stands first.
+const RangePair* numbers_of(const RunData& run, const PairRanges& pair) {
   for (const RangePair& p : run.ranges.pairs) {
-    table.row({escaped(p.name), metres(p.bias_m), metres(p.bias_sigma_m), metres(p.residual_std_m),
-               p.latency_s ? fixed(1e3 * *p.latency_s, 0) + " ms" : fixed(kUnknown, 0)});
+    if (p.name == pair.a + "-" + pair.b || p.name == pair.b + "-" + pair.a) return &p;
   }
-  return table.empty() ? "" : table.html();
+  return nullptr;
 }
 
-Plot residual_plot(const RunData& run, const std::string& pair) {
-  Plot plot;
-  plot.title = pair;
-  plot.y_label = "residual [m]";
-  plot.y_unit = "m";
-  plot.width = 440.0;
-  plot.height = 140.0;
-  plot.x_min = 0.0;
-  plot.x_max = last_time_s(run);
-  Series used{"used", {}, {}, {kUsedColour, ""}, true, 2.2};
-  Series rejected{"rejected", {}, {}, {kRejectedColour, ""}, true, 3.6};
-  std::vector<double> sizes;
-  for (const RangeRow& row : run.range_rows) {
-    if (pair_of(row) != pair || !std::isfinite(row.residual_m)) continue;
-    Series& s = row.used ? used : rejected;
-    s.x.push_back(row.t_s);
-    s.y.push_back(row.residual_m);
-    sizes.push_back(std::abs(row.residual_m));
-  }
-  // A few wild ranges must not flatten the rest: they stand at the border.
-  if (!sizes.empty()) {
-    const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 97 / 100);
-    std::nth_element(sizes.begin(), at, sizes.end());
-    plot.y_max = std::max(1.3 * *at, 0.05);
-    plot.y_min = -*plot.y_max;
-  }
-  plot.series = {std::move(rejected), std::move(used)};
-  return plot;
+std::string bias_cell(Number bias_m, Number sigma_m) {
+  if (!bias_m || !std::isfinite(*bias_m)) return "not known";
+  if (!sigma_m) return fixed(*bias_m, 3) + " m, &plusmn; not known";
+  return fmt::format("{} &plusmn; {} m", fixed(*bias_m, 3), fixed(*sigma_m, 3));
 }
 
-std::vector<std::string> pairs_of_rows(const RunData& run) {
-  std::vector<std::string> pairs;
-  for (const RangeRow& row : run.range_rows) pairs.push_back(pair_of(row));
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  return pairs;
+std::string known_metres(const Number& value) {
+  return value && std::isfinite(*value) ? fixed(*value, 3) + " m" : std::string("not known");
+}
+
+std::string latency_cell(const RangePair* p) {
+  if (p == nullptr || !p->latency_s) return "not known";
+  return fixed(1e3 * *p->latency_s, 0) + " ms";
+}
+
+std::vector<std::string> cells_of(const RunData& run, const PairRanges& pair,
+                                  const std::vector<std::size_t>& fates) {
+  const RangePair* p = numbers_of(run, pair);
+  std::vector<std::string> cells = {escaped(pair.a) + "-" + escaped(pair.b), number(pair.total()),
+                                    number(pair.used())};
+  for (const std::size_t fate : fates) cells.push_back(number(pair.count[fate]));
+  cells.push_back(bias_cell(p != nullptr && p->bias_m ? p->bias_m : Number(pair.bias_m),
+                            p != nullptr ? p->bias_sigma_m : Number()));
+  cells.push_back(known_metres(p != nullptr && p->residual_std_m ? p->residual_std_m
+                                                                 : Number(pair.residual_std_m)));
+  cells.push_back(latency_cell(p));
+  return cells;
+}
+
+/// Pairs of metrics.json when ranges.csv is not there.
+std::string pairs_of_metrics(const RunData& run) {
+  Table table({"pair", "bias (1 sigma)", "spread of residuals", "latency"});
+  for (const RangePair& p : run.ranges.pairs) {
+    if (table.size() >= kPairsMax) break;
+    table.row({escaped(p.name), bias_cell(p.bias_m, p.bias_sigma_m), known_metres(p.residual_std_m),
+               latency_cell(&p)});
+  }
+  return table.empty() ? "" : "<div class=\"wide\">" + table.html() + "</div>\n";
+}
+
+std::string pairs_table(const RunData& run) {
+  const std::vector<PairRanges>& pairs = run.range_table.pairs;
+  if (pairs.empty()) return pairs_of_metrics(run);
+  std::vector<std::size_t> fates;
+  for (std::size_t i = 1; i < kRangeFateCount; ++i) {
+    const auto has = [i](const PairRanges& pair) { return pair.count[i] > 0; };
+    if (std::any_of(pairs.begin(), pairs.end(), has)) fates.push_back(i);
+  }
+  std::vector<std::string> head = {"pair", "ranges", "used"};
+  for (const std::size_t i : fates) {
+    head.emplace_back(fate_words(static_cast<RangeFate>(i)));
+  }
+  for (const char* name : {"bias (1 sigma)", "spread of residuals used", "latency"}) {
+    head.emplace_back(name);
+  }
+  Table table(std::move(head));
+  for (std::size_t i = 0; i < std::min(pairs.size(), kPairsMax); ++i) {
+    table.row(cells_of(run, pairs[i], fates));
+  }
+  return "<div class=\"wide\">" + table.html() + "</div>\n";
+}
+
+std::string quoted_list(const std::vector<std::string>& names) {
+  std::string out;
+  for (const std::string& name : names) {
+    out += (out.empty() ? "" : ", ") + (name.empty() ? std::string("no name") : escaped(name));
+  }
+  return out;
+}
+
+/// Rows that stand in no pair of the table.
+std::string strangers_note(const RunData& run) {
+  const RangeTable& table = run.range_table;
+  std::string html;
+  if (table.strangers > 0) {
+    html += fmt::format(
+        "<p class=\"note\">{} ranges are to or from what is no vehicle of this run ({}{}).</p>\n",
+        number(table.strangers), quoted_list(table.stranger_names),
+        table.stranger_names.size() >= 5 ? ", .." : "");
+  }
+  if (!table.other_reasons.empty()) {
+    html += fmt::format(
+        "<p class=\"note\">Reasons that this version does not know, or that contradict the column "
+        "used: {}.</p>\n",
+        quoted_list(table.other_reasons));
+  }
+  return html;
 }
 
 }  // namespace
 
 Section ranges_section(const RunData& run) {
   Section section{"ranges", "Ranges", ""};
-  if (run.ranges.total.value_or(0.0) <= 0.0 && run.range_rows.empty()) {
+  if (run.ranges.total.value_or(0.0) <= 0.0 && run.range_table.rows == 0) {
     const std::string why = ranges_unused(run);
     section.html = absent("No range was used: nothing but LiDAR and inertia holds the map." +
                           (why.empty() ? "" : " " + why + "."));
     return section;
   }
-  section.html = "<div class=\"plots\"><div>" + reasons_table(run) + "</div><div>" +
-                 pairs_table(run) + "</div></div>\n";
-  if (run.range_rows.empty()) {
+  section.html = reasons_table(run) + pairs_table(run) + strangers_note(run);
+  section.html += blind_without_ranges(run);
+  if (run.range_table.rows == 0) {
     section.html += absent("There is no ranges.csv: single residuals are not known.");
     return section;
   }
-  section.html +=
-      "<p class=\"note\">Residual: measured less predicted range, after the bias. "
-      "Large dark dots were rejected; dots at the border lie farther out.</p>\n"
-      "<div class=\"plots\">";
-  const std::vector<std::string> pairs = pairs_of_rows(run);
-  for (std::size_t i = 0; i < std::min(pairs.size(), kPlotsMax); ++i) {
-    const std::string svg = svg_of(residual_plot(run, pairs[i]));
-    if (!svg.empty()) section.html += "<figure>" + svg + "</figure>";
-  }
-  section.html += "</div>\n";
-  if (pairs.size() > kPlotsMax) {
-    section.html += fmt::format(
-        "<p class=\"note\">{} of {} pairs are drawn; all are in ranges.csv."
-        "</p>\n",
-        kPlotsMax, pairs.size());
-  }
+  section.html += range_plots_html(run);
   return section;
 }
 

@@ -6,12 +6,14 @@
 #include "rali/report/internal/html.hpp"
 #include "rali/report/plot/axis.hpp"
 #include "rali/report/plot/svg_plot.hpp"
+#include "rali/report/section/blind_strip.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
 
 constexpr double kPlotWidth = 440.0, kPlotHeight = 140.0;
+constexpr std::size_t kColumns = 370;
 /// Speed is the way of so much time: single poses are too noisy.
 constexpr double kSpeedSpan_s = 1.0;
 constexpr double kDegPerRad = 57.29577951308232;
@@ -25,10 +27,11 @@ Plot plot_of(const RunData& run, const VehicleView& v, std::string title, std::s
   plot.height = kPlotHeight;
   plot.x_min = 0.0;
   plot.x_max = last_time_s(run);
-  for (const BlindSpan& span : v.blind) {
+  for (const StateRun& blind : blind_runs(v, kColumns)) {
     plot.stretches.push_back(
-        {span.begin_s, span.end_s,
-         fmt::format("blind from {:.1f} to {:.1f} s", span.begin_s, span.end_s)});
+        {blind.begin, blind.end,
+         fmt::format("blind from {:.1f} to {:.1f} s, {}", blind.begin, blind.end,
+                     held_words(static_cast<HeldBy>(blind.state)))});
   }
   return plot;
 }
@@ -60,16 +63,6 @@ Series sigma_series(const VehicleView& v, Style style) {
   for (const SigmaPoint& p : v.sigmas) {
     s.x.push_back(p.t_s);
     s.y.push_back(p.sigma_m);
-  }
-  return s;
-}
-
-/// Expected error along the blind axis, while there is one.
-Series off_series(const VehicleView& v, Style style) {
-  Series s{v.name, {}, {}, std::move(style)};
-  for (const DegeneracyPoint& d : v.degeneracy) {
-    s.x.push_back(d.t_s);
-    s.y.push_back(d.blind ? d.off_m : kUnknown);
   }
   return s;
 }
@@ -127,10 +120,7 @@ std::string plots_of(const RunData& run, const VehicleView& v, const Style& styl
   axis.y_min = -95.0;
   axis.y_max = 95.0;
   axis.y_step = 45.0;
-  Plot off = plot_of(run, v, "may be off along the blind axis, 1 sigma", "m");
-  off.series.push_back(off_series(v, style));
-  off.y_min = 0.0;
-  for (Plot* plot : {&z, &speed, &sigma, &degree, &axis, &off}) {
+  for (Plot* plot : {&z, &speed, &sigma, &degree, &axis}) {
     plot->legend = plot->series.size() > 1;
     if (plot->series.size() == 1) plot->series.front().label = plot->title;
     if (const std::string svg = svg_of(*plot); !svg.empty()) html += "<figure>" + svg + "</figure>";
@@ -178,6 +168,7 @@ Section vehicles_section(const RunData& run) {
     const VehicleView& v = run.vehicles[i];
     section.html += fmt::format("<h3>{}</h3>\n", escaped(v.name));
     section.html += v.way.empty() ? absent("It has no trajectory.") : "";
+    section.html += blind_strip_html(run, v, i);
     section.html += plots_of(run, v, {style_of(i).colour, ""});
   }
   return section;

@@ -5,7 +5,7 @@
 
 #include "rali/base/counted.hpp"
 #include "rali/report/internal/html.hpp"
-#include "rali/report/section/blind.hpp"
+#include "rali/report/section/blind_words.hpp"
 #include "rali/report/section/checks.hpp"
 #include "rali/report/section/section.hpp"
 
@@ -86,46 +86,44 @@ std::string error_sentence(const RunData& run) {
 
 constexpr std::size_t kNamesMax = 3;
 
-std::string blind_sentence_of_many(const RunData& run, std::size_t blind) {
-  const auto worst = std::max_element(
-      run.vehicles.begin(), run.vehicles.end(), [](const VehicleView& a, const VehicleView& b) {
-        return a.numbers.blind_share.value_or(0.0) < b.numbers.blind_share.value_or(0.0);
-      });
-  return fmt::format(
-      "The LiDAR was blind along one axis at times for {} of {} vehicles, most for {}: {} of its "
-      "way.",
-      blind, run.vehicles.size(), escaped(worst->name), percent(worst->numbers.blind_share));
+/// Worse: more of the way held by nothing, then the larger expected error.
+bool is_worse(const VehicleView* a, const VehicleView* b) {
+  const auto nothing_m = [](const VehicleView* v) {
+    return v->blind_way.held[static_cast<std::size_t>(HeldBy::kNothing)].m;
+  };
+  if (nothing_m(a) != nothing_m(b)) return nothing_m(a) > nothing_m(b);
+  const double off_a = a->blind_way.peak.off_m, off_b = b->blind_way.peak.off_m;
+  return off_a > off_b || (std::isfinite(off_a) && !std::isfinite(off_b));
 }
 
-/// "v1 on 27 % of its way, in the direction it drove, 90 % of that held by ranges (may be ..)"
-std::string blind_part(const VehicleView& v) {
-  std::string part =
-      fmt::format("{} on {} of its way", escaped(v.name), percent(v.numbers.blind_share));
-  const BlindSpan* worst = worst_blind(v);
-  if (worst != nullptr) part += ", " + axis_words(*worst);
-  const double held = v.numbers.blind_held_share.value_or(0.0);
-  part += held > 0.0 ? fmt::format(", {} of that held by ranges", percent(held))
-                     : std::string(", held by no range");
-  if (worst != nullptr && std::isfinite(worst->off_max_m)) {
-    part += fmt::format(" (may be off by {} along that axis, 1 sigma)", metres(worst->off_max_m));
-  }
-  return part;
-}
-
+/// Where it was blind, what held it there and how far off it may be: a part per vehicle.
 std::string blind_sentence(const RunData& run) {
-  std::vector<std::string> parts;
-  bool known = false;
+  std::vector<const VehicleView*> blind;
+  std::vector<std::string> unknown;
   for (const VehicleView& v : run.vehicles) {
-    if (!v.numbers.blind_share) continue;
-    known = true;
-    if (*v.numbers.blind_share > 0.0) parts.push_back(blind_part(v));
+    if (!blindness_known(v)) unknown.push_back(v.name);
+    if (was_blind(v)) blind.push_back(&v);
   }
-  if (!known) return "Whether the LiDAR was blind anywhere is not known.";
-  if (parts.size() > kNamesMax) return blind_sentence_of_many(run, parts.size());
-  if (parts.empty()) return "The LiDAR saw enough in every direction, on the whole way.";
-  std::string text = "The LiDAR was blind along one axis: ";
-  for (std::size_t i = 0; i < parts.size(); ++i) text += (i > 0 ? "; " : "") + parts[i];
-  return text + '.';
+  if (unknown.size() == run.vehicles.size()) {
+    return "Whether the LiDAR was blind anywhere is not known.";
+  }
+  std::string text;
+  if (blind.empty() && unknown.empty()) {
+    return "The LiDAR saw enough in every direction, on the whole way.";
+  }
+  std::stable_sort(blind.begin(), blind.end(), is_worse);
+  for (std::size_t i = 0; i < std::min(blind.size(), kNamesMax); ++i) {
+    text += (text.empty() ? "" : " ") + blind_sentence_of(*blind[i]) + '.';
+  }
+  if (blind.size() > kNamesMax) {
+    text += fmt::format(" In all {} of {} vehicles were blind at times.", blind.size(),
+                        run.vehicles.size());
+  }
+  if (!unknown.empty()) {
+    text += fmt::format("{}Whether {} {} blind is not known.", text.empty() ? "" : " ",
+                        names_text(unknown), unknown.size() == 1 ? "was" : "were");
+  }
+  return text;
 }
 
 std::string tile(std::string_view value, std::string_view label) {
