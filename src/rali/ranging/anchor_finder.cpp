@@ -30,6 +30,12 @@ Mat3 clipped_inverse(const Mat3& S, double least) {
   return solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
 }
 
+/// One broken number would spoil the sums of all that come after it.
+bool usable(const FinderSample& sample) {
+  return std::isfinite(sample.range_m) && sample.sigma_m > 0.0 &&
+         sample.p_odom_antenna_m.allFinite() && sample.covariance_m2.allFinite();
+}
+
 }  // namespace
 
 /// Neighbouring ranges share their error: one per stretch of way, at rest one per while.
@@ -45,17 +51,17 @@ std::optional<FoundAnchor> AnchorFinder::add(const FinderSample& sample, double 
                                              const Vec3& up_odom) {
   up_ = up_odom;
   height_m_ = height_m;
-  if (!keep(sample)) return std::nullopt;
+  if (!usable(sample) || !keep(sample)) return std::nullopt;
   if (samples_.empty()) {
     travelled_m_ = asked_at_m_ = 0.0;
   } else {
     travelled_m_ += (sample.p_odom_antenna_m - samples_.back().p_odom_antenna_m).norm();
   }
   samples_.push_back(sample);
-  if (far_in_passage(sample)) return along_passage();
   if (samples_.size() > static_cast<std::size_t>(settings_.samples_max)) {
     samples_.erase(samples_.begin());
   }
+  if (far_in_passage(sample)) return along_passage();
   const bool enough = samples_.size() >= static_cast<std::size_t>(settings_.samples_min) &&
                       travelled_m_ >= settings_.travel_min_m &&
                       travelled_m_ >= asked_at_m_ + settings_.travel_again_m;
