@@ -1,0 +1,206 @@
+#include "rali/ranging/excess_watch.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+
+namespace rali::ranging {
+namespace {
+
+constexpr double kSigma = 0.1;
+
+/// Residuals of one pair at 20 Hz.
+struct Fed {
+  ExcessWatch watch{ExcessSettings{}};
+  double t_s = 100.0;
+  double pose_sigma_m = 0.0;
+  double turn_sigma_m = 0.0;
+  int count = 0;
+
+  ExcessVerdict next(double nu_m) {
+    t_s += 0.05;
+    ++count;
+    return watch.look(Time::from_s(t_s), nu_m, kSigma, pose_sigma_m, turn_sigma_m);
+  }
+
+  /// Around `level_m`, 2 cm up and down: changes of 4 cm are a noise of 4.2 cm, 4 sds of it are
+  /// 0.168 m, so that the least step of 0.2 m is the limit.
+  ExcessVerdict quiet(double level_m) { return next(level_m + (count % 2 == 0 ? 0.02 : -0.02)); }
+
+  void expect_quiet(int n, double level_m) {
+    for (int k = 0; k < n; ++k) EXPECT_EQ(quiet(level_m), ExcessVerdict::kNone) << k;
+  }
+};
+
+TEST(ExcessWatch, a_burst_of_two_seconds_is_refused_from_its_first_range_and_ends) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kWaiting);
+  EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kWaiting);
+  for (int k = 2; k < 40; ++k) EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kExcess) << k;
+  EXPECT_NEAR(fed.watch.step_m(), 0.6, 0.041);
+  // Down again: believed when three in a row say so.
+  EXPECT_EQ(fed.quiet(0.0), ExcessVerdict::kExcess);
+  EXPECT_EQ(fed.quiet(0.0), ExcessVerdict::kExcess);
+  fed.expect_quiet(60, 0.0);
+}
+
+TEST(ExcessWatch, a_second_burst_is_refused_like_the_first) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  for (int k = 0; k < 20; ++k) EXPECT_NE(fed.quiet(0.6), ExcessVerdict::kNone) << k;
+  fed.quiet(0.0);
+  fed.quiet(0.0);
+  fed.expect_quiet(10, 0.0);
+  for (int k = 0; k < 20; ++k) EXPECT_NE(fed.quiet(0.5), ExcessVerdict::kNone) << k;
+}
+
+TEST(ExcessWatch, one_outlier_is_held_back_and_nothing_else) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  EXPECT_EQ(fed.next(0.6), ExcessVerdict::kWaiting);
+  fed.expect_quiet(5, 0.0);
+  EXPECT_EQ(fed.next(-0.6), ExcessVerdict::kWaiting);
+  fed.expect_quiet(5, 0.0);
+}
+
+TEST(ExcessWatch, outliers_on_both_sides_are_no_step) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  for (int k = 0; k < 10; ++k) {
+    EXPECT_EQ(fed.next(k % 2 == 0 ? 0.6 : -0.6), ExcessVerdict::kWaiting) << k;
+  }
+  fed.expect_quiet(5, 0.0);
+}
+
+TEST(ExcessWatch, a_residual_that_creeps_away_is_the_pose_and_no_step) {
+  // 5 cm from one to the next, 1 m/s: five ranges behind, the median is off by more than 0.2 m.
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  for (int k = 0; k < 60; ++k) EXPECT_EQ(fed.quiet(0.05 * k), ExcessVerdict::kNone) << k;
+}
+
+TEST(ExcessWatch, a_step_down_is_a_relief) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  EXPECT_EQ(fed.quiet(-0.5), ExcessVerdict::kWaiting);
+  EXPECT_EQ(fed.quiet(-0.5), ExcessVerdict::kWaiting);
+  EXPECT_EQ(fed.quiet(-0.5), ExcessVerdict::kRelieved);
+  EXPECT_NEAR(fed.watch.step_m(), -0.5, 0.041);
+  fed.expect_quiet(40, -0.5);
+}
+
+TEST(ExcessWatch, an_excess_longer_than_any_obstacle_is_believed) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  // The third range tells the step; 8 s later, 160 ranges, it is believed.
+  for (int k = 0; k < 163; ++k) EXPECT_NE(fed.quiet(0.6), ExcessVerdict::kNone) << k;
+  fed.expect_quiet(40, 0.6);
+  fed.quiet(0.0);
+  fed.quiet(0.0);
+  EXPECT_EQ(fed.quiet(0.0), ExcessVerdict::kRelieved);  // the way is free again
+}
+
+TEST(ExcessWatch, passing_the_antenna_with_a_wrong_pose_is_no_step) {
+  // The line of sight turned by 0.3 rad, the pose is doubtful by 0.5 m: 0.15 m, and 4 times that
+  // is 0.6 m.
+  Fed turned;
+  turned.expect_quiet(40, 0.0);
+  turned.turn_sigma_m = 0.15;
+  turned.expect_quiet(10, 0.45);
+  Fed straight;
+  straight.expect_quiet(40, 0.0);
+  EXPECT_EQ(straight.quiet(0.45), ExcessVerdict::kWaiting);
+}
+
+TEST(ExcessWatch, silence_ends_an_excess_and_makes_steps_meaningless) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  fed.t_s += 1.1;
+  fed.expect_quiet(40, 0.6);  // meanwhile the pose may have gone anywhere
+  for (int k = 0; k < 10; ++k) EXPECT_NE(fed.quiet(1.2), ExcessVerdict::kNone) << k;
+  fed.t_s += 1.1;
+  fed.expect_quiet(20, 1.2);
+  Fed shorter;
+  shorter.expect_quiet(40, 0.0);
+  shorter.t_s += 0.9;
+  EXPECT_EQ(shorter.quiet(0.6), ExcessVerdict::kWaiting);
+}
+
+TEST(ExcessWatch, nothing_is_a_step_before_there_is_a_level) {
+  Fed fed;
+  const double first_m[] = {0.0, 3.0, -2.0, 1.0, 0.5};
+  for (const double nu_m : first_m) EXPECT_EQ(fed.next(nu_m), ExcessVerdict::kNone);
+}
+
+TEST(ExcessWatch, noise_of_the_ranges_hides_steps_smaller_than_four_sds_of_it) {
+  // 10 cm up and down: the noise is sigma, 4 of them are 0.4 m. The same step stands out where
+  // ranges are quiet.
+  Fed noisy;
+  for (int k = 0; k < 40; ++k) {
+    EXPECT_EQ(noisy.next(k % 2 == 0 ? 0.1 : -0.1), ExcessVerdict::kNone) << k;
+  }
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(noisy.next(0.25), ExcessVerdict::kNone) << k;
+  Fed quiet;
+  quiet.expect_quiet(40, 0.0);
+  EXPECT_EQ(quiet.next(0.25), ExcessVerdict::kWaiting);
+}
+
+TEST(ExcessWatch, noise_is_not_believed_to_be_more_than_the_sigma_of_a_range) {
+  Fed fed;
+  for (int k = 0; k < 60; ++k) static_cast<void>(fed.next(k % 2 == 0 ? 0.3 : -0.3));
+  EXPECT_EQ(fed.next(1.0), ExcessVerdict::kWaiting);  // by its own noise the limit were 1.8 m
+}
+
+TEST(ExcessWatch, while_the_pose_is_doubtful_an_excess_ends_only_when_half_of_it_is_gone) {
+  // Of 0.6 m, 0.24 m are gone: more than the limit of 0.2 m, less than half.
+  Fed known;
+  known.expect_quiet(40, 0.0);
+  for (int k = 0; k < 20; ++k) static_cast<void>(known.next(0.6));
+  static_cast<void>(known.next(0.36));
+  static_cast<void>(known.next(0.36));
+  EXPECT_EQ(known.next(0.36), ExcessVerdict::kNone);
+  Fed doubtful;
+  doubtful.pose_sigma_m = 0.5;
+  doubtful.expect_quiet(40, 0.0);
+  for (int k = 0; k < 20; ++k) static_cast<void>(doubtful.next(0.6));
+  for (int k = 0; k < 10; ++k) EXPECT_EQ(doubtful.next(0.36), ExcessVerdict::kExcess) << k;
+}
+
+TEST(ExcessWatch, noise_alone_is_rarely_a_step) {
+  Rng rng(7, "excess");
+  Fed fed;
+  int refused = 0;
+  int steps = 0;
+  for (int k = 0; k < 4000; ++k) {
+    const ExcessVerdict verdict = fed.next(0.08 * rng.normal());
+    refused += verdict != ExcessVerdict::kNone;
+    steps += verdict == ExcessVerdict::kExcess || verdict == ExcessVerdict::kRelieved;
+  }
+  EXPECT_LT(refused, 8);
+  EXPECT_EQ(steps, 0);
+}
+
+TEST(ExcessWatch, what_is_not_a_number_changes_nothing) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  for (int k = 0; k < 5; ++k) {
+    EXPECT_EQ(fed.next(std::nan("")), ExcessVerdict::kNone);
+    EXPECT_EQ(fed.next(std::numeric_limits<double>::infinity()), ExcessVerdict::kNone);
+  }
+  EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kWaiting);
+}
+
+TEST(ExcessWatch, forgets_all_on_reset) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  for (int k = 0; k < 10; ++k) static_cast<void>(fed.quiet(0.6));
+  fed.watch.reset();
+  fed.expect_quiet(20, 0.6);
+}
+
+}  // namespace
+}  // namespace rali::ranging
