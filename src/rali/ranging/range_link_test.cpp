@@ -92,10 +92,10 @@ TEST(RangeLink, twenty_ranges_with_one_offset_mean_that_the_pose_is_wrong) {
 
 TEST(RangeLink, widening_that_opens_the_gate_ends_in_a_good_link) {
   Fed fed;
-  fed.times(19, 0.5);
-  EXPECT_EQ(fed.next(0.5).advice, LinkAdvice::kWeAreWrong);
+  fed.times(19, -0.5);
+  EXPECT_EQ(fed.next(-0.5).advice, LinkAdvice::kWeAreWrong);
   fed.S_m2 = 0.01 + 4.0 * (fed.S_m2 - 0.01) + 0.03;  // what the caller and the drive add
-  const LinkDecision out = fed.times(10, 0.5);
+  const LinkDecision out = fed.times(10, -0.5);
   EXPECT_EQ(out.state, LinkState::kGood);
   EXPECT_TRUE(out.use);
 }
@@ -105,7 +105,7 @@ TEST(RangeLink, widening_that_does_not_help_is_tried_three_times_and_told_once) 
   int wrong = 0;
   int alarms = 0;
   for (int i = 0; i < 400; ++i) {
-    const LinkAdvice advice = fed.next(5.0).advice;
+    const LinkAdvice advice = fed.next(-5.0).advice;
     wrong += advice == LinkAdvice::kWeAreWrong;
     alarms += advice == LinkAdvice::kAlarm;
     if (i == 79) {
@@ -118,10 +118,10 @@ TEST(RangeLink, widening_that_does_not_help_is_tried_three_times_and_told_once) 
 
 TEST(RangeLink, attempts_are_counted_anew_once_the_link_was_good) {
   Fed fed;
-  fed.times(80, 5.0);
+  fed.times(80, -5.0);
   fed.times(10, 0.0);
-  fed.times(19, 5.0);
-  EXPECT_EQ(fed.next(5.0).advice, LinkAdvice::kWeAreWrong);
+  fed.times(19, -5.0);
+  EXPECT_EQ(fed.next(-5.0).advice, LinkAdvice::kWeAreWrong);
 }
 
 TEST(RangeLink, an_offset_behind_an_obstacle_is_the_fault_of_the_link) {
@@ -160,10 +160,45 @@ TEST(RangeLink, silence_ends_a_row_and_a_window) {
   EXPECT_EQ(fed.times(9, 0.0).state, LinkState::kGood);
 
   Fed offset;
-  offset.times(15, 1.0);
+  offset.times(15, -1.0);
   offset.t_s += 10.0;
-  EXPECT_EQ(offset.times(19, 1.0).advice, LinkAdvice::kNone);
-  EXPECT_EQ(offset.next(1.0).advice, LinkAdvice::kWeAreWrong);
+  EXPECT_EQ(offset.times(19, -1.0).advice, LinkAdvice::kNone);
+  EXPECT_EQ(offset.next(-1.0).advice, LinkAdvice::kWeAreWrong);
+}
+
+TEST(RangeLink, ranges_that_are_too_long_mean_a_wrong_pose_only_after_eight_seconds) {
+  // Suspect with the 20th; 8 s at 20 Hz are 160 more.
+  Fed fed;
+  int calls = 1;
+  while (fed.next(1.0).advice == LinkAdvice::kNone && calls < 400) ++calls;
+  EXPECT_NEAR(calls, 180, 1);
+  // Nothing makes a range shorter: that is the pose at once.
+  Fed shorter;
+  calls = 1;
+  while (shorter.next(-1.0).advice == LinkAdvice::kNone && calls < 400) ++calls;
+  EXPECT_EQ(calls, 20);
+}
+
+TEST(RangeLink, an_obstacle_of_five_seconds_widens_nothing) {
+  Fed fed;
+  fed.times(40, 0.0);
+  for (int k = 0; k < 100; ++k) {
+    const LinkDecision out = fed.next(0.8);
+    EXPECT_EQ(out.advice, LinkAdvice::kNone) << k;
+    EXPECT_FALSE(out.use) << k;
+  }
+  EXPECT_TRUE(fed.times(10, 0.0).use);
+  // The next one has its eight seconds of its own.
+  for (int k = 0; k < 100; ++k) EXPECT_EQ(fed.next(0.8).advice, LinkAdvice::kNone) << k;
+}
+
+TEST(RangeLink, how_long_an_obstacle_lasts_is_a_setting) {
+  LinkSettings settings;
+  settings.longer_s = 0.0;
+  RangeLink link{GateSettings{}, settings};
+  LinkDecision out;
+  for (int k = 0; k < 20; ++k) out = link.decide({Time::from_s(0.05 * k), 1.0, kS, kSigma, true});
+  EXPECT_EQ(out.advice, LinkAdvice::kWeAreWrong);
 }
 
 TEST(RangeLink, what_is_not_a_number_is_refused_and_changes_nothing) {
