@@ -29,6 +29,7 @@ bool BackEnd::wants_node(const odometry::ScanResult& result, bool keyframe) cons
 void BackEnd::add(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
                   bool blind, const std::vector<RangeRecord>& ranges) {
   if (!settings_.back_end.use || !result.inertial) return;
+  if (!nodes_.empty() && result.t <= nodes_.back().t) return;
   if (!nodes_.empty()) {
     for (const RangeRecord& r : ranges) ranges_.push_back({r, nodes_.size() - 1});
   }

@@ -43,6 +43,18 @@ void RangeStage::remove_states(int first, int n, SideFilter& filter) {
   move_down(tau_);
 }
 
+std::vector<Vec3> RangeStage::places(const SideFilter& filter, double sigma_max_m) const {
+  std::vector<Vec3> out;
+  const SideStates& side = filter.side();
+  const Mat3 P_own = filter.position_covariance();
+  for (const auto& [key, place] : places_) {
+    const Mat3 P = P_own + side.covariance.block<3, 3>(place.side, place.side);
+    if (P.diagonal().maxCoeff() > sigma_max_m * sigma_max_m) continue;
+    out.emplace_back(side.mean.segment<3>(place.side));
+  }
+  return out;
+}
+
 /// The peer's place is known, or was measured by hand.
 std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& now,
                                                                 const PairKey& key, Pair& pair,

@@ -52,6 +52,10 @@ class RangeStage {
 
   [[nodiscard]] const std::vector<PairRecord>& pair_records() const { return pair_records_; }
 
+  /// Antennas of peers that stand at a place known to sigma_max_m, in odom.
+  [[nodiscard]] std::vector<geometry::Vec3> places(const odometry::SideFilter& filter,
+                                                   double sigma_max_m) const;
+
   /// What is left at the end of the data cannot be used any more.
   void flush(OutputList& out);
 

@@ -11,6 +11,7 @@
 #include "rali/odometry/settings.hpp"
 #include "rali/ranging/settings.hpp"
 #include "rali/sensor/calibration.hpp"
+#include "rali/vehicle/peer_mask.hpp"
 
 namespace rali::vehicle {
 
@@ -78,6 +79,7 @@ struct VehicleSettings {
   std::vector<PeerSettings> peers;
   ranging::RangingSettings ranging;
   BackEndSettings back_end;
+  PeerMaskSettings peer_mask;
   bool has_imu = true;  ///< false: LiDAR only, no scan waits for inertial data
   odometry::OdometrySettings odometry;
   degeneracy::PaperDegreeSettings paper_degree;
@@ -87,6 +89,7 @@ struct VehicleSettings {
 
   template <class V>
   void visit(V& v) {
+    v.group("peer_mask", peer_mask, "other vehicles in view");
     v.group("back_end", back_end, "the second look at blind stretches");
     v.group("paper_degree", paper_degree, "the paper's detector of blind directions");
     v("paper_degree_downsample_m", paper_degree_downsample_m, 0.02, 5.0,

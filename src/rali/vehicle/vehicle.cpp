@@ -116,8 +116,10 @@ class Vehicle::Impl {
     if (paper_ranges_) paper_ranges_->before_sweep(scan.t_end, out);
     RangeEffect effect = ranges_.run(scan.t_end, odometry_->side_filter(),
                                      odometry_->gravity_odom(), first_pose_, out);
+    const std::shared_ptr<const LidarScan> masked = without_peers_in(scan);
+    const LidarScan& seen = masked ? *masked : scan;
     FindingList findings;
-    const odometry::ScanResult result = odometry_->process(scan, executor, findings);
+    const odometry::ScanResult result = odometry_->process(seen, executor, findings);
     for (Finding& f : findings) {
       f.vehicle = settings_.name;
       out.emplace_back(std::move(f));
@@ -129,7 +131,7 @@ class Vehicle::Impl {
     pose.range_from = effect.from;
     if (!first_pose_) first_pose_ = result.T_odom_body;
     pose.degeneracy = degeneracy_of(result, settings_.odometry, odometry_->gravity_odom(), axes_);
-    pose.degeneracy.paper = paper_.degree(scan, result, odometry_->gravity_odom());
+    pose.degeneracy.paper = paper_.degree(seen, result, odometry_->gravity_odom());
     // The first scan of a map has nothing to be compared with: that is not blindness.
     const bool compared = result.matches > 0 || result.state == odometry::TrackState::kPredicted;
     if (compared) {
@@ -149,6 +151,19 @@ class Vehicle::Impl {
     } else {
       back_end_.add(result, keyframe, pose.degeneracy.blind, ranges_.records());
     }
+  }
+
+  /// The sweep without the peers in it; null if none is in view or its place is not known.
+  std::shared_ptr<const LidarScan> without_peers_in(const LidarScan& scan) {
+    odometry::SideFilter* filter = odometry_->side_filter();
+    if (!settings_.peer_mask.use || filter == nullptr) return nullptr;
+    const std::vector<geometry::Vec3> places =
+        ranges_.places(*filter, settings_.peer_mask.sigma_max_m);
+    if (places.empty()) return nullptr;
+    const std::optional<odometry::Moment> now = filter->advance_to(scan.t_end);
+    if (!now) return nullptr;
+    return without_peers(scan, now->T_odom_body * settings_.calibration.T_body_lidar, places,
+                         -odometry_->gravity_odom().normalized(), settings_.peer_mask);
   }
 
   void finish_stretch(OutputList& out) {
