@@ -1,0 +1,128 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "rali/geometry/se3.hpp"
+#include "rali/odometry/side_filter.hpp"
+
+namespace rali::odometry {
+
+/// The textbook: a filter of pose, velocity and side states with one dense covariance, for tests of
+/// those who use a SideFilter, and of those who are one. Moves at constant velocity.
+struct DenseSideFilter final : SideFilter {
+  static constexpr int kOwn = 9;  ///< rotation, position, velocity
+
+  Moment now;
+  SideStates known;
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(kOwn, kOwn);
+  std::optional<geometry::Vec3> axis;
+  int surfaces = 0;
+  bool found_itself = true;
+  double late_max_s = 0.1;
+  // What was asked of it.
+  std::vector<Time> asked;
+  std::vector<SideMeasurement> applied;
+  std::vector<double> applied_R;
+  double widened = 1.0;
+
+  std::optional<Moment> advance_to(Time t) override {
+    asked.push_back(t);
+    const double dt_s = (t - now.t).s();
+    if (!found_itself || dt_s < -late_max_s) return std::nullopt;
+    if (dt_s > 0.0) {
+      now.T_odom_body.p += dt_s * now.v_odom_mps;
+      now.t = t;
+      return now;
+    }
+    Moment then = now;
+    then.T_odom_body.p += dt_s * now.v_odom_mps;
+    then.t = t;
+    return then;
+  }
+
+  [[nodiscard]] const SideStates& side() const override { return known; }
+
+  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance) override {
+    const int first = known.size();
+    const auto n = static_cast<int>(mean.size());
+    if (first + n > SideStates::kMax) return -1;
+    Eigen::MatrixXd grown = Eigen::MatrixXd::Zero(P.rows() + n, P.cols() + n);
+    grown.topLeftCorner(P.rows(), P.cols()) = P;
+    grown.bottomRightCorner(n, n) = covariance;
+    P = grown;
+    known.mean.conservativeResize(first + n);
+    known.mean.tail(n) = mean;
+    share();
+    return first;
+  }
+
+  void remove_side(int first, int n) override {
+    std::vector<int> kept;
+    for (int k = 0; k < P.rows(); ++k) {
+      if (k < kOwn + first || k >= kOwn + first + n) kept.push_back(k);
+    }
+    P = P(kept, kept).eval();
+    const SideStates::Vector mean = known.mean;
+    known.mean.resize(static_cast<int>(kept.size()) - kOwn);
+    for (int k = 0; k < known.size(); ++k) known.mean[k] = mean[k < first ? k : k + n];
+    share();
+  }
+
+  void walk_side(int index, double variance_added) override {
+    P(kOwn + index, kOwn + index) += variance_added;
+    share();
+  }
+
+  [[nodiscard]] double variance(const SideMeasurement& m) const override {
+    const Eigen::RowVectorXd H = row(m);
+    return (H * P * H.transpose()).value();
+  }
+
+  geometry::Vec3 apply(const SideMeasurement& m, double R) override {
+    applied.push_back(m);
+    applied_R.push_back(R);
+    const Eigen::RowVectorXd H = row(m);
+    const Eigen::VectorXd PHt = P * H.transpose();
+    const double S = (H * PHt).value() + R;
+    Eigen::VectorXd K = PHt / S;
+    if (m.considered >= 0) {
+      K.segment<3>(kOwn + m.considered) = (m.estimates * K.segment<3>(kOwn + m.considered)).eval();
+    }
+    // (1 - KH) P (1 - KH)' + K R K', for any gain.
+    const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(P.rows(), P.cols()) - K * H;
+    P = (A * P * A.transpose() + R * K * K.transpose()).eval();
+    const geometry::Vec6 shift = K.head<6>() * m.residual;
+    now.T_odom_body = geometry::boxplus(now.T_odom_body, shift);
+    now.v_odom_mps += K.segment<3>(6) * m.residual;
+    known.mean += K.tail(known.size()) * m.residual;
+    share();
+    return shift.tail<3>();
+  }
+
+  void widen(double factor) override { widened *= factor; }
+
+  [[nodiscard]] std::optional<geometry::Vec3> blind_axis() const override { return axis; }
+
+  [[nodiscard]] int surfaces_between(const geometry::Vec3& /*p*/,
+                                     const geometry::Vec3& /*q*/) const override {
+    return surfaces;
+  }
+
+  [[nodiscard]] geometry::Mat3 position_covariance() const override { return P.block<3, 3>(3, 3); }
+
+  [[nodiscard]] Eigen::RowVectorXd row(const SideMeasurement& m) const {
+    Eigen::RowVectorXd H = Eigen::RowVectorXd::Zero(P.cols());
+    H.head<6>() = m.d_pose;
+    H.segment<3>(6) = m.d_velocity;
+    if (m.d_side.size() > 0) H.tail(m.d_side.size()) = m.d_side.transpose();
+    return H;
+  }
+
+ private:
+  void share() { known.covariance = P.bottomRightCorner(known.size(), known.size()); }
+};
+
+}  // namespace rali::odometry
