@@ -24,6 +24,7 @@ constexpr double kSilence_s = 2.0;  // after which ranges have ended
 constexpr double kBad_m = 0.3;      // a range that is so wrong should be refused
 constexpr double kBack_m = 0.2;     // a pose that is as good as before
 constexpr double kBeforeLoss_s = 5.0;
+constexpr double kAfterLoss_s = 20.0;
 constexpr double kLeastVariance_m2 = 1e-8;  // standing, nothing is uncertain
 
 double largest(const std::vector<double>& values) {
@@ -113,29 +114,37 @@ void score_ranges(const Track& track, Time t_begin, Time t_end, Scores& s) {
   if (!nis.empty()) s.nis = eval::statistics(nis).mean;
 }
 
-/// How far the error along the axis went away by the loss from what it was before, and how long it
-/// took until it was back.
-void score_loss(const Judged& judged, const Track& track, Scores& s) {
-  const AxisErrors errors = axis_errors(judged, start_alignment(judged));
-  std::vector<double> before;
+/// The best alignment of what neither the loss nor coming back from it touched.
+SE3 alignment_without_loss(const Judged& judged, const Track& track) {
+  Judged rest;
   for (std::size_t i = 0; i < judged.pairs.size(); ++i) {
-    const double until_s = seconds_between(judged.pairs[i].t, track.loss_begin);
-    if (until_s > 0.0 && until_s < kBeforeLoss_s) before.push_back(errors.axial[i]);
+    const Time t = judged.pairs[i].t;
+    const bool back = seconds_between(track.loss_end, t) > kAfterLoss_s;
+    if (t < track.loss_begin || back) rest.pairs.push_back(judged.pairs[i]);
   }
-  if (before.empty()) return;
-  const double normal_m = eval::statistics(before).mean;
-  s.loss_growth_m = 0.0;
+  return rest.pairs.empty() ? best_alignment(judged) : best_alignment(rest);
+}
+
+/// How much larger the error along the axis became in the loss than just before, and how long it
+/// took until it was small again.
+void score_loss(const Judged& judged, const Track& track, Scores& s) {
+  const AxisErrors errors = axis_errors(judged, alignment_without_loss(judged, track));
+  std::vector<double> before;
+  double most_m = 0.0;
   s.loss_back_s = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < judged.pairs.size(); ++i) {
-    const double away_m = std::abs(errors.axial[i] - normal_m);
+    const double error_m = std::abs(errors.axial[i]);
     const Time t = judged.pairs[i].t;
-    if (t >= track.loss_begin && t < track.loss_end) {
-      s.loss_growth_m = std::max(s.loss_growth_m, away_m);
+    if (t < track.loss_begin) {
+      if (seconds_between(t, track.loss_begin) < kBeforeLoss_s) before.push_back(error_m);
+    } else if (t < track.loss_end) {
+      most_m = std::max(most_m, error_m);
+    } else if (error_m < kBack_m) {
+      s.loss_back_s = seconds_between(track.loss_end, t);
+      break;
     }
-    if (t < track.loss_end || away_m >= kBack_m) continue;
-    s.loss_back_s = seconds_between(track.loss_end, t);
-    return;
   }
+  s.loss_growth_m = std::max(0.0, most_m - eval::statistics(before).mean);
 }
 
 void score_sweeps(const Track& track, const Judged& judged, Scores& s) {
