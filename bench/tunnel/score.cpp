@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <set>
 
 #include <fmt/os.h>
@@ -25,6 +26,7 @@ constexpr double kBad_m = 0.3;      // a range that is so wrong should be refuse
 constexpr double kBack_m = 0.2;     // a pose that is as good as before
 constexpr double kBeforeLoss_s = 5.0;
 constexpr double kAfterLoss_s = 20.0;
+constexpr double kStay_s = 1.0;
 constexpr double kLeastVariance_m2 = 1e-8;  // standing, nothing is uncertain
 
 double largest(const std::vector<double>& values) {
@@ -125,26 +127,39 @@ SE3 alignment_without_loss(const Judged& judged, const Track& track) {
   return rest.pairs.empty() ? best_alignment(judged) : best_alignment(rest);
 }
 
+/// Time from the end of the loss until the error is small and stays so for a second; infinite if
+/// that never happens.
+double back_after_s(const Judged& judged, const AxisErrors& errors, Time loss_end) {
+  std::optional<Time> since;
+  for (std::size_t i = 0; i < judged.pairs.size(); ++i) {
+    const Time t = judged.pairs[i].t;
+    if (t < loss_end) continue;
+    if (std::abs(errors.axial[i]) >= kBack_m) {
+      since.reset();
+    } else if (!since) {
+      since = t;
+    } else if (seconds_between(*since, t) >= kStay_s) {
+      return seconds_between(loss_end, *since);
+    }
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
 /// How much larger the error along the axis became in the loss than just before, and how long it
 /// took until it was small again.
 void score_loss(const Judged& judged, const Track& track, Scores& s) {
   const AxisErrors errors = axis_errors(judged, alignment_without_loss(judged, track));
   std::vector<double> before;
   double most_m = 0.0;
-  s.loss_back_s = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < judged.pairs.size(); ++i) {
     const double error_m = std::abs(errors.axial[i]);
     const Time t = judged.pairs[i].t;
-    if (t < track.loss_begin) {
-      if (seconds_between(t, track.loss_begin) < kBeforeLoss_s) before.push_back(error_m);
-    } else if (t < track.loss_end) {
-      most_m = std::max(most_m, error_m);
-    } else if (error_m < kBack_m) {
-      s.loss_back_s = seconds_between(track.loss_end, t);
-      break;
-    }
+    const double until_s = seconds_between(t, track.loss_begin);
+    if (until_s > 0.0 && until_s < kBeforeLoss_s) before.push_back(error_m);
+    if (t >= track.loss_begin && t < track.loss_end) most_m = std::max(most_m, error_m);
   }
   s.loss_growth_m = std::max(0.0, most_m - eval::statistics(before).mean);
+  s.loss_back_s = back_after_s(judged, errors, track.loss_end);
 }
 
 void score_sweeps(const Track& track, const Judged& judged, Scores& s) {
