@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "rali/report/internal/read_parts.hpp"
 #include "rali/report/internal/table_rows.hpp"
@@ -141,9 +142,11 @@ class SpanMaker {
 
 void find_blind_spans(VehicleView& v) {
   std::optional<SpanMaker> maker;
+  bool was_blind = false;
   for (const DegeneracyPoint& d : v.degeneracy) {
+    const double join_s = std::exchange(was_blind, d.blind) ? kCut_s : kBlindJoin_s;
     if (!d.blind) continue;
-    if (maker && std::abs(d.t_s - maker->end_s()) > kBlindJoin_s) {
+    if (maker && std::abs(d.t_s - maker->end_s()) > join_s) {
       v.blind.push_back(maker->finish());
       maker.reset();
     }

@@ -44,7 +44,9 @@ constexpr std::string_view kPatterns =
     "<circle cx=\"2.5\" cy=\"2.5\" r=\"1.1\" fill=\"#7a5c14\"/></pattern><pattern id=\"upright\" "
     "width=\"4\" height=\"4\" patternUnits=\"userSpaceOnUse\"><rect width=\"4\" height=\"4\" "
     "fill=\"#fff\"/><path d=\"M1 0V4\" stroke=\"#5b7fa6\" "
-    "stroke-width=\"1.5\"/></pattern></defs></svg>\n";
+    "stroke-width=\"1.5\"/></pattern><pattern id=\"crossed\" width=\"8\" height=\"8\" "
+    "patternUnits=\"userSpaceOnUse\"><rect width=\"8\" height=\"8\" fill=\"#c0161d\"/><path d=\"M0 "
+    "0L8 8M8 0L0 8\" stroke=\"#fff\" stroke-width=\"1.1\"/></pattern></defs></svg>\n";
 
 std::string contents(const std::vector<Section>& sections) {
   std::string out = "<nav><ol>";

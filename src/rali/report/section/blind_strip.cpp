@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
+#include "rali/report/plot/axis.hpp"
 #include "rali/report/plot/svg_plot.hpp"
 #include "rali/report/section/blind_words.hpp"
 #include "rali/report/section/section.hpp"
@@ -142,6 +143,12 @@ Plot off_plot(const VehicleView& v, const Ruler& ruler) {
     off.x.push_back(ruler.of_time(d.t_s));
     off.y.push_back(d.off_m);
   }
+  // Errors near zero must not widen the axis.
+  Range sizes;
+  for (const double off_m : off.y) {
+    if (off_m > 0.0) sizes.add(off_m);
+  }
+  if (!sizes.empty()) plot.y_min = 0.4 * sizes.low();
   Series error{"measured along the blind axis", {}, {}, {kBlindColour, ""}, true, 2.0};
   for (const ErrorPoint& e : v.errors) {
     if (!std::isfinite(e.along_blind_m)) continue;

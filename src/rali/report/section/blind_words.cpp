@@ -92,7 +92,7 @@ std::string_view axis_words(const VehicleView& v) {
     sum += weight;
   }
   for (const auto& [words, weight] : weights) {
-    if (weight >= kNearlyAll * sum) return words;
+    if (weight > 0.0 && weight >= kNearlyAll * sum) return words;
   }
   return "along one axis";
 }

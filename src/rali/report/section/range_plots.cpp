@@ -12,7 +12,8 @@
 namespace rali::report {
 namespace {
 
-constexpr std::size_t kPlotsMax = 12;
+/// So few pairs have a plot as wide as the page.
+constexpr std::size_t kPlotsMax = 12, kWideMax = 3;
 
 struct Look {
   Rgb colour;
@@ -76,8 +77,9 @@ Plot residual_plot(const RunData& run, const PairRanges& pair, double scale_m) {
   plot.title = pair.a + "-" + pair.b;
   plot.y_label = "residual [m]";
   plot.y_unit = "m";
-  plot.width = 440.0;
-  plot.height = 160.0;
+  const bool wide = run.range_table.pairs.size() <= kWideMax;
+  plot.width = wide ? 760.0 : 440.0;
+  plot.height = wide ? 200.0 : 160.0;
   plot.x_min = 0.0;
   plot.x_max = last_time_s(run);
   plot.y_max = scale_m;
@@ -121,8 +123,8 @@ std::string range_plots_html(const RunData& run) {
     html =
         "<p class=\"note\">Residual: measured less predicted range, after the bias. Marks at the "
         "border lie farther out; marks in the strip below the frame have no residual. Where many "
-        "lie on one place, one is drawn.</p>\n<div class=\"plots\">" +
-        plots + "</div>\n";
+        "lie on one place, one is drawn.</p>\n" +
+        (pairs.size() <= kWideMax ? plots : "<div class=\"plots\">" + plots + "</div>") + "\n";
   }
   html += notes;
   if (pairs.size() > kPlotsMax) {
