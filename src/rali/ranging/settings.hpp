@@ -107,7 +107,7 @@ struct LinkSettings {
 
 /// The part of the error of ranges that wanders slowly: multipath and the radio's own.
 struct SlowErrorSettings {
-  double slow_sigma_m = 0.06;
+  double slow_sigma_m = 0.08;
   double slow_time_s = 4.0;
 
   template <class V>
