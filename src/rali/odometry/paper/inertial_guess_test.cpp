@@ -111,6 +111,19 @@ TEST(InertialGuess, coasts_through_a_gap_at_constant_velocity) {
   EXPECT_NEAR(geometry::so3_log(guess.T_odom_body().R).z(), 0.04, 1e-9);
 }
 
+TEST(InertialGuess, goes_on_from_where_it_is_moved_without_a_change_of_speed) {
+  InertialGuess guess = fresh();
+  guess.reset(Time::from_s(0.0), {});
+  std::vector<TimedPose> path;
+  guess.predict(Time::from_s(0.1), path);
+  guess.correct({geometry::Mat3::Identity(), Vec3(0.1, 0.0, 0.0)});  // 1 m/s
+  guess.move({geometry::Mat3::Identity(), Vec3(5.0, 0.0, 0.0)});
+  EXPECT_LT((guess.T_odom_body().p - Vec3(5.1, 0.0, 0.0)).norm(), 1e-9);
+  guess.predict(Time::from_s(0.2), path);
+  guess.correct({geometry::Mat3::Identity(), Vec3(5.2, 0.0, 0.0)});
+  EXPECT_LT((guess.v_odom_body_mps() - Vec3(1.0, 0.0, 0.0)).norm(), 1e-9);
+}
+
 TEST(InertialGuess, tracks_a_bias_that_the_start_did_not_show) {
   InertialGuess guess(ImuNoiseSettings{}, {}, 0.5, 0.05);
   FindingList findings;

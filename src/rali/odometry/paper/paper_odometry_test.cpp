@@ -123,6 +123,51 @@ TEST(PaperOdometry, follows_a_drive_in_a_room_to_centimetres) {
   EXPECT_TRUE(track.findings.empty());
 }
 
+/// Moves the map and the pose at one keyframe.
+struct MoveOnce final : KeyframeCorrector {
+  Vec3 shift_m{0.3, -0.2, 0.1};
+  int at = 1, asked = 0;
+  std::vector<SE3> seen;
+
+  std::optional<KeyframeMove> at_keyframe(const ScanResult& scan,
+                                          const KeyframeInertia& /*inertia*/) override {
+    seen.push_back(scan.T_odom_body);
+    if (asked++ != at) return std::nullopt;
+    KeyframeMove move;
+    for (SE3& T : seen) {
+      T.p += shift_m;
+      move.earlier.push_back(T);
+    }
+    move.T_odom_body = seen.back();
+    move.earlier.pop_back();
+    return move;
+  }
+};
+
+// If the map stayed behind, the next registration would pull the pose back to it.
+TEST(PaperOdometry, goes_on_from_where_a_keyframe_and_the_map_were_moved) {
+  Bench b;
+  b.end_s = 4.0;
+  b.settings.paper.keyframe_s = 0.5;
+  const auto odometry = odometry_of(b);
+  MoveOnce corrector;
+  odometry->correct_keyframes_by(&corrector);
+  Rng rng(b.seed);
+  SerialExecutor executor;
+  FindingList findings;
+  double imu_s = 0.0;
+  for (double t_s = 0.1; t_s < b.end_s; t_s += 0.1) {
+    for (; imu_s <= t_s + 0.0051; imu_s += 0.005) {
+      odometry->add_imu(b.imu.sample(b.drive, imu_s, rng));
+    }
+    const ScanResult r =
+        odometry->process(sweep(b.room, b.drive, b.lidar, t_s, rng), executor, findings);
+    if (corrector.asked <= corrector.at) continue;
+    EXPECT_LT((r.T_odom_body.p - corrector.shift_m - b.drive.pose(t_s).p).norm(), 0.05) << t_s;
+  }
+  EXPECT_GT(corrector.asked, 2);
+}
+
 // Sixteen rings see hardly any floor: without gravity the height wandered by metres in corridors.
 TEST(PaperOdometry, keeps_height_and_level_with_sixteen_rings) {
   Bench b;

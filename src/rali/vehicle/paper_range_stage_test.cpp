@@ -1,0 +1,375 @@
+#include "rali/vehicle/paper_range_stage.hpp"
+
+#include <bit>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/odometry/room_for_test.hpp"
+#include "rali/vehicle/vehicle.hpp"
+
+namespace rali::vehicle {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+using odometry::KeyframeInertia;
+using odometry::KeyframeMove;
+using ranging::RangeReason;
+using ranging::RangeUse;
+using sensor::RangeSample;
+
+const VehicleId kSelf{1};
+const VehicleId kPeer{0};
+/// sqrt(20.5^2 - 1) - 20: from (20, 1) along x onto the circle of 20.5 m (test T9).
+constexpr double kShift = 0.475595;
+
+/// Unit normals of a scan: so many to either side, of the floor, and against the axis x.
+std::vector<Vec3> normals(int side, int floor, int end) {
+  std::vector<Vec3> out;
+  out.insert(out.end(), static_cast<std::size_t>(side), Vec3::UnitY());
+  out.insert(out.end(), static_cast<std::size_t>(side), -Vec3::UnitY());
+  out.insert(out.end(), static_cast<std::size_t>(floor), Vec3::UnitZ());
+  out.insert(out.end(), static_cast<std::size_t>(end), Vec3::UnitX());
+  out.insert(out.end(), static_cast<std::size_t>(end), -Vec3::UnitX());
+  return out;
+}
+
+/// 4/89 along x, 5/89 - (5/89)^2 along z: degree 1.18, blind along x.
+const std::vector<Vec3> kCorridor = normals(40, 5, 2);
+/// Test T7: degree 3.36, not degenerate.
+const std::vector<Vec3> kRoom = normals(40, 16, 2);
+
+/// A stage that is told sweeps by hand. The peer stood 1 m to the right of the first pose.
+struct Bench {
+  VehicleSettings settings;
+  std::optional<PaperRangeStage> stage;
+  OutputList out;
+  const std::vector<Vec3>* seen = &kCorridor;
+  Vec3 v_mps = Vec3::Zero();
+  Vec3 p_peer{0.0, -1.0, 0.0};
+
+  Bench() {
+    PeerSettings peer;
+    peer.id = kPeer;
+    peer.antennas_body_m = {Vec3::Zero()};
+    settings.peers = {peer};
+    settings.odometry.preset = odometry::Preset::kPaper;
+  }
+
+  void begin() {
+    PeerPrior prior;
+    prior.T_self_peer.p = p_peer;
+    settings.peers[0].prior = prior;
+    stage.emplace(kSelf, settings);
+    stage->on(PeerStatus{kPeer, Time::from_s(0.0), true});
+    static_cast<void>(sweep(0.1, Vec3::Zero()));
+  }
+
+  /// @return what the keyframe at this pose is moved to
+  std::optional<KeyframeMove> sweep(double t_s, const Vec3& p) {
+    odometry::ScanResult scan;
+    scan.t = Time::from_s(t_s);
+    scan.state = odometry::TrackState::kGood;
+    scan.T_odom_body.p = p;
+    scan.v_odom_mps = v_mps;
+    scan.feature_normals_body = *seen;
+    stage->before_sweep(scan.t, out);
+    KeyframeInertia inertia;
+    inertia.T_odom_body_predicted = scan.T_odom_body;
+    const auto move = stage->at_keyframe(scan, inertia);
+    if (move) scan.T_odom_body = move->T_odom_body;
+    stage->after_sweep(scan, out);
+    return move;
+  }
+
+  /// 20 ranges a second, all the same, the last one at `to_s`.
+  void ranges(double from_s, double to_s, double range_m) {
+    for (int k = 0; from_s + 0.05 * k < to_s + 1e-6; ++k) {
+      const Time t = Time::from_s(from_s + 0.05 * k);
+      stage->on(PeerStatus{kPeer, t, true});
+      RangeSample sample;
+      sample.t = t;
+      sample.from = kSelf;
+      sample.to = kPeer;
+      sample.range_m = range_m;
+      stage->add(sample, out);
+    }
+  }
+
+  template <class T>
+  std::vector<T> all() const {
+    std::vector<T> found;
+    for (const Output& o : out) {
+      if (const T* v = std::get_if<T>(&o)) found.push_back(*v);
+    }
+    return found;
+  }
+
+  int count(RangeReason reason) const {
+    int n = 0;
+    for (const RangeUse& use : all<RangeUse>()) n += use.reason == reason ? 1 : 0;
+    return n;
+  }
+
+  /// One keyframe at p, after a second of ranges.
+  std::optional<KeyframeMove> one(const Vec3& p, double range_m) {
+    begin();
+    ranges(0.15, 1.1, range_m);
+    const auto move = sweep(1.1, p);
+    stage->flush(out);
+    return move;
+  }
+};
+
+TEST(PaperRanges, put_a_vehicle_back_that_slid_along_a_corridor) {
+  Bench b;
+  const auto move = b.one({20.0, 0.0, 0.0}, 20.5);
+  ASSERT_TRUE(move);
+  EXPECT_LT((move->T_odom_body.p - Vec3(20.0 + kShift, 0.0, 0.0)).norm(), 1e-5);
+  EXPECT_EQ(b.count(RangeReason::kUsed), 20);
+  const auto findings = b.all<Finding>();
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].id, "ranging.paper_corrections");
+  EXPECT_EQ(findings[0].value, 1.0);
+}
+
+TEST(PaperRanges, tell_residuals_against_the_pose_before_they_moved_it) {
+  Bench b;
+  static_cast<void>(b.one({20.0, 0.0, 0.0}, 20.5));
+  const RangeUse last = b.all<RangeUse>().back();
+  EXPECT_NEAR(last.predicted_m, 20.024984, 1e-6);
+  EXPECT_NEAR(last.residual_m, 0.475016, 1e-6);
+}
+
+TEST(PaperRanges, do_nothing_where_the_lidar_is_not_blind) {
+  Bench b;
+  b.seen = &kRoom;
+  EXPECT_FALSE(b.one({20.0, 0.0, 0.0}, 20.5));
+  EXPECT_EQ(b.count(RangeReason::kNotNeeded), 20);
+}
+
+TEST(PaperRanges, do_nothing_while_they_fit_within_the_gap) {
+  Bench b;
+  EXPECT_FALSE(b.one({20.0, 0.0, 0.0}, 20.3));
+  EXPECT_EQ(b.count(RangeReason::kNotNeeded), 20);
+}
+
+TEST(PaperRanges, are_refused_when_seen_across_the_blind_direction) {
+  // Test T9: (2, 10), u = 10.1: sensitivity 7.12.
+  Bench b;
+  b.p_peer = {0.0, -10.0, 0.0};
+  b.settings.ranging.paper.gap_m = 0.05;
+  EXPECT_FALSE(b.one({2.0, 0.0, 0.0}, 10.1));
+  EXPECT_EQ(b.count(RangeReason::kBadGeometry), 1);
+  EXPECT_EQ(b.count(RangeReason::kNotNeeded), 19);
+}
+
+TEST(PaperRanges, are_refused_when_the_circle_does_not_reach_the_line) {
+  // (0.5, 3), u = 2.5: the line passes 0.5 m beside the circle, more than gap_m.
+  Bench b;
+  b.p_peer = {0.0, -3.0, 0.0};
+  EXPECT_FALSE(b.one({0.5, 0.0, 0.0}, 2.5));
+  EXPECT_EQ(b.count(RangeReason::kBlockedByGate), 1);
+}
+
+TEST(PaperRanges, are_refused_when_they_ask_for_too_long_a_way_but_not_as_printed) {
+  Bench b;
+  EXPECT_FALSE(b.one({20.0, 0.0, 0.0}, 30.0));  // s = 9.98 m
+  EXPECT_EQ(b.count(RangeReason::kBlockedByGate), 1);
+  Bench printed;
+  printed.settings.odometry.paper.literal = true;
+  const auto move = printed.one({20.0, 0.0, 0.0}, 30.0);
+  ASSERT_TRUE(move);
+  EXPECT_NEAR(move->T_odom_body.p.x(), std::sqrt(30.0 * 30.0 - 1.0), 1e-5);
+}
+
+TEST(PaperRanges, are_between_antennas_in_the_plane_or_bodies_as_printed) {
+  // Test T9: u = 20.5, dz = 1.5: 0.420578 with `project`; as printed 20.5 is taken flat.
+  for (const bool literal : {false, true}) {
+    Bench b;
+    b.settings.peers[0].antennas_body_m = {Vec3(0.0, 0.0, 1.5)};
+    b.settings.odometry.paper.literal = literal;
+    b.settings.ranging.paper.factor = ranging::PaperFactor::kNone;
+    const auto move = b.one({20.0, 0.0, 0.0}, 20.5);
+    ASSERT_TRUE(move);
+    EXPECT_NEAR(move->T_odom_body.p.x(), 20.0 + (literal ? kShift : 0.420578), 1e-6);
+  }
+}
+
+TEST(PaperRanges, are_compared_with_the_pose_of_their_own_time) {
+  // The newest is 0.05 s old, the vehicle was at 19.95 m then.
+  for (const bool measured : {true, false}) {
+    Bench b;
+    b.v_mps = {1.0, 0.0, 0.0};
+    b.settings.ranging.paper.factor = ranging::PaperFactor::kNone;
+    b.settings.ranging.paper.range_time =
+        measured ? ranging::PaperRangeTime::kMeasured : ranging::PaperRangeTime::kKeyframe;
+    b.begin();
+    b.ranges(0.15, 1.1, 20.5);
+    const auto move = b.sweep(1.15, {20.0, 0.0, 0.0});
+    ASSERT_TRUE(move);
+    EXPECT_NEAR(move->T_odom_body.p.x(), 20.0 + kShift + (measured ? 0.05 : 0.0), 1e-5);
+  }
+}
+
+/// Keyframes each 5 m without ranges, then one with them.
+std::optional<KeyframeMove> drive(Bench& b, bool second_sees) {
+  b.begin();
+  for (int k = 1; k <= 3; ++k) {
+    b.seen = second_sees && k == 2 ? &kRoom : &kCorridor;
+    static_cast<void>(b.sweep(0.1 + 5.0 * k, {5.0 * k, 0.0, 0.0}));
+  }
+  b.seen = &kCorridor;
+  b.ranges(19.2, 20.1, 20.5);
+  return b.sweep(20.1, {20.0, 0.0, 0.0});
+}
+
+TEST(PaperRanges, are_shared_by_the_blind_keyframes_since_the_last_correction) {
+  for (const bool second_sees : {false, true}) {
+    Bench b;
+    const auto move = drive(b, second_sees);
+    ASSERT_TRUE(move);
+    ASSERT_EQ(move->earlier.size(), 4U);
+    const std::vector<double> quarters{0.0, 0.25, 0.5, 0.75};
+    const std::vector<double> thirds{0.0, 1.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double share = second_sees ? thirds[i] : quarters[i];
+      EXPECT_NEAR(move->earlier[i].p.x(), 5.0 * static_cast<double>(i) + share * kShift, 1e-5);
+    }
+    EXPECT_NEAR(move->T_odom_body.p.x(), 20.0 + kShift, 1e-5);
+    const auto told = b.all<KeyframeCorrected>();
+    ASSERT_EQ(told.size(), 3U);
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(told[i].id.seq, i + 1);
+      EXPECT_EQ(told[i].T_odom_body.p, move->earlier[i + 1].p);
+    }
+  }
+}
+
+TEST(PaperRanges, move_one_keyframe_alone_as_printed) {
+  Bench b;
+  b.settings.ranging.paper.share = ranging::PaperShare::kNone;
+  const auto move = drive(b, false);
+  ASSERT_TRUE(move);
+  EXPECT_NEAR(move->earlier[3].p.x(), 15.0, 1e-5);
+  EXPECT_NEAR(move->T_odom_body.p.x(), 20.0 + kShift, 1e-5);
+  EXPECT_TRUE(b.all<KeyframeCorrected>().empty());
+}
+
+TEST(PaperRanges, count_but_as_a_factor_where_the_correction_is_a_guess) {
+  // Odometry 0.05 m over one step, range 0.1 m, residual 0.475: 0.475 x 0.0025/(0.0025 + 0.01).
+  Bench b;
+  b.settings.ranging.paper.correct_then_factor = ranging::PaperThenFactor::kGuess;
+  const auto move = b.one({20.0, 0.0, 0.0}, 20.5);
+  ASSERT_TRUE(move);
+  EXPECT_NEAR(move->T_odom_body.p.x() - 20.0, 0.095, 1e-3);
+  EXPECT_LT(std::abs(move->T_odom_body.p.y()), 0.01);
+}
+
+TEST(PaperRanges, wait_for_so_many_as_the_smoother_needs) {
+  Bench b;
+  b.begin();
+  b.ranges(0.95, 1.1, 20.5);  // four
+  EXPECT_FALSE(b.sweep(1.1, {20.0, 0.0, 0.0}));
+}
+
+TEST(PaperRanges, forget_the_place_of_a_peer_that_drove_off) {
+  Bench b;
+  b.begin();
+  b.stage->on(PeerStatus{kPeer, Time::from_s(0.12), false});
+  b.ranges(0.15, 1.1, 20.5);  // it stands again, elsewhere
+  EXPECT_FALSE(b.sweep(1.1, {20.0, 0.0, 0.0}));
+  EXPECT_EQ(b.count(RangeReason::kNoPose), 20);
+}
+
+/// Good ranges, wrong ones, strangers', and such that no sweep covers.
+void feed_mixture(Bench& b) {
+  b.begin();
+  b.ranges(0.15, 1.1, 20.5);
+  RangeSample odd;
+  odd.t = Time::from_s(0.52);
+  odd.from = kPeer;
+  odd.to = kSelf;
+  for (const double range_m : {-1.0, 0.0, 1e9, std::nan(""), 90.0}) {
+    odd.range_m = range_m;
+    b.stage->add(odd, b.out);
+  }
+  odd.range_m = 20.5;
+  odd.to_antenna = 7;
+  b.stage->add(odd, b.out);
+  odd.to = VehicleId{9};
+  b.stage->add(odd, b.out);
+  static_cast<void>(b.sweep(1.1, {20.0, 0.0, 0.0}));
+  b.ranges(1.15, 2.6, 20.5);
+  static_cast<void>(b.sweep(2.0, {20.0, 0.0, 0.0}));
+  b.stage->flush(b.out);
+}
+
+TEST(PaperRanges, are_each_answered_once_whatever_becomes_of_them) {
+  Bench b;
+  feed_mixture(b);
+  const auto uses = b.all<RangeUse>();
+  EXPECT_EQ(uses.size(), 20U + 7U + 30U);
+  EXPECT_EQ(b.count(RangeReason::kUnknownId), 2);
+  EXPECT_EQ(b.count(RangeReason::kOutOfLimits), 4);
+  EXPECT_EQ(b.count(RangeReason::kOutlier), 1);
+  EXPECT_EQ(b.count(RangeReason::kNoPose), 12);  // after the last sweep
+}
+
+TEST(PaperRanges, same_events_give_the_same_bits) {
+  Bench a;
+  Bench b;
+  feed_mixture(a);
+  feed_mixture(b);
+  const auto ua = a.all<RangeUse>();
+  const auto ub = b.all<RangeUse>();
+  ASSERT_EQ(ua.size(), ub.size());
+  for (std::size_t i = 0; i < ua.size(); ++i) {
+    EXPECT_EQ(ua[i].reason, ub[i].reason);
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(ua[i].residual_m),
+              std::bit_cast<std::uint64_t>(ub[i].residual_m));
+  }
+}
+
+TEST(PaperRanges, reach_the_preset_through_the_vehicle_and_are_all_answered) {
+  odometry::TestRoom room;
+  room.rings = 8;
+  room.columns = 200;
+  VehicleSettings settings;
+  settings.odometry.preset = odometry::Preset::kPaper;
+  settings.has_imu = false;
+  settings.calibration.T_body_lidar = room.T_body_lidar;
+  PeerSettings peer;
+  peer.id = kPeer;
+  peer.antennas_body_m = {Vec3::Zero()};
+  peer.prior = PeerPrior{};
+  peer.prior->T_self_peer.p = {2.0, 1.0, 0.0};
+  settings.peers = {peer};
+  Vehicle vehicle(kSelf, settings);
+  SerialExecutor executor;
+  OutputList out;
+  for (int k = 0; k < 6; ++k) {
+    const Time t = Time::from_s(0.1 * k + 0.05);
+    vehicle.step(PeerStatus{kPeer, t, true}, executor, out);
+    RangeSample sample;
+    sample.t = t;
+    sample.from = kPeer;
+    sample.to = kSelf;
+    sample.range_m = std::sqrt(5.0);
+    vehicle.step(sample, executor, out);
+    vehicle.step(std::shared_ptr<const sensor::LidarScan>(room.scan(0.1 * k)), executor, out);
+  }
+  vehicle.step(EndOfData{}, executor, out);
+  int answered = 0;
+  int poses = 0;
+  for (const Output& o : out) {
+    answered += std::holds_alternative<RangeUse>(o) ? 1 : 0;
+    poses += std::holds_alternative<PoseEstimate>(o) ? 1 : 0;
+  }
+  EXPECT_EQ(answered, 6);
+  EXPECT_EQ(poses, 6);
+}
+
+}  // namespace
+}  // namespace rali::vehicle

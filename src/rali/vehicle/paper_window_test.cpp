@@ -1,0 +1,114 @@
+#include "rali/vehicle/paper_window.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rali/vehicle/inertial_factor.hpp"
+#include "rali/vehicle/peer_places.hpp"
+
+namespace rali::vehicle {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+PaperWindow::Node node_at(std::uint32_t seq, double x_m) {
+  PaperWindow::Node node;
+  node.seq = seq;
+  node.t = Time::from_s(1.0 * seq);
+  node.T_odom_body.p = {x_m, 0.0, 0.0};
+  return node;
+}
+
+/// One second at even speed: the accelerometer feels gravity alone.
+graph::InertialFactor even_second() {
+  imu::Preintegration sum({}, {1e-4, 1e-3});
+  for (int k = 0; k < 200; ++k) {
+    EXPECT_TRUE(sum.add(Vec3::Zero(), Vec3(0.0, 0.0, 9.81), 0.005));
+  }
+  return inertial_factor(sum, odometry::ImuNoiseSettings{}, SE3{});
+}
+
+// Speed 1 +- 0.1 m/s before. The corrected step says 1.1 +- 0.05 m and the range 1.1 +- 0.1 m:
+// 1 + 0.1 (400 + 100)/(400 + 100 + 100) = 1.0833 m/s. A correction that left the speed alone would
+// run away again until the next keyframe.
+TEST(PaperWindow, corrects_the_speed_with_the_place) {
+  PaperWindow window{ranging::PaperRangeSettings{}};
+  PaperWindow::Node first = node_at(0, 0.0);
+  first.motion.v_odom_imu_mps = {1.0, 0.0, 0.0};
+  window.add(first, true);
+  PaperWindow::Node second = node_at(1, 1.0);
+  second.motion.v_odom_imu_mps = {1.0, 0.0, 0.0};
+  second.inertial = even_second();
+  window.add(second, true);
+  window.shift_newest({0.1, 0.0, 0.0});
+  PaperRangeFactor range;
+  range.p_odom_peer_m = {-10.0, 0.0, 0.0};
+  range.range_m = 11.1;
+  range.t = second.t;
+  window.set_range(range);
+  window.solve();
+  EXPECT_NEAR(window.nodes()[1].motion.v_odom_imu_mps.x(), 1.0833, 2e-3);
+  EXPECT_NEAR(window.nodes()[1].T_odom_body.p.x(), 1.0833, 2e-3);
+  EXPECT_NEAR(window.nodes()[0].T_odom_body.p.x(), 0.0, 1e-5);
+}
+
+TEST(PaperWindow, moves_nothing_without_ranges) {
+  PaperWindow window{ranging::PaperRangeSettings{}};
+  window.add(node_at(0, 0.0), true);
+  window.add(node_at(1, 1.0), true);
+  window.solve();
+  EXPECT_EQ(window.nodes()[1].T_odom_body.p, Vec3(1.0, 0.0, 0.0));
+}
+
+TEST(PaperWindow, keeps_as_many_keyframes_as_set) {
+  ranging::PaperRangeSettings settings;
+  settings.window_keyframes = 3;
+  PaperWindow window{settings};
+  for (std::uint32_t k = 0; k < 6; ++k) window.add(node_at(k, k), true);
+  ASSERT_EQ(window.nodes().size(), 3U);
+  EXPECT_EQ(window.nodes().front().seq, 3U);
+}
+
+TEST(PaperWindow, shares_a_second_shift_but_from_the_first_on) {
+  PaperWindow window{ranging::PaperRangeSettings{}};
+  for (std::uint32_t k = 0; k < 5; ++k) {
+    window.add(node_at(k, k), true);
+    if (k == 2) window.shift_newest({0.4, 0.0, 0.0});
+  }
+  window.shift_newest({0.0, 0.2, 0.0});
+  const auto& nodes = window.nodes();
+  EXPECT_NEAR(nodes[1].T_odom_body.p.x(), 1.2, 1e-12);
+  EXPECT_NEAR(nodes[2].T_odom_body.p.x(), 2.4, 1e-12);
+  EXPECT_EQ(nodes[2].T_odom_body.p.y(), 0.0);
+  EXPECT_NEAR(nodes[3].T_odom_body.p.y(), 0.1, 1e-12);
+  EXPECT_NEAR(nodes[4].T_odom_body.p.y(), 0.2, 1e-12);
+  const Vec3 step = nodes[4].T_previous_this.p;
+  EXPECT_LT((step - (nodes[4].T_odom_body.p - nodes[3].T_odom_body.p)).norm(), 1e-12);
+}
+
+TEST(PeerPlaces, prior_is_in_the_levelled_first_pose_with_its_heading) {
+  // Heading 90 deg and a nose 10 deg down: 3 m ahead is along y, at the same height.
+  SE3 first;
+  first.R = geometry::rotation_from_rpy(0.0, 0.1745, 1.570796);
+  first.p = {1.0, 1.0, 0.5};
+  PeerPrior prior;
+  prior.T_self_peer.p = {3.0, 0.0, 0.0};
+  const Vec3 p = place_of(prior, Vec3(0.0, 0.0, 0.4), first, Vec3::UnitZ());
+  EXPECT_LT((p - Vec3(1.0, 4.0, 0.9)).norm(), 1e-5);
+}
+
+TEST(PeerPlaces, a_status_that_is_old_says_nothing_of_now) {
+  PeerWatch peer;
+  EXPECT_FALSE(peer.stands_at(Time::from_s(1.0), 1.5));
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), true});
+  EXPECT_TRUE(peer.stands_at(Time::from_s(2.0), 1.5));
+  EXPECT_FALSE(peer.stands_at(Time::from_s(2.6), 1.5));
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(0.5), false});  // late
+  EXPECT_TRUE(peer.stands_at(Time::from_s(2.0), 1.5));
+  EXPECT_FALSE(peer.moved);
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(2.0), false});
+  EXPECT_TRUE(peer.moved);
+}
+
+}  // namespace
+}  // namespace rali::vehicle
