@@ -40,6 +40,9 @@ std::string remedy_of(RangeReason reason) {
       return "A range needs two vehicles with data at its time, one that stands, and where it "
              "stands "
              "(priors, or ranges while the LiDAR is not blind).";
+    case RangeReason::kNotNeeded:
+      return "Preset paper uses ranges at keyframes that its detector calls blind: see "
+             "vehicle.paper_degree.deg_above and odometry.paper.keyframe_s, or take preset robust.";
     default:
       return "See ranges.csv and rali doctor.";
   }
