@@ -43,7 +43,7 @@ struct ChainScores {
 
 [[nodiscard]] ChainScores run_chain(const PairSet& set, const ChainOptions& options);
 
-/// A Markdown table of all sets, three rows each, and one of the reasons.
+/// A Markdown table of all sets, four rows each, and one of the reasons.
 [[nodiscard]] std::string pair_tables(const std::vector<PairSet>& sets);
 
 }  // namespace rali::ranges_bench

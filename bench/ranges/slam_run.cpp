@@ -136,7 +136,7 @@ SlamEstimate solve_batch_from(const SlamProblem& problem, const eval::PoseList& 
   for (const auto& [number, beacon] : placed) places.emplace(number, beacon.p_odom_m);
   SlamEstimate best = solve_batch(problem, initial, places);
   for (const auto& [number, beacon] : placed) {
-    if (beacon.certain) continue;
+    if (beacon.certain || placed.size() > 1) continue;
     const int wanted = number;
     const auto first =
         std::find_if(problem.ranges.begin(), problem.ranges.end(),

@@ -27,9 +27,9 @@ struct SlamEstimate {
 [[nodiscard]] SlamEstimate solve_batch(const SlamProblem& problem, const eval::PoseList& initial,
                                        const std::map<int, geometry::Vec3>& placed);
 
-/// solve_batch() from where the beacons were placed; one that was not certain is also begun in
-/// eight directions around the first range to it. To known points: from several places of the
-/// frame (place_frame). The lowest cost is the answer.
+/// solve_batch() from where the beacons were placed; a single one that was not certain is also
+/// begun in eight directions around the first range to it. To known points: from several places of
+/// the frame (place_frame). The lowest cost is the answer.
 [[nodiscard]] SlamEstimate solve_batch_from(const SlamProblem& problem,
                                             const eval::PoseList& initial,
                                             const std::map<int, PlacedBeacon>& placed);
