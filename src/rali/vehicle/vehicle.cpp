@@ -42,7 +42,7 @@ class Vehicle::Impl {
     }
     t_imu_ = sample.t;
     odometry_->add_imu(sample);
-    back_end_.add(sample);
+    if (!paper_ranges_) back_end_.add(sample);
     run_waiting(executor, out, false);
   }
 
@@ -148,7 +148,7 @@ class Vehicle::Impl {
     // A new map begins where the old one was lost: the graph does not reach across.
     if (result.state == odometry::TrackState::kDiverged) {
       finish_stretch(out);
-    } else {
+    } else if (!paper_ranges_) {
       back_end_.add(result, keyframe, pose.degeneracy.blind, ranges_.records());
     }
   }
