@@ -154,7 +154,9 @@ TEST(DegeneracyFile, of_an_older_version_is_read_without_the_new_columns) {
   const io::TestFolder folder;
   TestRun test;
   test.vehicles = {"v1", "v2"};
+  test.old_degeneracy = true;
   write_test_run(folder, test);
+  ASSERT_EQ(folder.read("degeneracy/v2.csv").find("held_by"), std::string::npos);
   const Result<RunData> run = read_run(folder.path());
   ASSERT_TRUE(run);
   const VehicleView& v = run->vehicles[1];

@@ -21,6 +21,7 @@ struct TestRun {
   std::size_t points = 20'000;
   bool fleet = false;  ///< ranges, rounds, loops
   bool truth = false;
+  bool old_degeneracy = false;  ///< without the columns that were added later
   std::string status = "complete";
   std::string warning;
 };
@@ -83,7 +84,8 @@ class TestRunWriter {
     if (name.find('/') != std::string::npos) return;
     std::string tum = "# T_map_body\n", cov = "stamp_s,c00,c01,c02,c11,c12,c22\n";
     std::string degeneracy =
-        "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from\n";
+        "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from";
+    degeneracy += run_.old_degeneracy ? "\n" : ",axis,category,sigma_m,held_by\n";
     std::string errors = "stamp_s,ape_m,rot_deg,ex,ey,ez,along_blind_m,nees\n";
     for (int i = 0; i < run_.poses; ++i) {
       double x = 0.0, y = 0.0, z = 0.0;
@@ -91,9 +93,13 @@ class TestRunWriter {
       const double t_s = kBegin_s + 0.1 * i, var = 1e-4 + 2e-5 * i;
       tum += fmt::format("{:.9f} {:.6f} {:.6f} {:.6f} 0 0 0 1\n", t_s, x, y, z);
       cov += fmt::format("{:.9f},{:.6e},0,0,{:.6e},0,{:.6e}\n", t_s, var, var, 0.2 * var);
-      degeneracy += fmt::format("{:.9f},{},{:.3f},1,0,0,0.05,{},{}\n", t_s, blind(v, i) ? 1 : 0,
-                                blind(v, i) ? 900.0 : 8.0 + std::sin(0.3 * i), "",
-                                blind(v, i) ? run_.vehicles[0] : "");
+      const bool is_blind = blind(v, i);
+      degeneracy +=
+          fmt::format("{:.9f},{},{:.3f},1,0,0,0.05,,{}", t_s, is_blind ? 1 : 0,
+                      is_blind ? 900.0 : 8.0 + std::sin(0.3 * i), is_blind ? run_.vehicles[0] : "");
+      degeneracy += run_.old_degeneracy ? "\n"
+                    : is_blind          ? ",axial,none,0.05,range\n"
+                                        : ",axial,full,0.02,lidar\n";
       errors += fmt::format("{:.9f},{:.4f},0.2,{:.4f},0.01,-0.02,,{:.3f}\n", t_s, 0.03 + 1e-3 * i,
                             0.02 + 1e-3 * i, 5.0 + std::sin(0.2 * i));
     }

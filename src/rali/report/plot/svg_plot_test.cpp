@@ -110,5 +110,33 @@ TEST(ScaleColours, grow_lighter_evenly_so_that_grey_paper_shows_them) {
   EXPECT_LT(before, 200.0) << "seen on white";
 }
 
+TEST(Plot, tells_series_of_dots_apart_by_their_shape) {
+  Plot plot = plot_of({0.0, 10.0}, {1.0, 2.0});
+  plot.series[0].dots = true;
+  const std::string dots = svg_of(plot);
+  plot.series[0].marker = Marker::kCross;
+  const std::string crosses = svg_of(plot);
+  EXPECT_EQ(dots.find("class=\"s shape\""), std::string::npos);
+  EXPECT_NE(crosses.find("class=\"s shape\""), std::string::npos);
+  EXPECT_NE(crosses.find("h0m-2.8-2.8"), std::string::npos);
+}
+
+TEST(Plot, shows_what_has_no_value_in_a_rail_and_names_it_once) {
+  Plot plot = plot_of({0.0, 10.0}, {1.0, 2.0});
+  plot.series[0].dots = true;
+  Series bare = plot.series[0];
+  bare.y.clear();
+  bare.x = {5.0, kNaN, 99.0};  // the last lies outside of the axis
+  bare.on_rail = true;
+  plot.series.push_back(bare);
+  plot.rail_label = "no residual";
+  const std::string svg = svg_of(plot);
+  const std::size_t rail = svg.find("class=\"on-rail\"");
+  ASSERT_NE(rail, std::string::npos);
+  const std::string path = svg.substr(rail, svg.find('>', rail) - rail);
+  EXPECT_EQ(std::count(path.begin(), path.end(), 'M'), 1);
+  EXPECT_EQ(svg.find(">a</text>"), svg.rfind(">a</text>"));
+}
+
 }  // namespace
 }  // namespace rali::report
