@@ -45,7 +45,7 @@ ExcessVerdict ExcessWatch::look(Time t, double nu_m, double sigma_m, double pose
   if (gap) reset();
   t_last_ = t;
   const double limit_m = std::hypot(limit(sigma_m), settings_.step_sigmas * turn_sigma_m);
-  if (t_excess_) return in_excess(t, nu_m, std::max(limit_m, pose_sigma_m));
+  if (t_excess_) return in_excess(t, nu_m, limit_m, pose_sigma_m);
   if (recent_m_.size() < static_cast<std::size_t>(settings_.level_min)) {
     follow(nu_m);
     return ExcessVerdict::kNone;
@@ -69,8 +69,7 @@ ExcessVerdict ExcessWatch::pending(Time t, double nu_m, double limit_m) {
   if (pending_m_.size() < static_cast<std::size_t>(settings_.step_samples)) {
     return ExcessVerdict::kWaiting;
   }
-  before_m_ = level();
-  step_m_ = median(std::vector<double>(pending_m_.begin(), pending_m_.end())) - before_m_;
+  step_m_ = median(std::vector<double>(pending_m_.begin(), pending_m_.end())) - level();
   recent_m_.assign(pending_m_.begin(), pending_m_.end());
   pending_m_.clear();
   if (step_m_ < 0.0) return ExcessVerdict::kRelieved;
@@ -78,13 +77,20 @@ ExcessVerdict ExcessWatch::pending(Time t, double nu_m, double limit_m) {
   return ExcessVerdict::kExcess;
 }
 
-/// It ends when most of the step is gone, or when it has lasted longer than obstacles do.
-ExcessVerdict ExcessWatch::in_excess(Time t, double nu_m, double limit_m) {
-  const double left_m = nu_m - before_m_;
-  const bool over = left_m < std::max(0.5 * step_m_, step_m_ - limit_m);
-  const bool believed = seconds_between(*t_excess_, t) > settings_.longest_s;
-  if (!over) pending_m_.clear();
-  if (over) pending_m_.push_back(nu_m);
+/// It ends with a step down, when the pose has become as doubtful as the excess is long, or when it
+/// has lasted longer than obstacles do. The level follows meanwhile: the speed is not known
+/// exactly.
+ExcessVerdict ExcessWatch::in_excess(Time t, double nu_m, double limit_m, double pose_sigma_m) {
+  const double down_m = level() - nu_m;
+  const bool over = down_m > std::max(limit_m, settings_.end_share * step_m_);
+  const bool believed = seconds_between(*t_excess_, t) > settings_.longest_s ||
+                        pose_sigma_m > settings_.doubt_factor * step_m_;
+  if (over) {
+    pending_m_.push_back(nu_m);
+  } else {
+    pending_m_.clear();
+    follow(nu_m);
+  }
   const bool ended = pending_m_.size() >= static_cast<std::size_t>(settings_.step_samples);
   if (!ended && !believed) return ExcessVerdict::kExcess;
   reset();

@@ -28,7 +28,9 @@ class ExcessWatch {
  public:
   explicit ExcessWatch(const ExcessSettings& settings) : settings_(settings) {}
 
-  /// @param nu_m residual of the range @param sigma_m of one range in line of sight
+  /// @param nu_m residual of the range, against the pose or against its own change by the predicted
+  /// rate: corrections of the pose are no steps then
+  /// @param sigma_m of one range in line of sight
   /// @param pose_sigma_m of the prediction: how far the level may have wandered unseen
   /// @param turn_sigma_m by how much the line of sight has turned over the last ranges, times the
   /// doubt about the pose: near the other antenna an error of the pose looks like a step
@@ -43,7 +45,7 @@ class ExcessWatch {
  private:
   [[nodiscard]] double level() const;
   [[nodiscard]] double limit(double sigma_m) const;
-  ExcessVerdict in_excess(Time t, double nu_m, double limit_m);
+  ExcessVerdict in_excess(Time t, double nu_m, double limit_m, double pose_sigma_m);
   ExcessVerdict pending(Time t, double nu_m, double limit_m);
   void follow(double nu_m);
 
@@ -53,7 +55,6 @@ class ExcessWatch {
   std::deque<double> pending_m_;  ///< a step in doubt
   std::optional<Time> t_last_;
   std::optional<Time> t_excess_;
-  double before_m_ = 0.0;  ///< level before the excess
   double step_m_ = 0.0;
 };
 

@@ -107,7 +107,7 @@ struct LinkSettings {
 
 /// The part of the error of ranges that wanders slowly: multipath and the radio's own.
 struct SlowErrorSettings {
-  double slow_sigma_m = 0.08;
+  double slow_sigma_m = 0.06;
   double slow_time_s = 4.0;
 
   template <class V>
@@ -201,7 +201,9 @@ struct ExcessSettings {
   double step_min_m = 0.2;
   double step_sigmas = 4.0;
   int step_samples = 3;
-  double longest_s = 8.0;
+  double longest_s = 6.0;
+  double end_share = 0.4;
+  double doubt_factor = 1.5;
   double gap_s = 1.0;
 
   template <class V>
@@ -215,6 +217,9 @@ struct ExcessSettings {
     v("step_sigmas", step_sigmas, 1.0, 100.0, "sds of the noise that a step stands out");
     v("step_samples", step_samples, 1, 1000, "in a row on one side are a step");
     v("longest_s", longest_s, 0.1, 3600.0, "an excess that lasts longer is believed");
+    v("end_share", end_share, 0.0, 1.0, "of the step, that a step down must have to end it");
+    v("doubt_factor", doubt_factor, 0.1, 1000.0,
+      "times the step: a pose more doubtful than that ends it");
     v("gap_s", gap_s, 0.0, 3600.0, "silence after which steps mean nothing");
   }
 };

@@ -63,8 +63,11 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
   if (!places_.contains(place_key) && !place_from_prior(place_key, filter)) return std::nullopt;
   add_pair_states(pair, now.t, filter);
   walk(pair, now.t, filter);
-  const int place = places_.at(place_key).side;
+  Place& place = places_.at(place_key);
   auto prediction = predict(now, key, pair, place, filter);
+  if (prediction && place.along.isZero(0.0)) {
+    place.along = (prediction->p_odom_antenna_m - prediction->p_odom_peer_m).normalized();
+  }
   if (prediction && keep_in_passage(place_key, now, *prediction, filter)) {
     prediction = predict(now, key, pair, place, filter);
   }
@@ -187,10 +190,12 @@ void RangeStage::walk(Pair& pair, Time t, SideFilter& filter) {
 
 /// u = rho + b + tau drho/dt (algorithms 4.1), and how it moves with the filter's state.
 std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, const PairKey& key,
-                                                          const Pair& pair, int place,
+                                                          const Pair& pair, const Place& heard,
                                                           const SideFilter& filter) const {
   const SideStates& side = filter.side();
+  const int place = heard.side;
   Prediction out;
+  out.place = place;
   out.p_odom_peer_m = side.mean.segment<3>(place);
   const ranging::RangeEnd own{now.T_odom_body, settings_.antennas_body_m[std::get<0>(key)],
                               now.v_odom_mps, now.w_body_radps};
@@ -214,8 +219,10 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   // From afar only the distance is learned: what a slow error or a bend tells about the place
   // across the line would be believed too soon.
   if (p->rho_m > 1.0 / std::max(1e-3, settings_.ranging.finder.passage_per_m)) {
+    // One line for all of them: many lines that turn a little would tell the same in the end.
+    const Vec3 along = heard.along.isZero(0.0) ? p->e : heard.along;
     m.considered = place;
-    m.estimates = p->e * p->e.transpose();
+    m.estimates = along * along.transpose();
   }
   if (pair.bias >= 0) {
     out.bias_m = side.mean[pair.bias];

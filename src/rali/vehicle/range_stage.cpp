@@ -172,7 +172,7 @@ void RangeStage::judge(Pair& pair, const RangeSample& sample, Prediction& predic
   use.residual_m = m.residual;
   use.bias_m = prediction.bias_m;
   use.sigma_m = std::sqrt(S);
-  if (is_excess(pair, sample.t, prediction, sigma_m, std::sqrt(H_P_H), filter)) {
+  if (is_excess(pair, sample, prediction, sigma_m, std::sqrt(H_P_H), filter)) {
     use.reason = RangeReason::kNlos;
     return;
   }
@@ -201,20 +201,32 @@ RangeRecord RangeStage::record_of(const PairKey& key, const Pair& pair, const Mo
 
 /// True while the range is longer than the straight way. If the track began with such ranges the
 /// pose has followed them: it is as doubtful as they were wrong.
-bool RangeStage::is_excess(Pair& pair, Time t, const Prediction& prediction, double sigma_m,
-                           double pose_sigma_m, SideFilter& filter) const {
+bool RangeStage::is_excess(Pair& pair, const RangeSample& sample, const Prediction& prediction,
+                           double sigma_m, double pose_sigma_m, SideFilter& filter) const {
   if (!settings_.ranging.excess.use) return false;
   constexpr double kMemory_s = 0.5;  // of the level before a step, at 20 Hz
+  const Time t = sample.t;
   const Vec3 sight = (prediction.p_odom_antenna_m - prediction.p_odom_peer_m).normalized();
   pair.sights.emplace_back(t, sight);
   while ((t - pair.sights.front().first).s() > kMemory_s) pair.sights.pop_front();
   const Vec3 turned = sight - pair.sights.front().second;
   const double turn_sigma_m = std::sqrt(turned.dot(prediction.P_between_m2 * turned));
+  // The range against its own change at the predicted speed: where the pose is corrected, its
+  // residual steps, and the range does not.
+  if (pair.glide) {
+    const double expected_m = prediction.rate_mps * (t - pair.glide->t).s();
+    pair.glide_m += sample.range_m - pair.glide->range_m - expected_m;
+  }
+  pair.glide = sample;
   const ranging::ExcessVerdict verdict =
-      pair.excess.look(t, prediction.measurement.residual, sigma_m, pose_sigma_m, turn_sigma_m);
+      pair.excess.look(t, pair.glide_m, sigma_m, pose_sigma_m, turn_sigma_m);
   if (verdict == ranging::ExcessVerdict::kRelieved) {
+    // Whatever had followed the long ranges is wrong by the step: the pose, or at rest the place.
     const double was = std::max(1e-3, pose_sigma_m);
     const double wrong = pair.excess.step_m();
+    for (int k = 0; k < 3; ++k) {
+      filter.walk_side(prediction.place + k, wrong * wrong * sight[k] * sight[k]);
+    }
     filter.widen(std::clamp(1.0 + wrong * wrong / (was * was), 1.0, kWidenMost));
     return false;
   }

@@ -82,11 +82,13 @@ class RangeStage {
     ranging::ExcessWatch excess;
     ranging::AnchorFinder finder;
     std::deque<std::pair<Time, geometry::Vec3>> sights;  ///< lines of sight lately, unit
-    std::deque<RangeRecord> sought;                      ///< until the other's place is found
-    int number = 0;                                      ///< in the records
-    double R_m2 = 0.0;                                   ///< as the gate said last
-    double inflation = 1.0;                              ///< as thinning said last
-    int bias = -1;                                       ///< side state
+    std::optional<sensor::RangeSample> glide;            ///< the last range, for steps
+    double glide_m = 0.0;            ///< sum of the ranges' changes less those predicted
+    std::deque<RangeRecord> sought;  ///< until the other's place is found
+    int number = 0;                  ///< in the records
+    double R_m2 = 0.0;               ///< as the gate said last
+    double inflation = 1.0;          ///< as thinning said last
+    int bias = -1;                   ///< side state
     Time t_bias;
     double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is a side state
     // Line of sight, as asked last.
@@ -96,12 +98,14 @@ class RangeStage {
   };
 
   struct Place {
-    int side = -1;   ///< first of three side states
-    int number = 0;  ///< in the records
+    int side = -1;                                  ///< first of three side states
+    int number = 0;                                 ///< in the records
+    geometry::Vec3 along = geometry::Vec3::Zero();  ///< line of sight when first heard, unit
   };
 
   struct Prediction {
     odometry::SideMeasurement measurement;
+    int place = -1;  ///< first of three side states
     double predicted_m = 0.0;
     double bias_m = 0.0;
     double rate_mps = 0.0;
@@ -133,12 +137,13 @@ class RangeStage {
   void add_pair_states(Pair& pair, Time t, odometry::SideFilter& filter);
   void walk(Pair& pair, Time t, odometry::SideFilter& filter);
   [[nodiscard]] std::optional<Prediction> predict(const odometry::Moment& now, const PairKey& key,
-                                                  const Pair& pair, int place,
+                                                  const Pair& pair, const Place& place,
                                                   const odometry::SideFilter& filter) const;
   [[nodiscard]] bool keep_in_passage(const PlaceKey& key, const odometry::Moment& now,
                                      const Prediction& prediction, odometry::SideFilter& filter);
-  [[nodiscard]] bool is_excess(Pair& pair, Time t, const Prediction& prediction, double sigma_m,
-                               double pose_sigma_m, odometry::SideFilter& filter) const;
+  [[nodiscard]] bool is_excess(Pair& pair, const sensor::RangeSample& sample,
+                               const Prediction& prediction, double sigma_m, double pose_sigma_m,
+                               odometry::SideFilter& filter) const;
   [[nodiscard]] bool blocked(Pair& pair, Time t, const Prediction& prediction,
                              const odometry::SideFilter& filter) const;
 
