@@ -96,8 +96,8 @@ TEST(ExcessWatch, a_step_down_is_a_relief) {
 TEST(ExcessWatch, an_excess_longer_than_any_obstacle_is_believed) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
-  // The third range tells the step; 8 s later, 160 ranges, it is believed.
-  for (int k = 0; k < 163; ++k) EXPECT_NE(fed.quiet(0.6), ExcessVerdict::kNone) << k;
+  // The third range tells the step; 6 s later, 120 ranges, it is believed.
+  for (int k = 0; k < 123; ++k) EXPECT_NE(fed.quiet(0.6), ExcessVerdict::kNone) << k;
   fed.expect_quiet(40, 0.6);
   fed.quiet(0.0);
   fed.quiet(0.0);
@@ -155,19 +155,36 @@ TEST(ExcessWatch, noise_is_not_believed_to_be_more_than_the_sigma_of_a_range) {
   EXPECT_EQ(fed.next(1.0), ExcessVerdict::kWaiting);  // by its own noise the limit were 1.8 m
 }
 
-TEST(ExcessWatch, while_the_pose_is_doubtful_an_excess_ends_only_when_half_of_it_is_gone) {
-  // Of 0.6 m, 0.24 m are gone: more than the limit of 0.2 m, less than half.
-  Fed known;
-  known.expect_quiet(40, 0.0);
-  for (int k = 0; k < 20; ++k) static_cast<void>(known.next(0.6));
-  static_cast<void>(known.next(0.36));
-  static_cast<void>(known.next(0.36));
-  EXPECT_EQ(known.next(0.36), ExcessVerdict::kNone);
-  Fed doubtful;
-  doubtful.pose_sigma_m = 0.5;
-  doubtful.expect_quiet(40, 0.0);
-  for (int k = 0; k < 20; ++k) static_cast<void>(doubtful.next(0.6));
-  for (int k = 0; k < 10; ++k) EXPECT_EQ(doubtful.next(0.36), ExcessVerdict::kExcess) << k;
+TEST(ExcessWatch, an_excess_ends_with_a_step_down_of_more_than_a_share_of_it) {
+  // Of 1 m, 0.44 m are gone at once: more than 40 %. Of 0.3 m nobody says that the way is free.
+  Fed over;
+  over.expect_quiet(40, 0.0);
+  for (int k = 0; k < 20; ++k) static_cast<void>(over.next(1.0));
+  static_cast<void>(over.next(0.56));
+  static_cast<void>(over.next(0.56));
+  EXPECT_EQ(over.next(0.56), ExcessVerdict::kNone);
+  Fed not_yet;
+  not_yet.expect_quiet(40, 0.0);
+  for (int k = 0; k < 20; ++k) static_cast<void>(not_yet.next(1.0));
+  for (int k = 0; k < 10; ++k) EXPECT_EQ(not_yet.next(0.7), ExcessVerdict::kExcess) << k;
+}
+
+TEST(ExcessWatch, an_excess_that_drifts_with_the_speed_still_ends_with_its_step_down) {
+  // The speed is wrong by 0.2 m/s: after 2 s the level is at 1.0 m, and the way back at 0.4 m.
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  for (int k = 0; k < 40; ++k) EXPECT_NE(fed.next(0.6 + 0.01 * k), ExcessVerdict::kNone) << k;
+  static_cast<void>(fed.next(0.41));
+  static_cast<void>(fed.next(0.42));
+  EXPECT_EQ(fed.next(0.43), ExcessVerdict::kNone);
+}
+
+TEST(ExcessWatch, a_pose_more_doubtful_than_the_excess_ends_it) {
+  Fed fed;
+  fed.expect_quiet(40, 0.0);
+  for (int k = 0; k < 20; ++k) EXPECT_NE(fed.quiet(0.6), ExcessVerdict::kNone) << k;
+  fed.pose_sigma_m = 1.0;  // more than 1.5 times 0.6 m
+  EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kNone);
 }
 
 TEST(ExcessWatch, noise_alone_is_rarely_a_step) {

@@ -15,11 +15,19 @@ constexpr double kTau = 3.0;
 constexpr double kPeriod = 0.05;
 const double kSigma = std::hypot(kWhite, kSlow);  // 5 cm, slow share 0.64
 
+/// The numbers below are worked for these, whatever the defaults are.
+SlowErrorSettings worked() {
+  SlowErrorSettings settings;
+  settings.slow_sigma_m = kSlow;
+  settings.slow_time_s = kTau;
+  return settings;
+}
+
 Time at(double t_s) { return Time::from_s(1000.0 + t_s); }
 
 /// Variance of all ranges together if each counts with its inflated variance.
 struct Sum {
-  RangeThinning thinning{SlowErrorSettings{}};
+  RangeThinning thinning{worked()};
   double information = 0.0;
 
   void add(double t_s, bool at_rest) {
@@ -30,7 +38,7 @@ struct Sum {
 };
 
 TEST(RangeThinning, the_first_range_counts_in_full) {
-  RangeThinning thinning{SlowErrorSettings{}};
+  RangeThinning thinning{worked()};
   EXPECT_EQ(thinning.inflation(at(0.0), 0.1, false), 1.0);
 }
 
@@ -58,7 +66,7 @@ TEST(RangeThinning, ranges_within_the_correlation_time_count_as_one) {
 }
 
 TEST(RangeThinning, at_a_steady_rate_tends_to_the_inflation_of_its_derivation) {
-  RangeThinning thinning{SlowErrorSettings{}};
+  RangeThinning thinning{worked()};
   double inflation = 0.0;
   for (int n = 0; n < 2000; ++n) inflation = thinning.inflation(at(kPeriod * n), kSigma, false);
   // 1 + 2 tau f q / (r + q) = 1 + 120 x 0.64; exact (1 - share) + share (1 + a) / (1 - a)
@@ -68,14 +76,14 @@ TEST(RangeThinning, at_a_steady_rate_tends_to_the_inflation_of_its_derivation) {
 }
 
 TEST(RangeThinning, ranges_far_apart_in_time_are_independent) {
-  RangeThinning thinning{SlowErrorSettings{}};
+  RangeThinning thinning{worked()};
   for (int n = 0; n < 5; ++n) {
     EXPECT_NEAR(thinning.inflation(at(60.0 * n), kSigma, false), 1.0, 1e-6) << n;
   }
 }
 
 TEST(RangeThinning, driving_on_after_a_rest_does_not_start_from_nothing) {
-  RangeThinning thinning{SlowErrorSettings{}};
+  RangeThinning thinning{worked()};
   for (int n = 0; n < 400; ++n) (void)thinning.inflation(at(kPeriod * n), kSigma, true);
   EXPECT_GT(thinning.inflation(at(20.0), kSigma, false), 10.0);
 }
@@ -90,7 +98,7 @@ TEST(RangeThinning, without_a_slow_part_nothing_is_inflated) {
 }
 
 TEST(RangeThinning, stays_finite_for_repeats_and_for_sigmas_that_make_no_sense) {
-  RangeThinning thinning{SlowErrorSettings{}};
+  RangeThinning thinning{worked()};
   for (const double sigma : {0.1, 0.001, 0.0, std::nan(""), 1e200, 0.1}) {
     for (int n = 0; n < 1000; ++n) {
       const double f = thinning.inflation(at(0.0), sigma, false);
@@ -120,7 +128,7 @@ double mean_nees(double walk_m, bool thinned) {
   double sum = 0.0;
   for (int run = 0; run < kRuns; ++run) {
     RangeError error(static_cast<std::uint64_t>(run));
-    RangeThinning thinning{SlowErrorSettings{}};
+    RangeThinning thinning{worked()};
     double truth = 0.0;
     double x = error.rng.normal();
     double P = 1.0;
