@@ -1,0 +1,357 @@
+#include "rali/vehicle/range_stage.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "rali/odometry/side_filter_for_test.hpp"
+
+namespace rali::vehicle {
+namespace {
+
+using geometry::Vec3;
+using odometry::DenseSideFilter;
+using ranging::RangeReason;
+using ranging::RangeUse;
+using sensor::RangeSample;
+
+constexpr VehicleId kSelf{1};
+constexpr VehicleId kPeer{2};
+const Vec3 kGravity(0.0, 0.0, -9.81);
+
+/// A peer whose place was measured 10 m ahead: to 0.2 m, and its direction to 0.05 rad.
+VehicleSettings settings_with_prior() {
+  VehicleSettings settings;
+  PeerSettings peer;
+  peer.id = kPeer;
+  peer.antennas_body_m = {Vec3::Zero()};
+  peer.prior.emplace();
+  peer.prior->T_self_peer.p = Vec3(10.0, 0.0, 0.0);
+  settings.peers.push_back(peer);
+  return settings;
+}
+
+/// A vehicle at odom's origin at t = 0 that drives 1 m/s along x, and doubts where along x it is.
+struct Staged {
+  DenseSideFilter filter;
+  RangeStage stage;
+  OutputList out;
+  RangeEffect effect;
+
+  explicit Staged(const VehicleSettings& settings = settings_with_prior())
+      : stage(kSelf, settings) {
+    filter.P.diagonal().segment<3>(3) << 0.04, 1e-4, 1e-4;
+    filter.now.v_odom_mps = Vec3::UnitX();
+    tell(0.0, true);
+  }
+
+  void tell(double t_s, bool at_rest) { stage.on(PeerStatus{kPeer, Time::from_s(t_s), at_rest}); }
+
+  static RangeSample sample(double t_s, double range_m) {
+    RangeSample s;
+    s.t = Time::from_s(t_s);
+    s.from = kSelf;
+    s.to = kPeer;
+    s.range_m = range_m;
+    return s;
+  }
+
+  void add(double t_s, double range_m) { stage.add(sample(t_s, range_m), out); }
+
+  void run(double t_s) {
+    effect = stage.run(Time::from_s(t_s), &filter, kGravity, geometry::SE3{}, out);
+  }
+
+  /// What became of one more range.
+  RangeUse one(double t_s, double range_m) {
+    add(t_s, range_m);
+    run(t_s);
+    return uses().back();
+  }
+
+  [[nodiscard]] std::vector<RangeUse> uses() const {
+    std::vector<RangeUse> found;
+    for (const Output& o : out) {
+      if (const auto* use = std::get_if<RangeUse>(&o)) found.push_back(*use);
+    }
+    return found;
+  }
+};
+
+TEST(RangeStage, a_range_moves_the_pose_by_the_gain_worked_out_by_hand) {
+  Staged s;
+  // Between the antennas, across the line: 0.2901 m2 (0.04 + 0.5^2 + 1e-4) and 0.0401 m2; by 10 m
+  // of range the distance is longer by half their sum / 10 = 0.01651 m than between the means.
+  // S: own place 0.04, the peer's 0.04, bias 0.01, stamps 1 (m/s)^2 (0.02 s)^2, the range
+  // 0.1^2 + 0.010117^2, and the bend half of 0.02901^2 + 0.00401^2.
+  const double S = 0.04 + 0.04 + 0.01 + 0.0004 + 0.01010234 + 0.5 * (8.41580e-4 + 1.60801e-5);
+  const RangeUse use = s.one(0.0, 10.1165 + 1e-5);
+  EXPECT_EQ(use.reason, RangeReason::kUsed);
+  EXPECT_NEAR(use.predicted_m, 10.01651, 1e-9);
+  EXPECT_NEAR(use.residual_m, 0.1, 1e-9);
+  EXPECT_NEAR(use.sigma_m, std::sqrt(S), 1e-7);
+  EXPECT_EQ(use.bias_m, 0.0);
+  // Longer than thought: farther back, by 0.04 / S of it.
+  EXPECT_NEAR(s.filter.now.T_odom_body.p.x(), -0.1 * 0.04 / S, 1e-7);
+  EXPECT_NEAR(s.effect.shift_m, 0.1 * 0.04 / S, 1e-7);
+  EXPECT_EQ(s.effect.from, kPeer);
+  // Side states: place, stamps, bias.
+  ASSERT_EQ(s.filter.side().size(), 5);
+  EXPECT_NEAR(s.filter.side().mean[0], 10.0 + 0.1 * 0.04 / S, 1e-7);
+  EXPECT_NEAR(s.filter.side().mean[4], 0.1 * 0.01 / S, 1e-7);
+}
+
+TEST(RangeStage, the_direction_of_an_exchange_makes_no_difference) {
+  Staged forth;
+  Staged back;
+  RangeSample turned = Staged::sample(0.0, 10.1);
+  std::swap(turned.from, turned.to);
+  back.stage.add(turned, back.out);
+  back.run(0.0);
+  EXPECT_EQ(forth.one(0.0, 10.1).residual_m, back.uses().back().residual_m);
+}
+
+TEST(RangeStage, a_bias_that_was_calibrated_is_in_the_prediction) {
+  VehicleSettings settings = settings_with_prior();
+  settings.peers[0].bias_m = 0.5;
+  Staged s(settings);
+  const RangeUse use = s.one(0.0, 10.5);
+  EXPECT_EQ(use.bias_m, 0.5);
+  EXPECT_NEAR(use.predicted_m, 10.51651, 1e-9);
+}
+
+TEST(RangeStage, ranges_of_strangers_are_unknown_at_once) {
+  Staged s;
+  RangeSample strange = Staged::sample(0.0, 10.0);
+  strange.to = VehicleId{9};
+  s.stage.add(strange, s.out);
+  strange = Staged::sample(0.0, 10.0);
+  strange.from = VehicleId{3};  // between two others
+  s.stage.add(strange, s.out);
+  strange = Staged::sample(0.0, 10.0);
+  strange.to_antenna = 1;  // the peer has but one
+  s.stage.add(strange, s.out);
+  strange = Staged::sample(0.0, 10.0);
+  strange.from_antenna = 255;
+  s.stage.add(strange, s.out);
+  ASSERT_EQ(s.uses().size(), 4U);
+  for (const RangeUse& use : s.uses()) EXPECT_EQ(use.reason, RangeReason::kUnknownId);
+  s.run(1.0);
+  EXPECT_EQ(s.uses().size(), 4U);
+}
+
+TEST(RangeStage, without_a_peer_that_is_known_to_stand_there_is_no_pose) {
+  Staged s;
+  EXPECT_EQ(s.one(1.4, 8.6).reason, RangeReason::kUsed);
+  EXPECT_EQ(s.one(1.6, 8.4).reason, RangeReason::kNoPose);  // said 1.5 s ago
+  s.tell(1.6, false);
+  EXPECT_EQ(s.one(1.7, 8.3).reason, RangeReason::kNoPose);  // drives
+
+  VehicleSettings settings = settings_with_prior();
+  RangeStage never(kSelf, settings);
+  DenseSideFilter filter;
+  OutputList out;
+  never.add(Staged::sample(0.0, 10.0), out);
+  static_cast<void>(never.run(Time::from_s(1.0), &filter, kGravity, geometry::SE3{}, out));
+  ASSERT_EQ(out.size(), 1U);
+  EXPECT_EQ(std::get<RangeUse>(out[0]).reason, RangeReason::kNoPose);
+  EXPECT_TRUE(filter.applied.empty());
+}
+
+TEST(RangeStage, without_a_filter_or_when_not_wanted_ranges_are_only_told) {
+  Staged s;
+  s.add(0.0, 10.0);
+  static_cast<void>(s.stage.run(Time::from_s(1.0), nullptr, kGravity, std::nullopt, s.out));
+  ASSERT_EQ(s.uses().size(), 1U);
+  EXPECT_EQ(s.uses()[0].reason, RangeReason::kNoPose);
+
+  VehicleSettings settings = settings_with_prior();
+  settings.ranging.use = false;
+  Staged off(settings);
+  off.add(0.0, 10.0);
+  off.run(1.0);
+  ASSERT_EQ(off.uses().size(), 1U);
+  EXPECT_EQ(off.uses()[0].reason, RangeReason::kNoPose);
+}
+
+TEST(RangeStage, a_range_older_than_the_filter_can_go_back_is_late) {
+  Staged s;
+  EXPECT_EQ(s.one(1.0, 9.0).reason, RangeReason::kUsed);
+  EXPECT_EQ(s.one(0.95, 9.05).reason, RangeReason::kUsed);
+  EXPECT_EQ(s.one(0.85, 9.15).reason, RangeReason::kLate);
+}
+
+TEST(RangeStage, what_cannot_be_a_range_is_out_of_limits) {
+  Staged s;
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const double bad : {0.1, -1.0, 301.0, inf, std::nan("")}) {
+    EXPECT_EQ(s.one(0.0, bad).reason, RangeReason::kOutOfLimits) << bad;
+  }
+  EXPECT_EQ(s.one(0.0, 10.0).reason, RangeReason::kUsed);
+}
+
+TEST(RangeStage, a_range_that_jumps_is_an_outlier_and_one_that_misses_is_blocked_by_the_gate) {
+  Staged s;
+  EXPECT_EQ(s.one(0.0, 10.0).reason, RangeReason::kUsed);
+  EXPECT_EQ(s.one(0.05, 15.0).reason, RangeReason::kOutlier);
+  Staged misses;
+  EXPECT_EQ(misses.one(0.0, 12.0).reason, RangeReason::kBlockedByGate);  // 2 m are 6 sds
+  EXPECT_TRUE(misses.filter.applied.empty());
+  EXPECT_EQ(misses.effect.shift_m, 0.0);
+}
+
+TEST(RangeStage, behind_walls_of_the_map_a_range_counts_less_and_a_miss_is_theirs) {
+  Staged s;
+  s.filter.surfaces = 2;
+  const RangeUse use = s.one(0.0, 10.02);
+  EXPECT_EQ(use.reason, RangeReason::kUsed);
+  EXPECT_LE(use.p_los, 0.1);
+  EXPECT_GT(s.filter.applied_R[0], 25.0 * 0.0101 - 1e-9);
+  Staged miss;
+  miss.filter.surfaces = 2;
+  EXPECT_EQ(miss.one(0.0, 12.5).reason, RangeReason::kNlos);
+  Staged one_wall;
+  one_wall.filter.surfaces = 1;  // the one the antenna hangs on
+  static_cast<void>(one_wall.one(0.0, 10.02));
+  EXPECT_LT(one_wall.filter.applied_R[0], 0.011);
+}
+
+TEST(RangeStage, a_burst_of_long_ranges_is_called_blocked_from_the_first) {
+  Staged s;
+  s.filter.now.v_odom_mps = Vec3::Zero();
+  s.filter.P(3, 3) = 1e-4;
+  int used = 0;
+  for (int k = 0; k < 100; ++k) {
+    const bool burst = k >= 40 && k < 70;
+    s.tell(0.05 * k, true);
+    const double noise_m = k % 2 == 0 ? 0.02 : -0.02;
+    const RangeUse use = s.one(0.05 * k, 10.0 + noise_m + (burst ? 0.6 : 0.0));
+    if (burst) {
+      EXPECT_EQ(use.reason, RangeReason::kNlos) << k;
+    }
+    used += use.used();
+  }
+  EXPECT_GE(used, 66);  // 70 less those that tell that it is over
+  EXPECT_NEAR(s.filter.now.T_odom_body.p.x(), 0.0, 0.02);
+}
+
+TEST(RangeStage, short_ranges_that_agree_widen_the_pose) {
+  Staged s;
+  s.filter.now.v_odom_mps = Vec3::Zero();
+  for (int k = 0; k < 20; ++k) {
+    s.tell(0.05 * k, true);
+    EXPECT_EQ(s.filter.widened, 1.0);
+    EXPECT_EQ(s.one(0.05 * k, 8.0).reason, RangeReason::kBlockedByGate);
+  }
+  EXPECT_EQ(s.filter.widened, 4.0);
+}
+
+TEST(RangeStage, neighbouring_ranges_share_their_error_and_count_less) {
+  Staged s;
+  for (int k = 0; k < 5; ++k) static_cast<void>(s.one(0.05 * k, 10.0 - 0.05 * k));
+  ASSERT_EQ(s.filter.applied_R.size(), 5U);
+  for (std::size_t k = 1; k < 5; ++k) {
+    EXPECT_GT(s.filter.applied_R[k], 1.2 * s.filter.applied_R[0]) << k;
+  }
+}
+
+TEST(RangeStage, goes_through_ranges_in_the_order_of_time_up_to_the_end_of_the_sweep) {
+  Staged s;
+  for (const double t_s : {0.3, 0.1, 0.45, 0.2}) s.add(t_s, 10.0 - t_s);
+  EXPECT_TRUE(s.uses().empty());
+  s.run(0.4);
+  ASSERT_EQ(s.uses().size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(s.filter.asked[k], Time::from_s(0.1 * static_cast<double>(k + 1)));
+    EXPECT_EQ(s.uses()[k].reason, RangeReason::kUsed);
+  }
+  EXPECT_EQ(s.stage.records().size(), 3U);
+  s.stage.flush(s.out);  // the sweep that covers the last one never comes
+  ASSERT_EQ(s.uses().size(), 4U);
+  EXPECT_EQ(s.uses()[3].reason, RangeReason::kNoPose);
+  s.stage.flush(s.out);
+  EXPECT_EQ(s.uses().size(), 4U);
+}
+
+TEST(RangeStage, a_peer_that_drove_off_takes_its_place_with_it_and_nothing_else) {
+  Staged s;
+  static_cast<void>(s.one(0.0, 10.1));
+  ASSERT_EQ(s.filter.side().size(), 5);
+  const double tau_s = s.filter.side().mean[3];
+  const double bias_m = s.filter.side().mean[4];
+  s.tell(0.1, false);
+  EXPECT_EQ(s.one(0.1, 9.9).reason, RangeReason::kNoPose);
+  ASSERT_EQ(s.filter.side().size(), 2);
+  EXPECT_EQ(s.filter.side().mean[0], tau_s);
+  EXPECT_EQ(s.filter.side().mean[1], bias_m);
+  // It stands again, elsewhere: what was measured at the start is worth nothing.
+  s.tell(0.2, true);
+  EXPECT_EQ(s.one(0.2, 9.8).reason, RangeReason::kNoPose);
+  EXPECT_EQ(s.filter.side().size(), 2);
+  EXPECT_EQ(s.stage.place_records().size(), 1U);
+}
+
+TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving_and_remembers_what_told_it) {
+  VehicleSettings settings = settings_with_prior();
+  settings.peers[0].prior.reset();
+  Staged s(settings);
+  s.filter.axis = Vec3::UnitX();
+  std::size_t unused = 0;
+  double t_s = 0.0;
+  while (s.filter.side().size() == 0 && t_s < 5.0) {
+    s.tell(t_s, true);
+    EXPECT_EQ(s.one(t_s, 60.0 - t_s).reason, RangeReason::kNoPose);
+    ++unused;
+    t_s += 0.1;
+  }
+  ASSERT_EQ(s.filter.side().size(), 3);
+  EXPECT_NEAR(s.filter.side().mean[0], 60.0, 0.01);
+  // Those who look again get all that told the place, as used.
+  EXPECT_EQ(s.stage.records().size(), unused);
+  for (const RangeRecord& r : s.stage.records()) EXPECT_TRUE(r.used);
+  ASSERT_EQ(s.stage.place_records().size(), 1U);
+  EXPECT_GT(s.stage.place_records()[0].prior_covariance_m2(0, 0), 50.0 * 50.0);
+  const std::size_t before = s.uses().size();
+  EXPECT_EQ(s.one(t_s, 60.0 - t_s).reason, RangeReason::kUsed);
+  EXPECT_EQ(s.uses().size(), before + 1);
+  // From afar the range may move the place along the line only.
+  ASSERT_EQ(s.filter.applied.size(), 1U);
+  EXPECT_EQ(s.filter.applied[0].considered, 0);
+  EXPECT_NEAR(s.filter.applied[0].estimates.trace(), 1.0, 1e-12);
+}
+
+TEST(RangeStage, near_a_peer_in_a_passage_it_is_said_once_that_it_stands_in_it) {
+  VehicleSettings settings = settings_with_prior();
+  settings.peers[0].prior->sigma_rad = 0.2;  // 2 m across at 10 m
+  Staged s(settings);
+  s.filter.axis = Vec3::UnitX();
+  static_cast<void>(s.one(0.0, 10.0));
+  ASSERT_GE(s.filter.applied.size(), 1U);
+  const odometry::SideMeasurement& m = s.filter.applied[0];
+  EXPECT_EQ(m.d_pose.norm(), 0.0);
+  EXPECT_NEAR(std::abs(m.d_side[1]), 1.0, 1e-12);
+  EXPECT_EQ(s.filter.applied_R[0], 2.0);  // half the square of passage_m
+  const std::size_t before = s.filter.applied.size();
+  s.tell(0.1, true);
+  static_cast<void>(s.one(0.1, 9.9));
+  EXPECT_LE(s.filter.applied.size(), before + 1);
+}
+
+TEST(RangeStage, the_same_ranges_give_the_same_bytes) {
+  Staged a;
+  Staged b;
+  for (Staged* s : {&a, &b}) {
+    for (int k = 0; k < 20; ++k) {
+      s->tell(0.05 * k, true);
+      static_cast<void>(s->one(0.05 * k, 10.0 - 0.05 * k + 0.01 * (k % 3)));
+    }
+  }
+  ASSERT_EQ(a.filter.P.size(), b.filter.P.size());
+  const auto bytes = static_cast<std::size_t>(a.filter.P.size()) * sizeof(double);
+  EXPECT_EQ(std::memcmp(a.filter.P.data(), b.filter.P.data(), bytes), 0);
+}
+
+}  // namespace
+}  // namespace rali::vehicle
