@@ -71,7 +71,8 @@ class SideFilter {
   /// moves where the LiDAR leaves room. @return the shift of the position in odom [m].
   virtual geometry::Vec3 apply(const SideMeasurement& measurement, double R) = 0;
 
-  /// The pose was found to be wrong: its covariance is multiplied.
+  /// The pose was found to be wrong: the variance of position and speed along blind directions is
+  /// multiplied.
   virtual void widen(double factor) = 0;
 
   /// The one horizontal direction along which the LiDAR is blind, unit; nothing if there is none,

@@ -12,6 +12,7 @@ struct RangeLimits {
   double sigma_m = 0.10;
   double sigma_per_m = 0.001;
   double sigma_min_m = 0.01;   ///< a recording that claims less is not believed
+  double bent_max_m = 1.0;     ///< with more left out by a linear prediction, a range says nothing
   double speed_max_mps = 6.0;  ///< of the two ends against each other
 
   template <class V>
@@ -21,6 +22,8 @@ struct RangeLimits {
     v("sigma_m", sigma_m, 0.001, 10.0, "sigma of a range in line of sight");
     v("sigma_per_m", sigma_per_m, 0.0, 0.1, "and per metre of it, added in squares");
     v("sigma_min_m", sigma_min_m, 1e-4, 1.0, "least sigma believed of a recorded range");
+    v("bent_max_m", bent_max_m, 0.01, 100.0,
+      "sigma of what a linear prediction leaves out, near an antenna of doubtful place");
     v("speed_max_mps", speed_max_mps, 0.1, 100.0, "how fast a range can change");
   }
 };

@@ -210,6 +210,7 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   const Mat3 M = across * out.P_between_m2 * across / p->rho_m;
   const double bend_m = 0.5 * M.trace();
   out.bent_sigma_m = std::sqrt(0.5 * (M * M).trace());
+  if (out.bent_sigma_m > settings_.ranging.limits.bent_max_m) return std::nullopt;
   out.predicted_m = p->rho_m + bend_m;
   odometry::SideMeasurement& m = out.measurement;
   m.d_pose.head<3>() = p->d_theta_j;

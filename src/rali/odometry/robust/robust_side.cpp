@@ -151,8 +151,17 @@ int RobustOdometry::surfaces_between(const Vec3& p_odom_m, const Vec3& q_odom_m)
 }
 
 void RobustOdometry::widen(double factor) {
-  state_.P *= factor;
-  state_.P_side *= std::sqrt(factor);
+  // Only where the LiDAR leaves room: what it knows no range has to doubt.
+  for (int k = 0; k < 3; ++k) {
+    if (!blind_[static_cast<std::size_t>(k)]) continue;
+    const Vec3 d = axes_.col(k);
+    const auto add = [&](int block, const Vec3& axis) {
+      const double variance = axis.dot(state_.P.block<3, 3>(block, block) * axis);
+      state_.P.block<3, 3>(block, block) += (factor - 1.0) * variance * axis * axis.transpose();
+    };
+    add(kPos, d);
+    add(kVel, inertial_ ? d : Vec3(state_.T_odom_body.R.transpose() * d));
+  }
 }
 
 }  // namespace rali::odometry::internal
