@@ -135,7 +135,8 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   sigma_m *= signal.sigma_factor;
   if (!prediction) {
     use.reason = now || !stands ? RangeReason::kNoPose : RangeReason::kLate;
-    if (now && stands) seek_place(key, *now, sample, sigma_m, filter);
+    const bool sought = !places_.contains({std::get<1>(key), std::get<2>(key)});
+    if (now && stands && sought) seek_place(key, *now, sample, sigma_m, filter);
     return;
   }
   bool clear = signal.clear();

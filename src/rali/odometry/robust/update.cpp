@@ -1,5 +1,6 @@
 #include "rali/odometry/robust/update.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -81,6 +82,18 @@ void keep_blind(const std::array<bool, 3>& blind_before, UpdateResult& result) {
   }
 }
 
+/// Weak structure in several places speaks for a direction, unless the vehicle stands: then people
+/// who walk by are as weak and in as many places, and what they drag along stays.
+degeneracy::AwareSettings belief(const degeneracy::AwareSettings& aware, const FilterState& state,
+                                 bool inertial) {
+  constexpr double kStanding_mps = 0.2;
+  degeneracy::AwareSettings out = aware;
+  if (!inertial || state.v.norm() < kStanding_mps) {
+    out.kappa_supported = std::max(out.kappa, out.kappa_supported);
+  }
+  return out;
+}
+
 void symmetrise(StateCov& P) { P = 0.5 * (P + P.transpose()).eval(); }
 
 /// Covariance after the update, moved from the prediction's tangent space to the estimate's.
@@ -120,6 +133,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   const FilterState predicted = state;
   const Mat6 P66 = predicted.P.topLeftCorner<6, 6>();
   const Mat3 R_odom_v = inertial ? Mat3::Identity() : predicted.T_odom_body.R;
+  const degeneracy::AwareSettings aware = belief(settings.aware, predicted, inertial);
   UpdateResult result;
   result.axes = axes_before;
   StateVec delta = StateVec::Zero();
@@ -139,10 +153,9 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
       state = predicted;
       return result;
     }
-    result.axes =
-        degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, settings.aware);
-    result.directions = degeneracy::direction_information(
-        system.I, matcher.evidence(), state.T_odom_body.R, result.axes, settings.aware);
+    result.axes = degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, aware);
+    result.directions = degeneracy::direction_information(system.I, matcher.evidence(),
+                                                          state.T_odom_body.R, result.axes, aware);
     keep_blind(blind_before, result);
     degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
     if (inertial) share_tilt_error(state, settings.update.tilt_sigma_rad, system);
