@@ -71,7 +71,9 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
   if (prediction && keep_in_passage(place_key, now, *prediction, filter)) {
     prediction = predict(now, key, pair, place, filter);
   }
-  return prediction;
+  // Near an antenna of doubtful place a range says nothing that a linear update could use.
+  const bool bent = prediction && prediction->bent_sigma_m > settings_.ranging.limits.bent_max_m;
+  return bent ? std::nullopt : prediction;
 }
 
 /// What was measured by hand before the start, as long as the peer has not moved.
@@ -156,7 +158,8 @@ bool RangeStage::keep_in_passage(const PlaceKey& key, const Moment& now,
   m.d_side = SideStates::Vector::Zero(filter.side().size());
   m.d_side.segment<3>(place) = across;
   m.residual = std::copysign(0.5 * f.passage_m, aside_m) - aside_m;
-  filter.apply(m, 0.5 * f.passage_m * f.passage_m);
+  const double aside_sigma_m = 0.5 * f.passage_m;
+  filter.apply(m, aside_sigma_m * aside_sigma_m);
   return true;
 }
 
@@ -196,6 +199,7 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   const int place = heard.side;
   Prediction out;
   out.place = place;
+  out.at_rest = now.at_rest;
   out.p_odom_peer_m = side.mean.segment<3>(place);
   const ranging::RangeEnd own{now.T_odom_body, settings_.antennas_body_m[std::get<0>(key)],
                               now.v_odom_mps, now.w_body_radps};
@@ -210,7 +214,6 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   const Mat3 M = across * out.P_between_m2 * across / p->rho_m;
   const double bend_m = 0.5 * M.trace();
   out.bent_sigma_m = std::sqrt(0.5 * (M * M).trace());
-  if (out.bent_sigma_m > settings_.ranging.limits.bent_max_m) return std::nullopt;
   out.predicted_m = p->rho_m + bend_m;
   odometry::SideMeasurement& m = out.measurement;
   m.d_pose.head<3>() = p->d_theta_j;

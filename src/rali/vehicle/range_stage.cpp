@@ -222,13 +222,16 @@ bool RangeStage::is_excess(Pair& pair, const RangeSample& sample, const Predicti
   const ranging::ExcessVerdict verdict =
       pair.excess.look(t, pair.glide_m, sigma_m, pose_sigma_m, turn_sigma_m);
   if (verdict == ranging::ExcessVerdict::kRelieved) {
-    // Whatever had followed the long ranges is wrong by the step: the pose, or at rest the place.
+    // Whatever had followed the long ranges is wrong by the step: at rest the place, else the pose.
+    // Not both: the two would slide along the line of sight together.
     const double was = std::max(1e-3, pose_sigma_m);
     const double wrong = pair.excess.step_m();
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3 && prediction.at_rest; ++k) {
       filter.walk_side(prediction.place + k, wrong * wrong * sight[k] * sight[k]);
     }
-    filter.widen(std::clamp(1.0 + wrong * wrong / (was * was), 1.0, kWidenMost));
+    if (!prediction.at_rest) {
+      filter.widen(std::clamp(1.0 + wrong * wrong / (was * was), 1.0, kWidenMost));
+    }
     return false;
   }
   return verdict != ranging::ExcessVerdict::kNone;

@@ -106,6 +106,7 @@ class RangeStage {
   struct Prediction {
     odometry::SideMeasurement measurement;
     int place = -1;  ///< first of three side states
+    bool at_rest = false;
     double predicted_m = 0.0;
     double bias_m = 0.0;
     double rate_mps = 0.0;

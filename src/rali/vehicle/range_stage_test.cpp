@@ -332,7 +332,7 @@ TEST(RangeStage, near_a_peer_in_a_passage_it_is_said_once_that_it_stands_in_it) 
   const odometry::SideMeasurement& m = s.filter.applied[0];
   EXPECT_EQ(m.d_pose.norm(), 0.0);
   EXPECT_NEAR(std::abs(m.d_side[1]), 1.0, 1e-12);
-  EXPECT_EQ(s.filter.applied_R[0], 2.0);  // half the square of passage_m
+  EXPECT_EQ(s.filter.applied_R[0], 1.0);  // the square of half of passage_m
   const std::size_t before = s.filter.applied.size();
   s.tell(0.1, true);
   static_cast<void>(s.one(0.1, 9.9));
