@@ -212,9 +212,8 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   // place: mean and variance of the second-order term.
   const Mat3 across = Mat3::Identity() - p->e * p->e.transpose();
   const Mat3 M = across * out.P_between_m2 * across / p->rho_m;
-  const double bend_m = 0.5 * M.trace();
   out.bent_sigma_m = std::sqrt(0.5 * (M * M).trace());
-  out.predicted_m = p->rho_m + bend_m;
+  out.predicted_m = p->rho_m;
   odometry::SideMeasurement& m = out.measurement;
   m.d_pose.head<3>() = p->d_theta_j;
   m.d_pose.tail<3>() = p->d_p_j;
