@@ -49,7 +49,9 @@ void BackEnd::add_node(const odometry::ScanResult& result,
   node.information = result.lidar_information;
   node.at_rest = result.at_rest;
   node.blind = blind;
-  was_blind_ = was_blind_ || blind;
+  if (blind && !nodes_.empty()) {
+    blind_m_ += (node.T_filter.p - nodes_.back().T_filter.p).norm();
+  }
   if (!nodes_.empty()) node.inertial = preintegrate(nodes_.back().t, node.t, node);
   const auto used = std::find_if(imu_.begin(), imu_.end(),
                                  [&](const sensor::ImuSample& s) { return s.t > node.t; });
@@ -72,7 +74,7 @@ std::optional<graph::InertialFactor> BackEnd::preintegrate(Time from, Time to,
 void BackEnd::forget() {
   nodes_.clear();
   ranges_.clear();
-  was_blind_ = false;
+  blind_m_ = 0.0;
 }
 
 }  // namespace rali::vehicle

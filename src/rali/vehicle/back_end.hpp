@@ -21,7 +21,7 @@ namespace rali::vehicle {
 ///
 /// Where the LiDAR knows, the shape of the filter's path is kept: it was registered against the
 /// whole map, which no chain of relative poses can do better. Along blind directions only inertial
-/// data and ranges speak. A stretch that was never blind is left alone.
+/// data and ranges speak. A stretch that was never blind for long is left alone.
 class BackEnd {
  public:
   BackEnd(VehicleId self, const VehicleSettings& settings);
@@ -76,7 +76,7 @@ class BackEnd {
   std::vector<sensor::ImuSample> imu_;  ///< since the last node
   std::vector<Node> nodes_;
   std::vector<NodeRange> ranges_;
-  bool was_blind_ = false;
+  double blind_m_ = 0.0;  ///< way driven blind
 };
 
 }  // namespace rali::vehicle

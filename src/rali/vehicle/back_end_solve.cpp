@@ -46,7 +46,8 @@ void BackEnd::finish(const std::vector<PlaceRecord>& places, const std::vector<P
                      const Vec3& g_odom_mps2, OutputList& out) {
   const bool ranged =
       std::any_of(ranges_.begin(), ranges_.end(), [](const NodeRange& r) { return r.record.used; });
-  if (was_blind_ && ranged && nodes_.size() > 2) {
+  const bool far = blind_m_ > settings_.back_end.blind_min_m;
+  if (far && ranged && nodes_.size() > 2) {
     const std::unique_ptr<LocalGraph> graph = build(places, pairs, g_odom_mps2);
     for (int round = 0; round < settings_.back_end.rounds; ++round) {
       graph->solve(settings_.back_end.iterations);

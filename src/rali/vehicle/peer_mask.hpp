@@ -11,7 +11,7 @@ namespace rali::vehicle {
 
 struct PeerMaskSettings {
   bool use = true;
-  double radius_m = 1.8;
+  double radius_m = 1.2;
   double above_m = 0.5;
   double below_m = 1.2;
   double sigma_max_m = 0.7;

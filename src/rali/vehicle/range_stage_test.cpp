@@ -82,14 +82,14 @@ struct Staged {
 
 TEST(RangeStage, a_range_moves_the_pose_by_the_gain_worked_out_by_hand) {
   Staged s;
-  // Between the antennas, across the line: 0.2901 m2 (0.04 + 0.5^2 + 1e-4) and 0.0401 m2; by 10 m
-  // of range the distance is longer by half their sum / 10 = 0.01651 m than between the means.
+  // Between the antennas, across the line: 0.2901 m2 (0.04 + 0.5^2 + 1e-4) and 0.0401 m2. The mean
+  // of the bend, half their sum / 10 = 16.5 mm, is not taken off.
   // S: own place 0.04, the peer's 0.04, bias 0.01, stamps 1 (m/s)^2 (0.02 s)^2, the range
-  // 0.1^2 + 0.010117^2, and the bend half of 0.02901^2 + 0.00401^2.
-  const double S = 0.04 + 0.04 + 0.01 + 0.0004 + 0.01010234 + 0.5 * (8.41580e-4 + 1.60801e-5);
-  const RangeUse use = s.one(0.0, 10.1165 + 1e-5);
+  // 0.1^2 + 0.0101^2, and the bend half of 0.02901^2 + 0.00401^2.
+  const double S = 0.04 + 0.04 + 0.01 + 0.0004 + 0.01010201 + 0.5 * (8.41580e-4 + 1.60801e-5);
+  const RangeUse use = s.one(0.0, 10.1);
   EXPECT_EQ(use.reason, RangeReason::kUsed);
-  EXPECT_NEAR(use.predicted_m, 10.01651, 1e-9);
+  EXPECT_NEAR(use.predicted_m, 10.0, 1e-9);
   EXPECT_NEAR(use.residual_m, 0.1, 1e-9);
   EXPECT_NEAR(use.sigma_m, std::sqrt(S), 1e-7);
   EXPECT_EQ(use.bias_m, 0.0);
@@ -119,7 +119,7 @@ TEST(RangeStage, a_bias_that_was_calibrated_is_in_the_prediction) {
   Staged s(settings);
   const RangeUse use = s.one(0.0, 10.5);
   EXPECT_EQ(use.bias_m, 0.5);
-  EXPECT_NEAR(use.predicted_m, 10.51651, 1e-9);
+  EXPECT_NEAR(use.predicted_m, 10.5, 1e-9);
 }
 
 TEST(RangeStage, ranges_of_strangers_are_unknown_at_once) {

@@ -38,6 +38,7 @@ struct BackEndSettings {
   bool use = true;
   int rounds = 3;
   int iterations = 20;
+  double blind_min_m = 5.0;
   double rest_s = 5.0;
   double drive_s = 1.0;
   double known_m = 0.3;
@@ -56,6 +57,7 @@ struct BackEndSettings {
     v("use", use, "keyframes of blind stretches are corrected by all ranges");
     v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
     v("iterations", iterations, 1, 1000, "of each solution");
+    v("blind_min_m", blind_min_m, 0.0, 1000.0, "way driven blind that is worth it");
     v("rest_s", rest_s, 0.5, 600.0, "between variables while standing");
     v("drive_s", drive_s, 0.1, 60.0, "and at most while driving");
     v("known_m", known_m, 1e-3, 100.0, "sigma of a sweep from which a direction is not known");
