@@ -276,6 +276,7 @@ struct RangingSettings {
   BiasSettings bias;
   SightSettings sight;
   FinderSettings finder;
+  double place_lost_s = 8.0;    ///< without a range that fits, a place is sought anew
   double status_valid_s = 1.5;  ///< how long a peer stands that said so
   ExchangeSettings exchange;
   ArrivalClockSettings arrival;
@@ -294,6 +295,8 @@ struct RangingSettings {
     v.group("bias", bias, "what a pair's ranges are all wrong by");
     v.group("sight", sight, "walls of the map between the antennas");
     v.group("finder", finder, "finding the place of a vehicle that stands");
+    v("place_lost_s", place_lost_s, 0.5, 3600.0,
+      "ranges but none that fits for so long: the other's place is sought anew");
     v("status_valid_s", status_valid_s, 0.1, 60.0, "how long a peer stands that said so");
     v.group("exchange", exchange, "both directions of one exchange");
     v.group("arrival", arrival, "radios whose stamps are of their own clock");

@@ -24,6 +24,7 @@ void RangeStage::forget_moved(SideFilter& filter) {
     const int first = places_.at(key).side;
     places_.erase(key);
     in_passage_.erase(key);
+    lost_.erase(key);
     remove_states(first, 3, filter);
   }
   if (gone.empty()) return;
@@ -41,6 +42,28 @@ void RangeStage::remove_states(int first, int n, SideFilter& filter) {
   for (auto& [key, place] : places_) move_down(place.side);
   for (auto& [key, pair] : pairs_) move_down(pair.bias);
   move_down(tau_);
+}
+
+/// Ranges come and none can be used: the place, or the pose, is so wrong that linear updates do not
+/// mend it. Sought anew, the other's place at least holds the way from here on; the second look
+/// knows that it is the same place.
+void RangeStage::forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits,
+                              SideFilter& filter) {
+  const bool silent = !pair.t_heard || (t - *pair.t_heard).s() > settings_.ranging.excess.gap_s;
+  pair.t_heard = t;
+  if (fits || silent || !pair.t_fit) pair.t_fit = t;
+  const auto found = places_.find(key);
+  if (found == places_.end()) return;
+  if ((t - *pair.t_fit).s() < settings_.ranging.place_lost_s) return;
+  const Place place = found->second;
+  lost_[key] = place.number;
+  places_.erase(found);
+  in_passage_.erase(key);
+  remove_states(place.side, 3, filter);
+  pair.t_fit.reset();
+  pair.finder.reset();
+  pair.sought.clear();
+  pair.excess.reset();
 }
 
 std::vector<Vec3> RangeStage::places(const SideFilter& filter, double sigma_max_m) const {
@@ -79,7 +102,8 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
 /// What was measured by hand before the start, as long as the peer has not moved.
 bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
   const PeerWatch& peer = peers_.at(std::get<0>(key));
-  if (!peer.settings.prior || peer.moved || !first_pose_) return false;
+  const bool usable = peer.settings.prior && !peer.moved && !lost_.contains(key);
+  if (!usable || !first_pose_) return false;
   const PeerPrior& prior = *peer.settings.prior;
   const Vec3 lever = peer.settings.antennas_body_m[std::get<1>(key)];
   const Vec3 p = place_of(prior, lever, *first_pose_, up_odom_);
@@ -109,14 +133,20 @@ void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSa
   s.range_m = sample.range_m;
   s.sigma_m = sigma_m;
   const auto found = pair.finder.add(s, other.z() - own.z(), up_odom_);
-  if (!found || !add_place(place_key, found->p_odom_m, found->covariance_m2, filter)) return;
+  if (!found) return;
+  // It was found from the own way: what that is wrong by, the place is wrong by.
+  const Mat3 covariance = found->covariance_m2 + filter.position_covariance();
+  if (!add_place(place_key, found->p_odom_m, covariance, filter)) return;
   pair.finder.reset();
   // Whoever looks again begins without what these ranges told.
   const ranging::FinderSettings& f = settings_.ranging.finder;
   const double wide_m = sample.range_m + f.passage_m;
-  place_records_.back().prior_covariance_m2 =
-      wide_m * wide_m * Mat3::Identity() +
-      (f.height_sigma_m * f.height_sigma_m - wide_m * wide_m) * up_odom_ * up_odom_.transpose();
+  const bool again = lost_.contains(place_key);
+  if (!again) {
+    place_records_.back().prior_covariance_m2 =
+        wide_m * wide_m * Mat3::Identity() +
+        (f.height_sigma_m * f.height_sigma_m - wide_m * wide_m) * up_odom_ * up_odom_.transpose();
+  }
   for (RangeRecord& sought : pair.sought) {
     sought.place = places_.at(place_key).number;
     sought.used = true;
@@ -131,6 +161,11 @@ bool RangeStage::add_place(const PlaceKey& key, const Vec3& p_odom_m, const Mat3
   SideStates::Matrix covariance = covariance_m2;
   const int side = filter.add_side(mean, covariance);
   if (side < 0) return false;
+  const auto lost = lost_.find(key);
+  if (lost != lost_.end()) {
+    places_.emplace(key, Place{side, lost->second});
+    return true;
+  }
   const int number = next_place_++;
   places_.emplace(key, Place{side, number});
   place_records_.push_back({number, p_odom_m, covariance_m2});

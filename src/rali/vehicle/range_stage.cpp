@@ -135,8 +135,10 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   sigma_m *= signal.sigma_factor;
   if (!prediction) {
     use.reason = now || !stands ? RangeReason::kNoPose : RangeReason::kLate;
-    const bool sought = !places_.contains({std::get<1>(key), std::get<2>(key)});
+    const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
+    const bool sought = !places_.contains(place_key);
     if (now && stands && sought) seek_place(key, *now, sample, sigma_m, filter);
+    if (now && stands && !sought) forget_unfit(place_key, pair, sample.t, false, filter);
     return;
   }
   bool clear = signal.clear();
@@ -160,6 +162,7 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   record.used = use.used();
   record.R_m2 = record.sigma_m * record.sigma_m * pair.inflation;
   records_.push_back(record);
+  forget_unfit({std::get<1>(key), std::get<2>(key)}, pair, sample.t, use.used(), filter);
 }
 
 /// Steps, gate and link (algorithms 4.3, steps 4 to 6); `use` tells what came out.

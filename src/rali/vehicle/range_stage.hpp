@@ -92,6 +92,8 @@ class RangeStage {
     Time t_bias;
     double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is a side state
     // Line of sight, as asked last.
+    std::optional<Time> t_heard;
+    std::optional<Time> t_fit;  ///< of the last range used, or of the first that was not
     std::optional<Time> t_sight;
     geometry::Vec3 p_sight_m = geometry::Vec3::Zero();
     bool blocked = false;
@@ -121,6 +123,8 @@ class RangeStage {
   void use(const sensor::RangeSample& sample, odometry::SideFilter& filter, RangeEffect& effect,
            ranging::RangeUse& use);
   void forget_moved(odometry::SideFilter& filter);
+  void forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits,
+                    odometry::SideFilter& filter);
   void remove_states(int first, int n, odometry::SideFilter& filter);
   [[nodiscard]] bool place_from_prior(const PlaceKey& key, odometry::SideFilter& filter);
   void seek_place(const PairKey& key, const odometry::Moment& now,
@@ -153,6 +157,7 @@ class RangeStage {
   std::map<VehicleId, PeerWatch> peers_;
   std::map<PairKey, Pair> pairs_;
   std::map<PlaceKey, Place> places_;
+  std::map<PlaceKey, int> lost_;   ///< numbers of places to be found again
   std::set<PlaceKey> in_passage_;  ///< places that keep_in_passage() has seen to
   int tau_ = -1;                   ///< side state
   Time t_tau_;
