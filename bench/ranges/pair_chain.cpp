@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Core>
 #include <fmt/format.h>
@@ -113,7 +114,7 @@ class Chain {
     sigma_m *= signal.sigma_factor;
     const double nu_m = filter.residual_m(range.range_m - range.true_m);
     const double H_P_H = filter.offset_variance_m2();
-    if (is_excess(range, nu_m, sigma_m, std::sqrt(H_P_H))) return RangeReason::kNlos;
+    if (is_excess(range, rate_mps, sigma_m, std::sqrt(H_P_H))) return RangeReason::kNlos;
     const ranging::LinkDecision decision =
         link_.decide({range.t, nu_m, H_P_H + sigma_m * sigma_m, sigma_m, signal.clear()});
     if (decision.advice == ranging::LinkAdvice::kWeAreWrong) widen(decision.widen_factor);
@@ -131,14 +132,19 @@ class Chain {
     filter.widen(factor);
   }
 
-  bool is_excess(const PairRange& range, double nu_m, double sigma_m, double pose_sigma_m) {
+  bool is_excess(const PairRange& range, double rate_mps, double sigma_m, double pose_sigma_m) {
     if (!options_.ranging.excess.use) return false;
+    // Against its own change at the true speed: a correction of the pose is no step of the range.
+    if (glide_) {
+      glide_m_ += range.range_m - glide_->range_m - rate_mps * seconds_between(glide_->t, range.t);
+    }
+    glide_ = range;
     constexpr double kMemory_s = 0.5;
     sights_.emplace_back(range.t, range.sight);
     while (seconds_between(sights_.front().first, range.t) > kMemory_s) sights_.pop_front();
     const double turn_sigma_m =
         (range.sight - sights_.front().second).norm() * options_.position_sigma_m;
-    const auto verdict = excess_.look(range.t, nu_m, sigma_m, pose_sigma_m, turn_sigma_m);
+    const auto verdict = excess_.look(range.t, glide_m_, sigma_m, pose_sigma_m, turn_sigma_m);
     if (verdict == ranging::ExcessVerdict::kRelieved) {
       const double was_m = std::max(1e-3, pose_sigma_m);
       const double wrong = excess_.step_m() / was_m;
@@ -159,6 +165,8 @@ class Chain {
   ranging::RangeThinning thinning_;
   ranging::ExcessWatch excess_;
   std::deque<std::pair<Time, geometry::Vec3>> sights_;
+  std::optional<PairRange> glide_;  ///< the last one looked at
+  double glide_m_ = 0.0;
   std::size_t widened_ = 0;
 };
 
