@@ -48,7 +48,6 @@ void BackEnd::add_node(const odometry::ScanResult& result,
   node.covariance = result.covariance;
   node.information = result.lidar_information;
   node.at_rest = result.at_rest;
-  node.blind = blind;
   if (blind && !nodes_.empty()) {
     blind_m_ += (node.T_filter.p - nodes_.back().T_filter.p).norm();
   }

@@ -48,7 +48,6 @@ class BackEnd {
     geometry::Mat6 covariance = geometry::Mat6::Zero();   ///< of the filter
     geometry::Mat6 information = geometry::Mat6::Zero();  ///< of the LiDAR, boxplus order
     bool at_rest = false;
-    bool blind = false;
     std::optional<graph::InertialFactor> inertial;  ///< from the node before
   };
 

@@ -21,15 +21,19 @@ namespace {
 
 Seq seq_of(std::size_t k) { return static_cast<Seq>(k); }
 
+/// The share of a step that the LiDAR knows: 1 where it tells much, 0 where it tells nothing.
+Mat6 known_share(const Mat6& lidar_information, const BackEndSettings& s) {
+  Mat6 weak = Mat6::Zero();
+  weak.diagonal().head<3>().setConstant(1.0 / (s.known_rad * s.known_rad));
+  weak.diagonal().tail<3>().setConstant(1.0 / (s.known_m * s.known_m));
+  return (lidar_information + weak).partialPivLu().solve(lidar_information);
+}
+
 /// How stiff a step of the path is: as the filter went where the LiDAR knows, free where it is
 /// blind. In (rotation, position in the body before).
 Mat6 shape_information(const Mat6& lidar_information, const SE3& T_odom_before,
                        const BackEndSettings& s) {
-  // The share of a step that the LiDAR knows: 1 where it tells much, 0 where it tells nothing.
-  Mat6 weak = Mat6::Zero();
-  weak.diagonal().head<3>().setConstant(1.0 / (s.known_rad * s.known_rad));
-  weak.diagonal().tail<3>().setConstant(1.0 / (s.known_m * s.known_m));
-  const Mat6 share = (lidar_information + weak).partialPivLu().solve(lidar_information);
+  const Mat6 share = known_share(lidar_information, s);
   Mat6 stiff = Mat6::Zero();
   stiff.diagonal().head<3>().setConstant(1.0 / (s.shape_rad * s.shape_rad));
   stiff.diagonal().tail<3>().setConstant(1.0 / (s.shape_m * s.shape_m));
@@ -191,11 +195,7 @@ void BackEnd::tell(LocalGraph& graph, OutputList& out) const {
     corrected.id = *node.keyframe;
     corrected.t = node.t;
     corrected.T_odom_body = graph.state(seq_of(k)).T_odom_body;
-    Mat6 weak = Mat6::Zero();
-    const BackEndSettings& s = settings_.back_end;
-    weak.diagonal().head<3>().setConstant(1.0 / (s.known_rad * s.known_rad));
-    weak.diagonal().tail<3>().setConstant(1.0 / (s.known_m * s.known_m));
-    const Mat6 share = (node.information + weak).partialPivLu().solve(node.information);
+    const Mat6 share = known_share(node.information, settings_.back_end);
     corrected.covariance =
         graph.covariance(seq_of(k)) + share * node.covariance * share.transpose();
     out.emplace_back(corrected);

@@ -244,7 +244,7 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   out.P_between_m2 = filter.position_covariance() + side.covariance.block<3, 3>(place, place);
   out.rate_mps = p->rate_mps;
   // Near the antenna, by the doubt about where it is, a distance is no linear function of the
-  // place: mean and variance of the second-order term.
+  // place: sigma of the second-order term.
   const Mat3 across = Mat3::Identity() - p->e * p->e.transpose();
   const Mat3 M = across * out.P_between_m2 * across / p->rho_m;
   out.bent_sigma_m = std::sqrt(0.5 * (M * M).trace());

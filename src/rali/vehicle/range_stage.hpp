@@ -91,9 +91,9 @@ class RangeStage {
     int bias = -1;                   ///< side state
     Time t_bias;
     double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is a side state
-    // Line of sight, as asked last.
     std::optional<Time> t_heard;
     std::optional<Time> t_fit;  ///< of the last range used, or of the first that was not
+    // Line of sight, as asked last.
     std::optional<Time> t_sight;
     geometry::Vec3 p_sight_m = geometry::Vec3::Zero();
     bool blocked = false;
