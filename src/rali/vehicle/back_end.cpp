@@ -15,7 +15,8 @@ void BackEnd::add(const sensor::ImuSample& sample) {
   if (!settings_.back_end.use) return;
   // Without a node to begin from only the last samples can be needed.
   constexpr std::size_t kSamplesMax = 100'000;
-  if (imu_.size() < kSamplesMax) imu_.push_back(sample);
+  if (imu_.size() >= kSamplesMax) imu_.erase(imu_.begin(), imu_.begin() + kSamplesMax / 2);
+  imu_.push_back(sample);
 }
 
 bool BackEnd::wants_node(const odometry::ScanResult& result, bool keyframe) const {
