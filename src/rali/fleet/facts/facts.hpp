@@ -1,0 +1,98 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "rali/base/ids.hpp"
+#include "rali/base/time.hpp"
+#include "rali/geometry/se3.hpp"
+#include "rali/graph/factors.hpp"
+
+/// What the vehicles of a fleet tell each other for good (algorithms_fleet 11.1): immutable facts,
+/// each of which enters one estimate once. Everything else between vehicles is soft state that the
+/// next message replaces.
+namespace rali::fleet {
+
+/// Name of a fact. The epoch is raised at each start of a vehicle's odometry: a new epoch is a new
+/// odom frame.
+struct FactKey {
+  VehicleId vehicle;
+  std::uint32_t epoch = 0;
+  std::uint32_t seq = 0;  ///< running number of the vehicle's facts in this epoch, from 0
+  constexpr auto operator<=>(const FactKey&) const = default;
+};
+
+/// A node of a vehicle's path, and what ties it to the node before: LiDAR and inertial data alone,
+/// never ranges (algorithms_fleet 8.3).
+struct Increment {
+  std::uint32_t node = 0;                 ///< running number of the nodes, from 0
+  std::optional<std::uint32_t> keyframe;  ///< number of the keyframe that was made here
+  bool begins = false;                    ///< a new map begins: nothing ties it to the node before
+  bool at_rest = false;
+  bool blind = false;  ///< a direction of travel is not known to the LiDAR
+  /// As the filter had it: linearisation point and the path's shape where the LiDAR sees.
+  geometry::SE3 T_odom_body;
+  geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
+  geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
+  geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
+  geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
+  geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus
+  geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, zero where blind
+  std::optional<graph::InertialFactor> inertial;  ///< from the node before; i and j are not used
+};
+
+/// One range as one of its ends saw it. The other end has the same exchange in its own facts.
+struct RangeEntry {
+  Time t;
+  VehicleId from, to;  ///< as measured; one of them is the fact's vehicle
+  std::uint8_t from_antenna = 0, to_antenna = 0;
+  double range_m = 0.0;
+  double sigma_m = 0.1;       ///< of this range, raised by signal and map
+  geometry::SE3 T_odom_body;  ///< of the fact's vehicle, at t
+  bool at_rest = false;       ///< the fact's vehicle stood
+};
+
+/// The sane ranges of about a second.
+struct RangeBlock {
+  std::vector<RangeEntry> ranges;  ///< by time
+};
+
+/// The points of a keyframe, thinned, in its body frame.
+struct KeyframePoints {
+  std::uint32_t keyframe = 0;
+  geometry::SE3 T_body_lidar;  ///< where the rays start
+  std::vector<float> x_m, y_m, z_m;
+  std::vector<std::uint8_t> intensity;  ///< 0 to 255; empty or as many as points
+
+  [[nodiscard]] std::size_t size() const { return x_m.size(); }
+};
+
+/// Two keyframes that see the same place.
+struct Loop {
+  KeyframeId from, to;
+  geometry::SE3 T_from_to;
+  /// Rotation in `to`, translation in `from` (graph::RelativePoseFactor); zero where blind.
+  geometry::Mat6 information = geometry::Mat6::Zero();
+  double overlap = 0.0;  ///< share of points with a partner
+  double rms_m = 0.0;    ///< of the partners' distances
+};
+
+/// First fact of an epoch: who it is.
+struct EpochStart {
+  std::string name;
+  std::vector<geometry::Vec3> antennas_body_m;
+};
+
+using FactBody = std::variant<EpochStart, Increment, RangeBlock, KeyframePoints, Loop>;
+
+struct Fact {
+  FactKey key;
+  Time t;
+  FactBody body;
+};
+
+}  // namespace rali::fleet
