@@ -5,9 +5,8 @@
 #include <vector>
 
 #include "rali/graph/local_graph.hpp"
-#include "rali/imu/preintegration.hpp"
-#include "rali/odometry/odometry.hpp"
 #include "rali/vehicle/event.hpp"
+#include "rali/vehicle/path_recorder.hpp"
 #include "rali/vehicle/range_record.hpp"
 #include "rali/vehicle/settings.hpp"
 
@@ -26,41 +25,20 @@ class BackEnd {
  public:
   BackEnd(VehicleId self, const VehicleSettings& settings);
 
-  void add(const sensor::ImuSample& sample);
-
-  /// After each sweep. @param ranges what was judged since the last one
-  void add(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
-           bool blind, const std::vector<RangeRecord>& ranges);
+  /// After each sweep. @param node if the sweep is one
+  /// @param ranges what was judged since the last one
+  void add(const std::optional<PathNode>& node, const std::vector<RangeRecord>& ranges);
 
   /// Solves and says where the keyframes of the stretch were. @param places and pairs of the ranges
   void finish(const std::vector<PlaceRecord>& places, const std::vector<PairRecord>& pairs,
               const geometry::Vec3& g_odom_mps2, OutputList& out);
 
  private:
-  /// A sweep that is a variable of the graph.
-  struct Node {
-    Time t;
-    std::optional<KeyframeId> keyframe;
-    geometry::SE3 T_filter;
-    geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
-    geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
-    geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
-    geometry::Mat6 covariance = geometry::Mat6::Zero();   ///< of the filter
-    geometry::Mat6 information = geometry::Mat6::Zero();  ///< of the LiDAR, boxplus order
-    bool at_rest = false;
-    std::optional<graph::InertialFactor> inertial;  ///< from the node before
-  };
-
   struct NodeRange {
     RangeRecord record;
     std::size_t after = 0;  ///< node before it
   };
 
-  [[nodiscard]] bool wants_node(const odometry::ScanResult& result, bool keyframe) const;
-  void add_node(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
-                bool blind);
-  [[nodiscard]] std::optional<graph::InertialFactor> preintegrate(Time from, Time to,
-                                                                  const Node& node) const;
   [[nodiscard]] std::unique_ptr<graph::LocalGraph> build(const std::vector<PlaceRecord>& places,
                                                          const std::vector<PairRecord>& pairs,
                                                          const geometry::Vec3& g_odom_mps2) const;
@@ -72,8 +50,7 @@ class BackEnd {
 
   VehicleId self_;
   VehicleSettings settings_;
-  std::vector<sensor::ImuSample> imu_;  ///< since the last node
-  std::vector<Node> nodes_;
+  std::vector<PathNode> nodes_;
   std::vector<NodeRange> ranges_;
   double blind_m_ = 0.0;  ///< way driven blind
 };

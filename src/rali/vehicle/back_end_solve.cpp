@@ -69,9 +69,10 @@ std::unique_ptr<LocalGraph> BackEnd::build(const std::vector<PlaceRecord>& place
   settings.range_memory_s = 1e6;
   auto graph = std::make_unique<LocalGraph>(settings);
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    graph->add_keyframe(seq_of(k), nodes_[k].t,
-                        {nodes_[k].T_filter, nodes_[k].v_odom_mps, nodes_[k].gyro_bias_radps,
-                         nodes_[k].accel_bias_mps2});
+    const fleet::Increment& step = nodes_[k].step;
+    graph->add_keyframe(
+        seq_of(k), nodes_[k].t,
+        {step.T_odom_body, step.v_odom_mps, step.gyro_bias_radps, step.accel_bias_mps2});
     add_motion(*graph, k, g_odom_mps2);
   }
   for (const PlaceRecord& p : places) {
@@ -88,7 +89,7 @@ std::unique_ptr<LocalGraph> BackEnd::build(const std::vector<PlaceRecord>& place
 /// What ties node k to the one before; the first is where the filter had it.
 void BackEnd::add_motion(LocalGraph& graph, std::size_t k, const Vec3& g_odom_mps2) const {
   const BackEndSettings& s = settings_.back_end;
-  const Node& node = nodes_[k];
+  const fleet::Increment& node = nodes_[k].step;
   if (k == 0) {
     graph::PriorFactor prior;
     prior.i = seq_of(k);
@@ -104,12 +105,12 @@ void BackEnd::add_motion(LocalGraph& graph, std::size_t k, const Vec3& g_odom_mp
     graph.add(prior);
     return;
   }
-  const Node& before = nodes_[k - 1];
+  const fleet::Increment& before = nodes_[k - 1].step;
   graph::RelativePoseFactor shape;
   shape.i = seq_of(k - 1);
   shape.j = seq_of(k);
-  shape.T_i_j = before.T_filter.inverse() * node.T_filter;
-  shape.information = shape_information(node.information, before.T_filter, s);
+  shape.T_i_j = before.T_odom_body.inverse() * node.T_odom_body;
+  shape.information = shape_information(node.lidar_information, before.T_odom_body, s);
   if (!node.inertial) {
     // Nothing else bridges a gap in the inertial data: the filter's step, loosely.
     shape.information.diagonal().head<3>().array() += 1.0 / (s.known_rad * s.known_rad);
@@ -135,14 +136,14 @@ graph::RangeFactor BackEnd::factor_of(const NodeRange& range) const {
   graph::RangeFactor f;
   f.id = r.id;
   f.t = r.t;
-  const Node& i = nodes_[range.after];
+  const PathNode& i = nodes_[range.after];
   const Vec3 p_odom = r.T_odom_body * r.p_body_antenna_m;
   f.i = seq_of(range.after);
-  f.p_i_m = i.T_filter.inverse() * p_odom;
+  f.p_i_m = i.step.T_odom_body.inverse() * p_odom;
   if (range.after + 1 < nodes_.size()) {
-    const Node& j = nodes_[range.after + 1];
+    const PathNode& j = nodes_[range.after + 1];
     f.j = seq_of(range.after + 1);
-    f.p_j_m = j.T_filter.inverse() * p_odom;
+    f.p_j_m = j.step.T_odom_body.inverse() * p_odom;
     const double span_s = (j.t - i.t).s();
     f.alpha = span_s > 0.0 ? std::clamp((r.t - i.t).s() / span_s, 0.0, 1.0) : 0.0;
   }
@@ -189,13 +190,13 @@ void BackEnd::judge_again(LocalGraph& graph, const std::vector<PairRecord>& pair
 /// taken from the filter, where the LiDAR sees.
 void BackEnd::tell(LocalGraph& graph, OutputList& out) const {
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    const Node& node = nodes_[k];
+    const fleet::Increment& node = nodes_[k].step;
     if (!node.keyframe) continue;
     KeyframeCorrected corrected;
-    corrected.id = *node.keyframe;
-    corrected.t = node.t;
+    corrected.id = {self_, *node.keyframe};
+    corrected.t = nodes_[k].t;
     corrected.T_odom_body = graph.state(seq_of(k)).T_odom_body;
-    const Mat6 share = known_share(node.information, settings_.back_end);
+    const Mat6 share = known_share(node.lidar_information, settings_.back_end);
     corrected.covariance =
         graph.covariance(seq_of(k)) + share * node.covariance * share.transpose();
     out.emplace_back(corrected);

@@ -50,6 +50,7 @@ struct Drive {
   /// What finish() tells, by time.
   [[nodiscard]] std::map<std::int64_t, KeyframeCorrected> run() const {
     BackEnd back_end(VehicleId{1}, VehicleSettings{});
+    PathRecorder path{VehicleSettings{}};
     Rng rng(5, "back end");
     const Vec3 anchor(-10.0, 1.0, 0.0);
     std::uint64_t id = 0;
@@ -61,7 +62,7 @@ struct Drive {
         sensor::ImuSample sample;
         sample.t = Time::from_s(t_s - 0.1 + 0.005 * (i + 1));
         sample.accel_mps2 = -kGravity;
-        back_end.add(sample);
+        path.add(sample);
       }
       const bool silent = t_s > gap_from_s && t_s < gap_to_s;
       if (ranges && !silent) {
@@ -78,7 +79,7 @@ struct Drive {
       }
       std::optional<KeyframeId> keyframe;
       if (k % 5 == 0) keyframe = KeyframeId{VehicleId{1}, seq++};
-      back_end.add(scan(t_s), keyframe, blind, heard);
+      back_end.add(path.add(scan(t_s), keyframe, blind, kGravity), heard);
     }
     OutputList out;
     const std::vector<PlaceRecord> places = {{0, anchor, 0.01 * Mat3::Identity()}};

@@ -8,6 +8,7 @@
 #include "rali/base/finding.hpp"
 #include "rali/base/ids.hpp"
 #include "rali/degeneracy/report.hpp"
+#include "rali/fleet/facts/facts.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/odometry/keyframe.hpp"
 #include "rali/ranging/range_use.hpp"
@@ -74,8 +75,13 @@ struct GravityEstimate {
   geometry::Mat3 covariance = geometry::Mat3::Zero();
 };
 
+/// Something that others of the fleet must have for good.
+struct FactMade {
+  std::shared_ptr<const fleet::Fact> fact;
+};
+
 using Output = std::variant<PoseEstimate, KeyframeAdded, KeyframeCorrected, GravityEstimate,
-                            ranging::RangeUse, Finding>;
+                            ranging::RangeUse, FactMade, Finding>;
 using OutputList = std::vector<Output>;
 
 }  // namespace rali::vehicle

@@ -20,6 +20,20 @@ using sensor::RangeSample;
 
 namespace {
 
+fleet::RangeEntry entry_of(const RangeSample& sample, const Moment& now, double sigma_m) {
+  fleet::RangeEntry entry;
+  entry.t = sample.t;
+  entry.from = sample.from;
+  entry.to = sample.to;
+  entry.from_antenna = sample.from_antenna;
+  entry.to_antenna = sample.to_antenna;
+  entry.range_m = sample.range_m;
+  entry.sigma_m = sigma_m;
+  entry.T_odom_body = now.T_odom_body;
+  entry.at_rest = now.at_rest;
+  return entry;
+}
+
 /// Peers begin their numbers anew: more antennas than that nobody has, and a hostile recording
 /// must not make pairs without end.
 constexpr std::size_t kPairsMax = 64;
@@ -89,6 +103,7 @@ RangeEffect RangeStage::run(Time t_end, SideFilter* filter, const Vec3& g_odom_m
                             const std::optional<SE3>& first_pose, OutputList& out) {
   RangeEffect effect;
   records_.clear();
+  entries_.clear();
   up_odom_ = -g_odom_mps2.normalized();
   first_pose_ = first_pose;
   if (filter != nullptr) forget_moved(*filter);
@@ -133,6 +148,7 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
     return;
   }
   sigma_m *= signal.sigma_factor;
+  if (now) entries_.push_back(entry_of(sample, *now, sigma_m));
   if (!prediction) {
     use.reason = now || !stands ? RangeReason::kNoPose : RangeReason::kLate;
     const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};

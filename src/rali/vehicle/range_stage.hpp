@@ -47,6 +47,9 @@ class RangeStage {
   /// Ranges that the last run() judged; those that found a place come when it is found.
   [[nodiscard]] const std::vector<RangeRecord>& records() const { return records_; }
 
+  /// Every sane range of the last run(), whatever became of it: for the fleet's joint estimate.
+  [[nodiscard]] const std::vector<fleet::RangeEntry>& entries() const { return entries_; }
+
   /// All since the start.
   [[nodiscard]] const std::vector<PlaceRecord>& place_records() const { return place_records_; }
 
@@ -165,6 +168,7 @@ class RangeStage {
   geometry::Vec3 up_odom_ = geometry::Vec3::UnitZ();
   std::optional<geometry::SE3> first_pose_;
   std::vector<RangeRecord> records_;
+  std::vector<fleet::RangeEntry> entries_;
   std::vector<PlaceRecord> place_records_;
   std::vector<PairRecord> pair_records_;
   std::uint64_t next_record_ = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,14 +34,37 @@ struct PeerSettings {
       bias_m;  ///< of ranges between the two, as the user knows it; else estimated
 };
 
+/// Which sweeps are nodes of the vehicle's path (path_recorder.hpp), besides keyframes.
+struct PathSettings {
+  double rest_s = 5.0;
+  double drive_s = 1.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("rest_s", rest_s, 0.5, 600.0, "between nodes while standing");
+    v("drive_s", drive_s, 0.1, 60.0, "and at most while driving");
+  }
+};
+
+/// What the vehicle tells the others (fact_writer.hpp).
+struct FactSettings {
+  std::uint32_t epoch = 0;  ///< raised at each start of the odometry
+  double range_block_s = 1.0;
+  double spacing_m = 0.2;
+
+  template <class V>
+  void visit(V& v) {
+    v("range_block_s", range_block_s, 0.1, 60.0, "ranges of so long are one message");
+    v("spacing_m", spacing_m, 0.02, 5.0, "between the points of a keyframe that others get");
+  }
+};
+
 /// The second look at a blind stretch (back_end.hpp).
 struct BackEndSettings {
   bool use = true;
   int rounds = 3;
   int iterations = 20;
   double blind_min_m = 5.0;
-  double rest_s = 5.0;
-  double drive_s = 1.0;
   double known_m = 0.3;
   double known_rad = 0.05;
   double shape_m = 0.002;
@@ -58,8 +82,6 @@ struct BackEndSettings {
     v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
     v("iterations", iterations, 1, 1000, "of each solution");
     v("blind_min_m", blind_min_m, 0.0, 1000.0, "way driven blind that is worth it");
-    v("rest_s", rest_s, 0.5, 600.0, "between variables while standing");
-    v("drive_s", drive_s, 0.1, 60.0, "and at most while driving");
     v("known_m", known_m, 1e-3, 100.0, "sigma of a sweep from which a direction is not known");
     v("known_rad", known_rad, 1e-4, 10.0, "the same of a rotation");
     v("shape_m", shape_m, 1e-5, 1.0, "sigma of a step where the LiDAR knows: keeps the shape");
@@ -80,6 +102,8 @@ struct VehicleSettings {
   std::vector<geometry::Vec3> antennas_body_m = {geometry::Vec3::Zero()};
   std::vector<PeerSettings> peers;
   ranging::RangingSettings ranging;
+  PathSettings path;
+  FactSettings facts;
   BackEndSettings back_end;
   PeerMaskSettings peer_mask;
   bool has_imu = true;  ///< false: LiDAR only, no scan waits for inertial data
@@ -92,6 +116,8 @@ struct VehicleSettings {
   template <class V>
   void visit(V& v) {
     v.group("peer_mask", peer_mask, "other vehicles in view");
+    v.group("path", path, "nodes of the path");
+    v.group("facts", facts, "what other vehicles are told");
     v.group("back_end", back_end, "the second look at blind stretches");
     v.group("paper_degree", paper_degree, "the paper's detector of blind directions");
     v("paper_degree_downsample_m", paper_degree_downsample_m, 0.02, 5.0,

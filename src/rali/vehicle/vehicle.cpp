@@ -6,6 +6,7 @@
 #include "rali/degeneracy/information.hpp"
 #include "rali/odometry/make_odometry.hpp"
 #include "rali/vehicle/back_end.hpp"
+#include "rali/vehicle/fact_writer.hpp"
 #include "rali/vehicle/paper_detector.hpp"
 #include "rali/vehicle/paper_range_stage.hpp"
 #include "rali/vehicle/pose_report.hpp"
@@ -26,6 +27,8 @@ class Vehicle::Impl {
             odometry::make_odometry(settings.odometry, settings.calibration, settings.has_imu)),
         paper_(settings),
         ranges_(self, settings),
+        path_(settings),
+        facts_(self, settings),
         back_end_(self, settings),
         categories_(settings.odometry.robust.aware) {
     if (settings.odometry.preset != odometry::Preset::kPaper) return;
@@ -42,7 +45,7 @@ class Vehicle::Impl {
     }
     t_imu_ = sample.t;
     odometry_->add_imu(sample);
-    if (!paper_ranges_) back_end_.add(sample);
+    path_.add(sample);
     run_waiting(executor, out, false);
   }
 
@@ -61,6 +64,7 @@ class Vehicle::Impl {
     if (paper_ranges_) paper_ranges_->flush(out);
     ranges_.flush(out);
     finish_stretch(out);
+    facts_.flush(out);
     out.emplace_back(GravityEstimate{self_, t_scan_, odometry_->gravity_odom(),
                                      odometry_->gravity_covariance()});
   }
@@ -145,12 +149,21 @@ class Vehicle::Impl {
       keyframe = KeyframeId{self_, keyframes_++};
       out.emplace_back(KeyframeAdded{*keyframe, result.keyframe});
     }
+    record(result, keyframe, pose.degeneracy.blind, out);
+  }
+
+  void record(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
+              bool blind, OutputList& out) {
     // A new map begins where the old one was lost: the graph does not reach across.
     if (result.state == odometry::TrackState::kDiverged) {
+      path_.cut();
       finish_stretch(out);
-    } else if (!paper_ranges_) {
-      back_end_.add(result, keyframe, pose.degeneracy.blind, ranges_.records());
+      return;
     }
+    const std::optional<PathNode> node =
+        path_.add(result, keyframe, blind, odometry_->gravity_odom());
+    facts_.add(result.t, node, result.keyframe.get(), ranges_.entries(), out);
+    if (!paper_ranges_) back_end_.add(node, ranges_.records());
   }
 
   /// The sweep without the peers in it; null if none is in view or its place is not known.
@@ -178,6 +191,8 @@ class Vehicle::Impl {
   PaperDetector paper_;
   RangeStage ranges_;
   std::unique_ptr<PaperRangeStage> paper_ranges_;  ///< instead of it in preset `paper`
+  PathRecorder path_;
+  FactWriter facts_;
   BackEnd back_end_;
   std::optional<geometry::SE3> first_pose_;
   degeneracy::CategoryFilter categories_;

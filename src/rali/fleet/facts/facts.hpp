@@ -33,7 +33,8 @@ struct Increment {
   std::optional<std::uint32_t> keyframe;  ///< number of the keyframe that was made here
   bool begins = false;                    ///< a new map begins: nothing ties it to the node before
   bool at_rest = false;
-  bool blind = false;  ///< a direction of travel is not known to the LiDAR
+  bool blind = false;     ///< a direction of travel is not known to the LiDAR
+  bool levelled = false;  ///< gravity and biases are known
   /// As the filter had it: linearisation point and the path's shape where the LiDAR sees.
   geometry::SE3 T_odom_body;
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();

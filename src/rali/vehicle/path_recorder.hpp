@@ -1,0 +1,49 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "rali/base/ids.hpp"
+#include "rali/fleet/facts/facts.hpp"
+#include "rali/imu/preintegration.hpp"
+#include "rali/odometry/odometry.hpp"
+#include "rali/vehicle/settings.hpp"
+
+namespace rali::vehicle {
+
+/// A node of the vehicle's path, and when.
+struct PathNode {
+  Time t;
+  fleet::Increment step;
+};
+
+/// Thins the sweeps of a vehicle to the nodes of a pose graph and says what ties each to the one
+/// before: what the LiDAR knew, and the inertial data between. Keyframes are nodes; between them
+/// one a second while driving, fewer while standing.
+class PathRecorder {
+ public:
+  explicit PathRecorder(const VehicleSettings& settings) : settings_(settings) {}
+
+  void add(const sensor::ImuSample& sample);
+
+  /// After each sweep. @return the node, if it is one
+  [[nodiscard]] std::optional<PathNode> add(const odometry::ScanResult& result,
+                                            const std::optional<KeyframeId>& keyframe, bool blind,
+                                            const geometry::Vec3& g_odom_mps2);
+
+  /// The map was lost: the next node hangs on nothing before it.
+  void cut() { last_.reset(); }
+
+ private:
+  [[nodiscard]] bool wants(const odometry::ScanResult& result, bool keyframe) const;
+  [[nodiscard]] std::optional<graph::InertialFactor> preintegrate(Time from, Time to,
+                                                                  const imu::InertialBias&) const;
+
+  VehicleSettings settings_;
+  std::vector<sensor::ImuSample> imu_;  ///< since the last node
+  std::optional<Time> last_;            ///< the last node, if the next one hangs on it
+  bool last_at_rest_ = false;
+  std::uint32_t nodes_ = 0;
+};
+
+}  // namespace rali::vehicle
