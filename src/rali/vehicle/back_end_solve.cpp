@@ -2,8 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include <Eigen/LU>
-
+#include "rali/fleet/path/shape.hpp"
 #include "rali/ranging/excess_watch.hpp"
 #include "rali/ranging/range_gate.hpp"
 #include "rali/vehicle/back_end.hpp"
@@ -20,29 +19,6 @@ using graph::Seq;
 namespace {
 
 Seq seq_of(std::size_t k) { return static_cast<Seq>(k); }
-
-/// The share of a step that the LiDAR knows: 1 where it tells much, 0 where it tells nothing.
-Mat6 known_share(const Mat6& lidar_information, const BackEndSettings& s) {
-  Mat6 weak = Mat6::Zero();
-  weak.diagonal().head<3>().setConstant(1.0 / (s.known_rad * s.known_rad));
-  weak.diagonal().tail<3>().setConstant(1.0 / (s.known_m * s.known_m));
-  return (lidar_information + weak).partialPivLu().solve(lidar_information);
-}
-
-/// How stiff a step of the path is: as the filter went where the LiDAR knows, free where it is
-/// blind. In (rotation, position in the body before).
-Mat6 shape_information(const Mat6& lidar_information, const SE3& T_odom_before,
-                       const BackEndSettings& s) {
-  const Mat6 share = known_share(lidar_information, s);
-  Mat6 stiff = Mat6::Zero();
-  stiff.diagonal().head<3>().setConstant(1.0 / (s.shape_rad * s.shape_rad));
-  stiff.diagonal().tail<3>().setConstant(1.0 / (s.shape_m * s.shape_m));
-  const Mat6 I = share.transpose() * stiff * share;
-  Mat6 G = Mat6::Identity();
-  G.block<3, 3>(3, 3) = T_odom_before.R;
-  const Mat6 turned = G.transpose() * I * G;
-  return 0.5 * (turned + turned.transpose());
-}
 
 }  // namespace
 
@@ -97,8 +73,8 @@ void BackEnd::add_motion(LocalGraph& graph, std::size_t k, const Vec3& g_odom_mp
     const auto set = [&prior](int first, double sigma) {
       prior.information.diagonal().segment<3>(first).setConstant(1.0 / (sigma * sigma));
     };
-    set(graph::kTheta, s.shape_rad);
-    set(graph::kPos, s.shape_m);
+    set(graph::kTheta, s.shape.shape_rad);
+    set(graph::kPos, s.shape.shape_m);
     set(graph::kVel, s.start_speed_sigma_mps);
     set(graph::kGyroBias, s.start_gyro_bias_sigma_radps);
     set(graph::kAccelBias, s.start_accel_bias_sigma_mps2);
@@ -110,11 +86,10 @@ void BackEnd::add_motion(LocalGraph& graph, std::size_t k, const Vec3& g_odom_mp
   shape.i = seq_of(k - 1);
   shape.j = seq_of(k);
   shape.T_i_j = before.T_odom_body.inverse() * node.T_odom_body;
-  shape.information = shape_information(node.lidar_information, before.T_odom_body, s);
+  shape.information = fleet::shape_information(node.lidar_information, before.T_odom_body, s.shape);
   if (!node.inertial) {
     // Nothing else bridges a gap in the inertial data: the filter's step, loosely.
-    shape.information.diagonal().head<3>().array() += 1.0 / (s.known_rad * s.known_rad);
-    shape.information.diagonal().tail<3>().array() += 1.0 / (s.gap_m * s.gap_m);
+    fleet::loosen_gap(shape.information, s.shape);
   }
   graph.add(shape);
   if (node.inertial) {
@@ -196,7 +171,7 @@ void BackEnd::tell(LocalGraph& graph, OutputList& out) const {
     corrected.id = {self_, *node.keyframe};
     corrected.t = nodes_[k].t;
     corrected.T_odom_body = graph.state(seq_of(k)).T_odom_body;
-    const Mat6 share = known_share(node.lidar_information, settings_.back_end);
+    const Mat6 share = fleet::known_share(node.lidar_information, settings_.back_end.shape);
     corrected.covariance =
         graph.covariance(seq_of(k)) + share * node.covariance * share.transpose();
     out.emplace_back(corrected);

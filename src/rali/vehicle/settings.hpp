@@ -8,6 +8,7 @@
 #include "rali/base/ids.hpp"
 #include "rali/base/settings.hpp"
 #include "rali/degeneracy/paper_settings.hpp"
+#include "rali/fleet/path/shape.hpp"
 #include "rali/graph/settings.hpp"
 #include "rali/odometry/settings.hpp"
 #include "rali/ranging/settings.hpp"
@@ -65,15 +66,11 @@ struct BackEndSettings {
   int rounds = 3;
   int iterations = 20;
   double blind_min_m = 5.0;
-  double known_m = 0.3;
-  double known_rad = 0.05;
-  double shape_m = 0.002;
-  double shape_rad = 2e-4;
-  double gap_m = 0.3;
   double path_sigma_m = 0.1;
   double start_speed_sigma_mps = 0.05;
   double start_gyro_bias_sigma_radps = 0.002;
   double start_accel_bias_sigma_mps2 = 0.05;
+  fleet::ShapeSettings shape;
   graph::LocalGraphSettings graph;
 
   template <class V>
@@ -82,15 +79,11 @@ struct BackEndSettings {
     v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
     v("iterations", iterations, 1, 1000, "of each solution");
     v("blind_min_m", blind_min_m, 0.0, 1000.0, "way driven blind that is worth it");
-    v("known_m", known_m, 1e-3, 100.0, "sigma of a sweep from which a direction is not known");
-    v("known_rad", known_rad, 1e-4, 10.0, "the same of a rotation");
-    v("shape_m", shape_m, 1e-5, 1.0, "sigma of a step where the LiDAR knows: keeps the shape");
-    v("shape_rad", shape_rad, 1e-6, 0.1, "the same of its turn");
-    v("gap_m", gap_m, 1e-3, 100.0, "sigma of a step over a gap in the inertial data");
     v("path_sigma_m", path_sigma_m, 0.0, 10.0, "doubt about the path when ranges are judged anew");
     v("start_speed_sigma_mps", start_speed_sigma_mps, 1e-4, 100.0, "of the first variable");
     v("start_gyro_bias_sigma_radps", start_gyro_bias_sigma_radps, 1e-6, 1.0, "of the first");
     v("start_accel_bias_sigma_mps2", start_accel_bias_sigma_mps2, 1e-5, 10.0, "of the first");
+    v.group("shape", shape, "what ties nodes together");
     v.group("graph", graph, "the solver");
   }
 };

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "rali/base/settings.hpp"
+#include "rali/geometry/se3.hpp"
+
+namespace rali::fleet {
+
+/// How the path of a vehicle ties its nodes together. Where the LiDAR knows, the shape of the
+/// filter's path is kept: it was registered against the whole map, which no chain of relative poses
+/// can do better. Along blind directions it says nothing.
+struct ShapeSettings {
+  double known_m = 0.3;
+  double known_rad = 0.05;
+  double shape_m = 0.002;
+  double shape_rad = 2e-4;
+  double gap_m = 0.3;
+
+  template <class V>
+  void visit(V& v) {
+    v("known_m", known_m, 1e-3, 100.0, "sigma of a sweep from which a direction is not known");
+    v("known_rad", known_rad, 1e-4, 10.0, "the same of a rotation");
+    v("shape_m", shape_m, 1e-5, 1.0, "sigma of a step where the LiDAR knows: keeps the shape");
+    v("shape_rad", shape_rad, 1e-6, 0.1, "the same of its turn");
+    v("gap_m", gap_m, 1e-3, 100.0, "sigma of a step over a gap in the inertial data");
+  }
+};
+
+/// The share of a step that the LiDAR knows: 1 where it tells much, 0 where it tells nothing.
+/// @param lidar_information boxplus order, in odom
+[[nodiscard]] geometry::Mat6 known_share(const geometry::Mat6& lidar_information,
+                                         const ShapeSettings& settings);
+
+/// How stiff a step of the path is: as the filter went where the LiDAR knows, free where it is
+/// blind. Rotation, then position in the body before (graph::RelativePoseFactor).
+[[nodiscard]] geometry::Mat6 shape_information(const geometry::Mat6& lidar_information,
+                                               const geometry::SE3& T_odom_before,
+                                               const ShapeSettings& settings);
+
+/// Adds what the filter's step is worth where neither LiDAR nor inertial data bridge a gap.
+void loosen_gap(geometry::Mat6& shape, const ShapeSettings& settings);
+
+}  // namespace rali::fleet

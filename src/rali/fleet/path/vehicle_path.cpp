@@ -1,0 +1,101 @@
+#include "rali/fleet/path/vehicle_path.hpp"
+
+#include <algorithm>
+
+#include "rali/geometry/so3.hpp"
+
+namespace rali::fleet {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+namespace {
+
+/// The pose a share of the way from a to b, on the arc that turns and moves evenly. The left
+/// Jacobian of a turn is the right one of the turn back.
+SE3 on_arc(const SE3& a, const SE3& b, double share) {
+  const SE3 step = a.inverse() * b;
+  const Vec3 turn = geometry::so3_log(step.R);
+  const Vec3 speed = geometry::so3_right_jacobian_inverse(-turn) * step.p;
+  SE3 part;
+  part.R = geometry::so3_exp(share * turn);
+  part.p = geometry::so3_right_jacobian(-share * turn) * (share * speed);
+  return a * part;
+}
+
+}  // namespace
+
+void VehiclePath::add(Time t, const FactBody& body) {
+  if (const auto* start = std::get_if<EpochStart>(&body)) start_ = *start;
+  if (const auto* step = std::get_if<Increment>(&body)) add_node(t, *step);
+  if (const auto* block = std::get_if<RangeBlock>(&body)) add_ranges(*block);
+  if (const auto* points = std::get_if<KeyframePoints>(&body)) {
+    points_.emplace(points->keyframe, *points);
+  }
+}
+
+void VehiclePath::add_node(Time t, const Increment& step) {
+  const auto place = numbered(step.node);
+  if (place != nodes_.end() && place->step.node == step.node) return;
+  nodes_.insert(place, {t, step});
+  if (step.keyframe) keyframes_[*step.keyframe] = step.node;
+}
+
+void VehiclePath::add_ranges(const RangeBlock& block) {
+  for (const RangeEntry& range : block.ranges) {
+    const auto place =
+        std::upper_bound(ranges_.begin(), ranges_.end(), range.t,
+                         [](Time t, const RangeEntry& entry) { return t < entry.t; });
+    ranges_.insert(place, range);
+  }
+}
+
+std::optional<std::size_t> VehiclePath::node_of(std::uint32_t keyframe) const {
+  const auto found = keyframes_.find(keyframe);
+  if (found == keyframes_.end()) return std::nullopt;
+  return static_cast<std::size_t>(numbered(found->second) - nodes_.begin());
+}
+
+std::vector<VehiclePath::Node>::const_iterator VehiclePath::numbered(std::uint32_t number) const {
+  return std::lower_bound(nodes_.begin(), nodes_.end(), number,
+                          [](const Node& node, std::uint32_t n) { return node.step.node < n; });
+}
+
+bool VehiclePath::ties_to_before(std::size_t k) const {
+  if (k == 0 || nodes_[k].step.begins) return false;
+  return nodes_[k].step.node == nodes_[k - 1].step.node + 1;
+}
+
+std::optional<PathPlace> VehiclePath::at(Time t) const {
+  if (nodes_.empty() || t < nodes_.front().t || t > nodes_.back().t) return std::nullopt;
+  const auto after = std::upper_bound(nodes_.begin(), nodes_.end(), t,
+                                      [](Time at, const Node& node) { return at < node.t; });
+  PathPlace place;
+  place.node = static_cast<std::size_t>(after - nodes_.begin()) - 1;
+  const Node& a = nodes_[place.node];
+  place.T_odom_body = a.step.T_odom_body;
+  if (after == nodes_.end()) return place;
+  if (after->step.begins) return a.t == t ? std::optional(place) : std::nullopt;
+  place.alpha = (t - a.t).s() / (after->t - a.t).s();
+  place.T_odom_body = on_arc(a.step.T_odom_body, after->step.T_odom_body, place.alpha);
+  return place;
+}
+
+Vec3 VehiclePath::up_odom() const {
+  for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+    const double g = node->step.g_odom_mps2.norm();
+    if (node->step.levelled && g > 0.0) return -node->step.g_odom_mps2 / g;
+  }
+  return Vec3::UnitZ();
+}
+
+double VehiclePath::blind_m() const {
+  double sum_m = 0.0;
+  for (std::size_t k = 1; k < nodes_.size(); ++k) {
+    if (!nodes_[k].step.blind || !ties_to_before(k)) continue;
+    sum_m += (nodes_[k].step.T_odom_body.p - nodes_[k - 1].step.T_odom_body.p).norm();
+  }
+  return sum_m;
+}
+
+}  // namespace rali::fleet

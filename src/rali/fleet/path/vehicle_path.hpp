@@ -1,0 +1,78 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/fleet/facts/facts.hpp"
+
+namespace rali::fleet {
+
+/// A place on the path between two nodes: where a vehicle was at some time.
+struct PathPlace {
+  std::size_t node = 0;       ///< index in nodes(); the last one not after the time
+  double alpha = 0.0;         ///< of the way in time to the next node; 0 on or beyond the last
+  geometry::SE3 T_odom_body;  ///< the body at the time, on an arc of constant twist
+};
+
+/// What is known of one vehicle's path in one odom frame, gathered from its facts in whatever order
+/// they come.
+class VehiclePath {
+ public:
+  struct Node {
+    Time t;
+    Increment step;
+  };
+
+  explicit VehiclePath(VehicleId vehicle) : vehicle_(vehicle) {}
+
+  void add(Time t, const FactBody& body);
+
+  [[nodiscard]] VehicleId vehicle() const { return vehicle_; }
+
+  [[nodiscard]] const std::string& name() const { return start_.name; }
+
+  [[nodiscard]] const std::vector<geometry::Vec3>& antennas_body_m() const {
+    return start_.antennas_body_m;
+  }
+
+  /// By time; those that have not arrived are missing.
+  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+
+  /// Index of the node that is this keyframe.
+  [[nodiscard]] std::optional<std::size_t> node_of(std::uint32_t keyframe) const;
+
+  /// True if nothing is missing between nodes k - 1 and k, and they are in one map.
+  [[nodiscard]] bool ties_to_before(std::size_t k) const;
+
+  /// Nothing outside the path's time, or where a new map begins between the nodes.
+  [[nodiscard]] std::optional<PathPlace> at(Time t) const;
+
+  /// By time, as this vehicle saw them.
+  [[nodiscard]] const std::vector<RangeEntry>& ranges() const { return ranges_; }
+
+  /// By keyframe.
+  [[nodiscard]] const std::map<std::uint32_t, KeyframePoints>& points() const { return points_; }
+
+  /// Unit vector against gravity in odom, as last told.
+  [[nodiscard]] geometry::Vec3 up_odom() const;
+
+  /// Way driven blind [m].
+  [[nodiscard]] double blind_m() const;
+
+ private:
+  /// The first node not before this number.
+  [[nodiscard]] std::vector<Node>::const_iterator numbered(std::uint32_t number) const;
+  void add_node(Time t, const Increment& step);
+  void add_ranges(const RangeBlock& block);
+
+  VehicleId vehicle_;
+  EpochStart start_;
+  std::vector<Node> nodes_;
+  std::map<std::uint32_t, std::uint32_t> keyframes_;  ///< to the number of its node
+  std::map<std::uint32_t, KeyframePoints> points_;
+  std::vector<RangeEntry> ranges_;
+};
+
+}  // namespace rali::fleet

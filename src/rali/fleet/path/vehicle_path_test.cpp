@@ -1,0 +1,99 @@
+#include "rali/fleet/path/vehicle_path.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/path/shape.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+
+Increment node(std::uint32_t number, const Vec3& p, double yaw_rad = 0.0) {
+  Increment step;
+  step.node = number;
+  step.begins = number == 0;
+  step.T_odom_body.p = p;
+  step.T_odom_body.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
+  return step;
+}
+
+VehiclePath straight() {
+  VehiclePath path(VehicleId{1});
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    Increment step = node(k, {1.0 * k, 0.0, 0.0});
+    if (k % 2 == 0) step.keyframe = k / 2;
+    path.add(Time::from_s(k), step);
+  }
+  return path;
+}
+
+TEST(VehiclePath, order_of_arrival_and_repetition_change_nothing) {
+  VehiclePath path(VehicleId{1});
+  for (const std::uint32_t k : {2U, 0U, 3U, 1U, 2U, 0U}) {
+    Increment step = node(k, {1.0 * k, 0.0, 0.0});
+    if (k % 2 == 0) step.keyframe = k / 2;
+    path.add(Time::from_s(k), step);
+  }
+  const VehiclePath ordered = straight();
+  ASSERT_EQ(path.nodes().size(), 4U);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(path.nodes()[k].step.node, k);
+    EXPECT_EQ(path.ties_to_before(k), ordered.ties_to_before(k));
+  }
+  EXPECT_EQ(path.node_of(1), 2U);
+  EXPECT_FALSE(path.node_of(5).has_value());
+}
+
+TEST(VehiclePath, a_missing_node_cuts_the_inertial_chain_but_not_the_path) {
+  VehiclePath path(VehicleId{1});
+  path.add(Time::from_s(0), node(0, Vec3::Zero()));
+  path.add(Time::from_s(2), node(2, {2.0, 0.0, 0.0}));
+  EXPECT_FALSE(path.ties_to_before(1));
+  ASSERT_TRUE(path.at(Time::from_s(1)).has_value());
+  EXPECT_NEAR(path.at(Time::from_s(1))->T_odom_body.p.x(), 1.0, 1e-12);
+}
+
+TEST(VehiclePath, lies_on_the_arc_between_two_nodes) {
+  // A quarter turn to the left with radius 1 m: half way it is at 45 deg.
+  VehiclePath path(VehicleId{1});
+  path.add(Time::from_s(0), node(0, Vec3::Zero()));
+  path.add(Time::from_s(1), node(1, {1.0, 1.0, 0.0}, std::numbers::pi / 2));
+  const auto half = path.at(Time::from_s(0.5));
+  ASSERT_TRUE(half.has_value());
+  EXPECT_NEAR(half->T_odom_body.p.x(), std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(half->T_odom_body.p.y(), 1.0 - std::sqrt(0.5), 1e-9);
+  EXPECT_DOUBLE_EQ(half->alpha, 0.5);
+}
+
+TEST(VehiclePath, is_nowhere_outside_its_time_and_between_two_maps) {
+  VehiclePath path = straight();
+  Increment again = node(4, Vec3::Zero());
+  again.begins = true;
+  path.add(Time::from_s(10), again);
+  EXPECT_FALSE(path.at(Time::from_s(-0.1)).has_value());
+  EXPECT_FALSE(path.at(Time::from_s(10.1)).has_value());
+  EXPECT_FALSE(path.at(Time::from_s(5)).has_value());
+  EXPECT_TRUE(path.at(Time::from_s(3)).has_value());
+  EXPECT_TRUE(path.at(Time::from_s(10)).has_value());
+}
+
+TEST(Shape, is_free_along_the_direction_the_lidar_does_not_see) {
+  ShapeSettings s;
+  Mat6 seen = 1e8 * Mat6::Identity();
+  seen(3, 3) = 0.0;
+  SE3 T_before;
+  T_before.R = geometry::rotation_from_rpy(0.0, 0.0, std::numbers::pi / 2);
+  const Mat6 I = shape_information(seen, T_before, s);
+  // The odom's x is the body's -y.
+  EXPECT_NEAR(I(4, 4), 0.0, 1e-3);
+  EXPECT_NEAR(I(3, 3), 1.0 / (s.shape_m * s.shape_m), 1.0);
+}
+
+}  // namespace
+}  // namespace rali::fleet
