@@ -68,6 +68,7 @@ struct KeyframePoints {
   geometry::SE3 T_body_lidar;  ///< where the rays start
   std::vector<float> x_m, y_m, z_m;
   std::vector<std::uint8_t> intensity;  ///< 0 to 255; empty or as many as points
+  bool refinement = false;              ///< finer points of a keyframe that is known coarsely
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 };
@@ -80,6 +81,7 @@ struct Loop {
   geometry::Mat6 information = geometry::Mat6::Zero();
   double overlap = 0.0;  ///< share of points with a partner
   double rms_m = 0.0;    ///< of the partners' distances
+  std::uint32_t from_epoch = 0, to_epoch = 0;
 };
 
 /// First fact of an epoch: who it is.
@@ -88,12 +90,19 @@ struct EpochStart {
   std::vector<geometry::Vec3> antennas_body_m;
 };
 
-using FactBody = std::variant<EpochStart, Increment, RangeBlock, KeyframePoints, Loop>;
+/// A fact of a kind that only newer programs know: kept, and passed on as it came.
+struct UnreadBody {
+  std::uint8_t kind = 0;
+};
+
+using FactBody = std::variant<EpochStart, Increment, RangeBlock, KeyframePoints, Loop, UnreadBody>;
 
 struct Fact {
   FactKey key;
   Time t;
   FactBody body;
+  /// What a newer program told besides, as it was told: who passes a fact on must not shorten it.
+  std::vector<std::uint8_t> unread = {};
 };
 
 }  // namespace rali::fleet

@@ -2,6 +2,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -38,9 +39,9 @@ struct StreamInventory {
   bool operator==(const StreamInventory&) const = default;
 };
 
-/// A fact, from its author or from one who passes it on.
+/// A fact, from its author or from one who passes it on; never null.
 struct FactMessage {
-  Fact fact;
+  std::shared_ptr<const Fact> fact;
 };
 
 /// What a vehicle holds of the whole fleet.
@@ -67,6 +68,13 @@ struct Request {
   bool without_points = false;
   std::vector<Want> wants;
   bool operator==(const Request&) const = default;
+};
+
+/// Answer to a request without points: these numbers that were asked for are points.
+struct Withheld {
+  StreamKey stream;
+  std::vector<SeqInterval> numbers;
+  bool operator==(const Withheld&) const = default;
 };
 
 /// What an estimate knows of a pose, in few numbers: the ellipse of its place in the map's plane,
@@ -203,8 +211,8 @@ struct GoalList {
   std::vector<Goal> goals;
 };
 
-using Message =
-    std::variant<FactMessage, Inventory, Request, Table, RoleMessage, VehicleStatus, GoalList>;
+using Message = std::variant<FactMessage, Inventory, Request, Withheld, Table, RoleMessage,
+                             VehicleStatus, GoalList>;
 
 /// A message and its way.
 struct Envelope {
