@@ -67,7 +67,7 @@ class SimulateCommand final : public Command {
   std::string folder_, lidar_, format_ = "mcap";
   std::string seed_, vehicles_, pedestrians_, duration_s_;  ///< numbers; empty: not given
   int threads_ = 0;
-  bool closed_loop_ = false, overwrite_ = false;
+  bool closed_loop_ = false, overwrite_ = false, no_priors_ = false;
 };
 
 std::vector<Option> SimulateCommand::options() {
@@ -99,6 +99,12 @@ std::vector<Option> SimulateCommand::options() {
        "what goes wrong; repeatable. drop gap clock_jump nan time_field imu_scale imu_saturate "
        "uwb_bias uwb_off radio_loss cut_file",
        &faults_,
+       false,
+       {}},
+      {"--no-priors",
+       "",
+       "fleet.yaml does not tell where the vehicles start",
+       &no_priors_,
        false,
        {}},
       {"--closed-loop", "", "the fleet decides its rounds itself", &closed_loop_, false, {}},
@@ -233,6 +239,7 @@ Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Sessio
   options.with_imu = fleet.vehicle.with_imu;
   options.seed = fleet.vehicle.seed;
   options.faults = *faults;
+  options.priors = !no_priors_;
   options.scene_yaml = scenario::dump_scene(setup, folder_);
   options.title = std::filesystem::path(inputs_.front()).filename().string();
   ProgressView view(session);

@@ -1,7 +1,12 @@
 #include "rali/scenario/recording/fleet_yaml.hpp"
 
+#include <cmath>
+#include <numbers>
+
 #include <Eigen/Geometry>
 #include <fmt/format.h>
+
+#include "rali/base/rng.hpp"
 
 namespace rali::scenario {
 namespace {
@@ -26,26 +31,58 @@ std::string antennas_text(const std::vector<sim::AntennaMount>& antennas) {
   return text;
 }
 
+/// With a tape and by eye.
+constexpr double kTapeSigma_m = 0.2;
+constexpr double kEyeSigma_deg = 3.0;
+
+double yaw_rad(const geometry::SE3& T) { return std::atan2(T.R(1, 0), T.R(0, 0)); }
+
+/// The level frame at a vehicle's first pose, heading along x.
+geometry::SE3 level_start(const sim::FleetSimulation& sim, int vehicle) {
+  geometry::SE3 T = sim.truth(vehicle, sim.t_begin()).state.T_world_body;
+  T.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad(T));
+  return T;
+}
+
+std::string priors_text(const sim::FleetSimulation& sim, const std::vector<std::string>& names,
+                        std::uint64_t seed) {
+  Rng rng(seed, "start poses");
+  std::string text;
+  for (std::size_t v = 1; v < names.size(); ++v) {
+    const geometry::SE3 T = level_start(sim, 0).inverse() * level_start(sim, static_cast<int>(v));
+    geometry::Vec3 p = T.p;
+    for (double& x : p) x += kTapeSigma_m * rng.normal();
+    const double yaw_deg = yaw_rad(T) * 180.0 / std::numbers::pi + kEyeSigma_deg * rng.normal();
+    text += fmt::format(
+        "  - {{vehicle: {}, relative_to: {}, xyz_m: [{:.2f}, {:.2f}, {:.2f}], yaw_deg: {:.1f}, "
+        "sigma_m: {}, sigma_deg: {}}}\n",
+        names[v], names[0], p.x(), p.y(), p.z(), yaw_deg, kTapeSigma_m, kEyeSigma_deg);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string fleet_yaml(const sim::FleetSimulation& sim, const std::vector<std::string>& names,
-                       RecordingFormat format, sim::Lidar lidar, bool with_imu) {
+                       const RecordingOptions& options) {
   std::string text =
       "# Made by rali simulate. Calibration as measured by hand: the truth is in truth/ only.\n"
       "schema: 1\n"
       "vehicles:\n";
   for (std::size_t v = 0; v < names.size(); ++v) {
     const sensor::Calibration& c = sim.calibration_nominal(static_cast<int>(v));
-    text += fmt::format("  {}:\n    recording: {}\n", names[v], recording_name(names[v], format));
-    text += fmt::format("    lidar: {{model: {}, T_body_lidar: {}}}\n", driver_of(lidar).model,
-                        pose_text(c.T_body_lidar));
-    text += fmt::format("    imu: {{{}T_body_imu: {}}}\n", with_imu ? "" : "topic: none, ",
+    text += fmt::format("  {}:\n    recording: {}\n", names[v],
+                        recording_name(names[v], options.format));
+    text += fmt::format("    lidar: {{model: {}, T_body_lidar: {}}}\n",
+                        driver_of(options.lidar).model, pose_text(c.T_body_lidar));
+    text += fmt::format("    imu: {{{}T_body_imu: {}}}\n", options.with_imu ? "" : "topic: none, ",
                         pose_text(c.T_body_imu));
     text += fmt::format("    antennas: {{{}}}\n", antennas_text(sim.antennas(static_cast<int>(v))));
   }
   if (names.size() > 1) {
     text += "ranges: {sources: [{file: ranges.csv}]}\n";
     text += "radio: {file: radio.csv}\n";
+    if (options.priors) text += "priors:\n" + priors_text(sim, names, options.seed);
   }
   return text;
 }

@@ -148,6 +148,29 @@ TEST(Recording, all_formats_hold_the_messages_that_were_counted) {
   }
 }
 
+TEST(Recording, fleet_yaml_tells_the_start_poses_as_well_as_a_tape_does_unless_told_not_to) {
+  const Folder folder;
+  const auto sim = fleet();
+  RecordingOptions options = into(folder);
+  ASSERT_TRUE(write_recording(*sim, options, go_on).has_value());
+  const auto loaded = config::load_fleet(folder / "fleet.yaml", {});
+  ASSERT_TRUE(loaded.has_value()) << loaded.error().message();
+  ASSERT_EQ(loaded->priors.size(), 1U);
+  const config::PriorConfig& prior = loaded->priors[0];
+  EXPECT_EQ(prior.vehicle, "v2");
+  EXPECT_EQ(prior.relative_to, "v1");
+  const geometry::SE3 T_v1 = sim->truth(0, sim->t_begin()).state.T_world_body;
+  const geometry::SE3 T_v2 = sim->truth(1, sim->t_begin()).state.T_world_body;
+  const double off_m = (prior.p_m - (T_v1.inverse() * T_v2).p).norm();
+  EXPECT_GT(off_m, 0.001);
+  EXPECT_LT(off_m, 5.0 * prior.sigma_m);
+  const Folder silent;
+  options = into(silent);
+  options.priors = false;
+  ASSERT_TRUE(write_recording(*fleet(), options, go_on).has_value());
+  EXPECT_TRUE(config::load_fleet(silent / "fleet.yaml", {})->priors.empty());
+}
+
 TEST(Recording, fleet_yaml_loads_with_the_nominal_calibration) {
   const Folder folder;
   const auto sim = fleet();

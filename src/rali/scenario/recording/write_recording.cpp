@@ -177,8 +177,7 @@ Status FleetRecorder::finish(Time until) {
   }
   if (Status s = truth_->finish(until, sim_); !s) return s;
   for (std::size_t v = 0; v < names_.size(); ++v) summary.vehicles[v].way_m = truth_->way_m(v);
-  const std::string yaml =
-      fleet_yaml(sim_, names_, options_.format, options_.lidar, options_.with_imu);
+  const std::string yaml = fleet_yaml(sim_, names_, options_);
   if (Status s = io::write_file_atomic(options_.folder + "/fleet.yaml", yaml); !s) return s;
   if (options_.scene_yaml.empty()) return {};
   return io::write_file_atomic(options_.folder + "/scene.yaml", options_.scene_yaml);

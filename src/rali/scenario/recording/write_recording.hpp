@@ -17,8 +17,9 @@ struct RecordingOptions {
   RecordingFormat format = RecordingFormat::kMcap;
   sim::Lidar lidar = sim::Lidar::kRs16;  ///< as the simulation has it
   bool with_imu = true;
-  std::uint64_t seed = 1;  ///< of the faults
+  std::uint64_t seed = 1;  ///< of the faults, and of errors of what users measure
   std::vector<Fault> faults;
+  bool priors = true;      ///< fleet.yaml says where the vehicles stood at the start
   std::string scene_yaml;  ///< effective scene; empty: no scene.yaml
   std::string title;       ///< of the scene, for simulation.json
 };
