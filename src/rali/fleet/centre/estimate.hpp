@@ -1,0 +1,73 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/base/ids.hpp"
+#include "rali/base/time.hpp"
+#include "rali/geometry/se3.hpp"
+
+namespace rali::fleet {
+
+/// A keyframe as the fleet's joint estimate has it.
+struct KeyframePose {
+  Time t;
+  geometry::SE3 T_map_body;
+  geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
+};
+
+/// How a vehicle hangs in the fleet's map.
+struct VehicleFrame {
+  VehicleId vehicle;
+  /// Index in FleetEstimate::groups. Vehicles of one group share one map; its frame is that of the
+  /// group's first vehicle: origin and heading of its first pose, z up.
+  std::size_t group = 0;
+  geometry::SE3 T_map_odom;  ///< at the vehicle's first node
+  double sigma_m = 0.0;      ///< of its first position in the map, horizontal
+  double sigma_rad = 0.0;    ///< of its heading
+  std::string decided_by;    ///< "ranges", "scans", "the prior"; empty: the group's first
+  std::string waits_for;     ///< a sentence: what is missing to join it; empty: nothing
+};
+
+/// What became of two keyframes that seem to see one place.
+struct LoopVerdict {
+  KeyframeId from, to;
+  Time t_from, t_to;
+  geometry::SE3 T_from_to;
+  geometry::Mat6 information = geometry::Mat6::Zero();
+  bool accepted = false;
+  std::string reason;    ///< "accepted", "overlap", "free_space", "veto", "gnc", ...
+  double score = 0.0;    ///< share of points that agree
+  double shift_m = 0.0;  ///< how far the measurement is from what was expected
+};
+
+/// The constant that a pair of radios measures too much.
+struct PairBias {
+  VehicleId a, b;
+  std::uint8_t antenna_a = 0, antenna_b = 0;
+  double bias_m = 0.0, sigma_m = 0.0;
+  std::size_t ranges = 0, used = 0;
+  double residual_std_m = 0.0;  ///< of those used
+};
+
+/// A range as it entered the estimate, for graph files.
+struct UsedRange {
+  Time t;
+  KeyframeId a, b;       ///< the nearest keyframes
+  double range_m = 0.0;  ///< between the antennas of their bodies at the keyframes, bias removed
+  double sigma_m = 0.0;
+};
+
+/// One map of all vehicles that could be joined.
+struct FleetEstimate {
+  std::vector<std::vector<VehicleId>> groups;  ///< largest first
+  std::vector<VehicleFrame> frames;            ///< by vehicle
+  std::map<KeyframeId, KeyframePose> keyframes;
+  std::vector<LoopVerdict> loops;  ///< by time of the later keyframe
+  std::vector<PairBias> biases;
+  std::vector<UsedRange> ranges;
+};
+
+}  // namespace rali::fleet

@@ -1,0 +1,84 @@
+#include "rali/fleet/centre/joint_ranges.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <tuple>
+
+namespace rali::fleet {
+
+namespace {
+
+/// An exchange: pair, time.
+using Key = std::tuple<AntennaPair, Time>;
+
+struct Told {
+  const RangeEntry* by_a = nullptr;
+  const RangeEntry* by_b = nullptr;
+};
+
+std::optional<std::size_t> index_of(std::span<const VehiclePath> paths, VehicleId vehicle) {
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (paths[i].vehicle() == vehicle) return i;
+  }
+  return std::nullopt;
+}
+
+/// The place of an end; a pose told with the range is nearer to the truth than the path between
+/// nodes.
+std::optional<RangeEnd> end_of(const VehiclePath& path, std::uint8_t antenna, Time t,
+                               const RangeEntry* told) {
+  if (antenna >= path.antennas_body_m().size()) return std::nullopt;
+  const std::optional<PathPlace> place = path.at(t);
+  if (!place) return std::nullopt;
+  RangeEnd end;
+  end.place = *place;
+  if (told != nullptr) end.place.T_odom_body = told->T_odom_body;
+  end.p_odom_m = end.place.T_odom_body * path.antennas_body_m()[antenna];
+  end.at_rest = told != nullptr ? told->at_rest : path.nodes()[place->node].step.at_rest;
+  return end;
+}
+
+}  // namespace
+
+JointRanges join_ranges(std::span<const VehiclePath> paths) {
+  std::map<Key, Told> exchanges;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    for (const RangeEntry& entry : paths[i].ranges()) {
+      const auto from = index_of(paths, entry.from);
+      const auto to = index_of(paths, entry.to);
+      if (!from || !to || from == to) continue;
+      Antenna a{*from, entry.from_antenna}, b{*to, entry.to_antenna};
+      if (b < a) std::swap(a, b);
+      Told& told = exchanges[{AntennaPair{a, b}, entry.t}];
+      (a.path == i ? told.by_a : told.by_b) = &entry;
+    }
+  }
+  JointRanges joint;
+  for (const auto& [key, told] : exchanges) {
+    const auto& [pair, t] = key;
+    const auto a = end_of(paths[pair.a.path], pair.a.number, t, told.by_a);
+    const auto b = end_of(paths[pair.b.path], pair.b.number, t, told.by_b);
+    if (!a || !b) {
+      ++joint.without_pose;
+      continue;
+    }
+    if (joint.pairs.empty() || joint.pairs.back() != pair) joint.pairs.push_back(pair);
+    JointRange range;
+    range.t = t;
+    range.pair = static_cast<int>(joint.pairs.size()) - 1;
+    range.a = *a;
+    range.b = *b;
+    range.range_m = (told.by_a != nullptr ? told.by_a : told.by_b)->range_m;
+    // Each end doubts what it sees of the signal and of walls between.
+    for (const RangeEntry* entry : {told.by_a, told.by_b}) {
+      if (entry != nullptr) range.sigma_m = std::max(range.sigma_m, entry->sigma_m);
+    }
+    joint.ranges.push_back(range);
+  }
+  std::stable_sort(joint.ranges.begin(), joint.ranges.end(),
+                   [](const JointRange& x, const JointRange& y) { return x.t < y.t; });
+  return joint;
+}
+
+}  // namespace rali::fleet
