@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "rali/base/finding.hpp"
+#include "rali/base/result.hpp"
+#include "rali/fleet/facts/facts.hpp"
+#include "rali/fleet/facts/seq_set.hpp"
+#include "rali/fleet/messages/messages.hpp"
+
+namespace rali::fleet {
+
+using FactPtr = std::shared_ptr<const Fact>;
+
+/// Bounds of what others may make a vehicle keep (middleware 4.2).
+struct StoreLimits {
+  std::size_t streams = 1024;
+  std::size_t gaps = 4096;  ///< of all streams
+  std::size_t facts = 2000000;
+};
+
+/// All facts a vehicle has, its own and those of others. A fact is the same wherever it comes from,
+/// so that order and repetition change nothing: a set with union (algorithms_fleet 11.2).
+class FactStore {
+ public:
+  /// What became of a fact.
+  enum class Added {
+    kNew,
+    kKnown,
+    kConflict,  ///< another content under the same key: the first one stays, see take_findings
+    kRefused    ///< unknown vehicle, or beyond the limits
+  };
+
+  /// @param fleet the vehicles whose facts are taken
+  FactStore(VehicleId self, std::vector<VehicleId> fleet, StoreLimits limits = {});
+
+  /// A fact of this vehicle, rounded to what the others will know (told.hpp).
+  /// @return the rounded one. Errors: those of told(); kInput for a fact of another vehicle, a
+  ///         number used before, or beyond the limits
+  [[nodiscard]] Result<FactPtr> add_own(const Fact& fact);
+
+  /// A fact as it came from another vehicle, in whatever order.
+  Added add(FactPtr fact);
+
+  /// Each fact once, own and foreign, as they came in.
+  [[nodiscard]] std::vector<FactPtr> take_new();
+
+  [[nodiscard]] FindingList take_findings();
+
+  [[nodiscard]] FactPtr find(const FactKey& key) const;
+
+  /// What is held of a stream; empty if nothing.
+  [[nodiscard]] const SeqSet& held(const StreamKey& stream) const;
+
+  /// By key. @param first, last numbers, both included; calls visit(FactPtr), which returns false
+  /// to stop.
+  template <class Visit>
+  void for_each(const StreamKey& stream, std::uint32_t first, std::uint32_t last,
+                Visit&& visit) const {
+    const auto found = streams_.find(stream);
+    if (found == streams_.end()) return;
+    const auto& facts = found->second.facts;
+    for (auto it = facts.lower_bound(first); it != facts.end() && it->first <= last; ++it) {
+      if (!visit(it->second.fact)) return;
+    }
+  }
+
+  [[nodiscard]] Inventory inventory(std::uint32_t number, std::uint64_t free_bytes) const;
+
+  /// Of all keys and contents: equal on two vehicles that hold the same facts.
+  [[nodiscard]] std::uint64_t hash() const;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  [[nodiscard]] VehicleId self() const { return self_; }
+
+  [[nodiscard]] const std::vector<VehicleId>& fleet() const { return fleet_; }
+
+  /// How many facts were refused.
+  [[nodiscard]] std::size_t refused() const { return refused_; }
+
+ private:
+  struct Entry {
+    FactPtr fact;
+    std::uint64_t hash = 0;
+  };
+
+  struct Stream {
+    std::map<std::uint32_t, Entry> facts;
+    SeqSet held;
+    bool conflict_said = false;
+  };
+
+  [[nodiscard]] bool within_limits(const FactKey& key) const;
+  void report_conflict(const FactKey& key, Time t, Stream& stream);
+
+  VehicleId self_;
+  std::vector<VehicleId> fleet_;  ///< ascending
+  StoreLimits limits_;
+  std::map<StreamKey, Stream> streams_;
+  std::size_t size_ = 0, gaps_ = 0, refused_ = 0;
+  std::vector<FactPtr> new_;
+  FindingList findings_;
+};
+
+}  // namespace rali::fleet

@@ -1,0 +1,232 @@
+#include "rali/fleet/facts/rounding.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <tuple>
+
+#include <Eigen/Geometry>
+
+namespace rali::fleet {
+
+namespace {
+
+using geometry::Mat3;
+using geometry::Mat6;
+
+constexpr double kCorrelationSteps = 8388607.0;
+constexpr double kScaledSteps = 32767.0;
+
+std::array<double, 4> quaternion(const Mat3& R) {
+  const Eigen::Quaterniond q = Eigen::Quaterniond(R).normalized();
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+RotationCode code_once(const std::array<double, 4>& q, double steps) {
+  std::array<std::int64_t, 4> rounded{};
+  for (std::size_t i = 0; i < 4; ++i) rounded[i] = std::llround(q[i] * steps);
+  std::size_t largest = 0;
+  for (std::size_t i = 1; i < 4; ++i) {
+    if (std::abs(rounded[i]) > std::abs(rounded[largest])) largest = i;
+  }
+  RotationCode code{static_cast<std::uint8_t>(largest), {}};
+  const std::int64_t sign = q[largest] < 0.0 ? -1 : 1;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (i != largest) code.parts[at++] = static_cast<std::int32_t>(sign * rounded[i]);
+  }
+  return code;
+}
+
+std::uint64_t spread(std::uint64_t v) {
+  v &= 0x1FFFFFULL;
+  v = (v | v << 32) & 0x1F00000000FFFFULL;
+  v = (v | v << 16) & 0x1F0000FF0000FFULL;
+  v = (v | v << 8) & 0x100F00F00F00F00FULL;
+  v = (v | v << 4) & 0x10C30C30C30C30C3ULL;
+  return (v | v << 2) & 0x1249249249249249ULL;
+}
+
+std::int32_t gathered(std::uint64_t v) {
+  v &= 0x1249249249249249ULL;
+  v = (v | v >> 2) & 0x10C30C30C30C30C3ULL;
+  v = (v | v >> 4) & 0x100F00F00F00F00FULL;
+  v = (v | v >> 8) & 0x1F0000FF0000FFULL;
+  v = (v | v >> 16) & 0x1F00000000FFFFULL;
+  v = (v | v >> 32) & 0x1FFFFFULL;
+  return static_cast<std::int32_t>(v) - kPointSteps;
+}
+
+std::int32_t point_code(float coordinate_m) {
+  const long steps = std::lround(static_cast<double>(coordinate_m) / kPointStep_m);
+  return static_cast<std::int32_t>(std::clamp<long>(steps, -kPointSteps, kPointSteps - 1));
+}
+
+}  // namespace
+
+Mat3 rotation_of(const RotationCode& code, int bits) {
+  const double step = std::ldexp(1.0, -bits);
+  std::array<double, 4> q{};
+  double rest = 1.0;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (i == code.largest) continue;
+    q[i] = code.parts[at++] * step;
+    rest -= q[i] * q[i];
+  }
+  q[code.largest & 3U] = std::sqrt(std::max(rest, 0.0));
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+}
+
+RotationCode rotation_code(const Mat3& R, int bits) {
+  const double steps = std::ldexp(1.0, bits);
+  RotationCode code = code_once(quaternion(R), steps);
+  // Where two parts are almost equal, rounding can make the other one the largest: the code of what
+  // the code stands for is taken until it is the same.
+  constexpr int kTries = 16;
+  for (int k = 0; k < kTries; ++k) {
+    const RotationCode again = code_once(quaternion(rotation_of(code, bits)), steps);
+    if (again == code) break;
+    code = again;
+  }
+  return code;
+}
+
+template <int N>
+CovarianceCode<N> covariance_code(const SquareMatrix<N>& covariance) {
+  CovarianceCode<N> code;
+  for (int i = 0; i < N; ++i) {
+    code.sigma[static_cast<std::size_t>(i)] =
+        static_cast<float>(std::sqrt(std::max(covariance(i, i), 0.0)));
+  }
+  std::size_t at = 0;
+  for (int i = 1; i < N; ++i) {
+    for (int j = 0; j < i; ++j, ++at) {
+      const double sigmas = static_cast<double>(code.sigma[static_cast<std::size_t>(i)]) *
+                            static_cast<double>(code.sigma[static_cast<std::size_t>(j)]);
+      if (!(sigmas > 0.0)) continue;
+      const double both = 0.5 * (covariance(i, j) + covariance(j, i)) / sigmas;
+      code.correlation[at] =
+          static_cast<std::int32_t>(std::lround(std::clamp(both, -1.0, 1.0) * kCorrelationSteps));
+    }
+  }
+  return code;
+}
+
+template <int N>
+SquareMatrix<N> covariance_of(const CovarianceCode<N>& code) {
+  SquareMatrix<N> covariance;
+  std::size_t at = 0;
+  for (int i = 0; i < N; ++i) {
+    const auto sigma_i = static_cast<double>(code.sigma[static_cast<std::size_t>(i)]);
+    for (int j = 0; j < i; ++j, ++at) {
+      const double sigmas = sigma_i * static_cast<double>(code.sigma[static_cast<std::size_t>(j)]);
+      covariance(i, j) = covariance(j, i) =
+          sigmas * (static_cast<double>(code.correlation[at]) / kCorrelationSteps);
+    }
+    covariance(i, i) = sigma_i * sigma_i;
+  }
+  return covariance;
+}
+
+template CovarianceCode<6> covariance_code<6>(const SquareMatrix<6>&);
+template CovarianceCode<9> covariance_code<9>(const SquareMatrix<9>&);
+template SquareMatrix<6> covariance_of<6>(const CovarianceCode<6>&);
+template SquareMatrix<9> covariance_of<9>(const CovarianceCode<9>&);
+
+ScaledCode scaled_code(const Mat3& matrix) {
+  ScaledCode code;
+  code.scale = static_cast<float>(matrix.cwiseAbs().maxCoeff());
+  if (!(code.scale > 0.0F)) return code;
+  for (int k = 0; k < 9; ++k) {
+    const double part = matrix(k / 3, k % 3) / static_cast<double>(code.scale);
+    code.entries[static_cast<std::size_t>(k)] =
+        static_cast<std::int16_t>(std::lround(std::clamp(part, -1.0, 1.0) * kScaledSteps));
+  }
+  return code;
+}
+
+Mat3 scaled_of(const ScaledCode& code) {
+  Mat3 matrix;
+  for (int k = 0; k < 9; ++k) {
+    matrix(k / 3, k % 3) =
+        static_cast<double>(code.scale) *
+        (static_cast<double>(code.entries[static_cast<std::size_t>(k)]) / kScaledSteps);
+  }
+  return matrix;
+}
+
+double rounded48(double value) {
+  const auto bits = std::bit_cast<std::uint64_t>(value);
+  return std::bit_cast<double>((bits + 0x8000U) & ~std::uint64_t{0xFFFF});
+}
+
+Mat6 rounded_information(const Mat6& information) {
+  Mat6 out;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      out(i, j) = out(j, i) = rounded48(0.5 * (information(i, j) + information(j, i)));
+    }
+  }
+  return out;
+}
+
+std::uint64_t curve_place(const PointCode& point) {
+  const auto part = [](std::int32_t v) {
+    return spread(static_cast<std::uint64_t>(v + kPointSteps));
+  };
+  return part(point.x) | part(point.y) << 1 | part(point.z) << 2;
+}
+
+PointCode point_at(std::uint64_t curve_place) {
+  return {gathered(curve_place), gathered(curve_place >> 1), gathered(curve_place >> 2), 0};
+}
+
+std::vector<PointCode> point_codes(const KeyframePoints& points) {
+  struct Placed {
+    std::uint64_t place;
+    PointCode code;
+  };
+
+  std::vector<Placed> placed(points.size());
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    PointCode code{point_code(points.x_m[i]), point_code(points.y_m[i]), point_code(points.z_m[i])};
+    if (!points.intensity.empty()) {
+      constexpr int kTop = 255 / kIntensityStep;
+      const int steps = (points.intensity[i] + kIntensityStep / 2) / kIntensityStep;
+      code.intensity = static_cast<std::uint8_t>(std::min(steps, kTop));
+    }
+    placed[i] = {curve_place(code), code};
+  }
+  std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
+    return std::tie(a.place, a.code.intensity) < std::tie(b.place, b.code.intensity);
+  });
+  std::vector<PointCode> codes;
+  codes.reserve(placed.size());
+  for (const Placed& p : placed) codes.push_back(p.code);
+  return codes;
+}
+
+void points_of(const std::vector<PointCode>& codes, KeyframePoints& out) {
+  const std::size_t n = codes.size();
+  const bool with_intensity = !out.intensity.empty();
+  out.x_m.resize(n);
+  out.y_m.resize(n);
+  out.z_m.resize(n);
+  out.intensity.resize(with_intensity ? n : 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    out.x_m[i] = static_cast<float>(codes[i].x * kPointStep_m);
+    out.y_m[i] = static_cast<float>(codes[i].y * kPointStep_m);
+    out.z_m[i] = static_cast<float>(codes[i].z * kPointStep_m);
+    if (with_intensity) {
+      out.intensity[i] = static_cast<std::uint8_t>(codes[i].intensity * kIntensityStep);
+    }
+  }
+}
+
+std::int64_t range_code(double length_m) { return std::llround(length_m / kRangeStep_m); }
+
+double range_of(std::int64_t code) { return static_cast<double>(code) * kRangeStep_m; }
+
+}  // namespace rali::fleet
