@@ -1,0 +1,88 @@
+#pragma once
+
+#include <array>
+
+#include "rali/degeneracy/information.hpp"
+#include "rali/places/submap.hpp"
+
+namespace rali::places {
+
+/// How far and how carefully align() searches, and what it may claim.
+struct AlignSettings {
+  double start_sigma_m = 1.0;      ///< of the start, horizontally and in height
+  double start_sigma_deg = 10.0;   ///< of its yaw
+  double level_sigma_deg = 0.5;    ///< of roll and pitch: both frames are levelled
+  double coarse_m = 2.0;           ///< widest gate of the first pass
+  double middle_m = 0.6;
+  int coarse_planes = 500;         ///< of the source, in the first pass
+  int iterations = 12;             ///< per pass, at most
+  double normal_deg = 30.0;        ///< normals of partners differ less
+  double rough_sigma_m = 0.01;     ///< surfaces are not flat
+  double cauchy_scale = 3.0;       ///< knee of the robust weight in sigma
+  double gate_sigma = 4.0;         ///< farther is no match
+  double gate_min_m = 0.06;
+  double shared_sigma_m = 0.01;    ///< errors that all planes of a submap share
+  double shared_sigma_deg = 0.05;
+  double shared_per_m = 0.001;     ///< of a submap's path: its own drift
+  degeneracy::AwareSettings aware = {.full_m = 0.05, .none_m = 0.2, .full_deg = 0.3, .none_deg = 1.0};
+
+  template <class V>
+  void visit(V& v) {
+    v("start_sigma_m", start_sigma_m, 0.01, 10.0, "error of the start in metres");
+    v("start_sigma_deg", start_sigma_deg, 0.1, 180.0, "error of the start's yaw");
+    v("level_sigma_deg", level_sigma_deg, 0.01, 10.0, "error of the direction of gravity");
+    v("coarse_m", coarse_m, 0.1, 10.0, "partners are sought so far in the first pass");
+    v("middle_m", middle_m, 0.05, 5.0, "and so far in the second");
+    v("coarse_planes", coarse_planes, 20, 100000, "planes used in the first pass");
+    v("iterations", iterations, 1, 100, "steps per pass at most");
+    v("normal_deg", normal_deg, 1.0, 90.0, "normals of partners differ less");
+    v("rough_sigma_m", rough_sigma_m, 0.0, 0.5, "roughness of surfaces");
+    v("cauchy_scale", cauchy_scale, 0.5, 100.0, "knee of the robust weight, in sigma");
+    v("gate_sigma", gate_sigma, 1.0, 20.0, "farther planes are no partners, in sigma");
+    v("gate_min_m", gate_min_m, 0.0, 1.0, "the last gate is never narrower");
+    v("shared_sigma_m", shared_sigma_m, 0.0, 1.0, "errors that all planes of a submap share");
+    v("shared_sigma_deg", shared_sigma_deg, 0.0, 5.0, "the same in rotation");
+    v("shared_per_m", shared_per_m, 0.0, 0.1, "drift within a submap per metre of its path");
+    v.group("aware", aware, "which directions are known");
+  }
+};
+
+/// How two submaps lie to each other, with what is really known about it.
+struct Registration {
+  geometry::SE3 T_target_source;  ///< between the ref frames
+  /// Of graph::RelativePoseFactor's residual: rotation in source, translation in target. Zero in
+  /// directions that the planes do not hold.
+  geometry::Mat6 information = geometry::Mat6::Zero();
+  double overlap = 0.0;  ///< share of the source's planes that have a partner
+  double rms_m = 0.0;    ///< of partners' distances along the normal
+  int matches = 0;
+  bool converged = false;
+  /// Axial (the least known horizontal), lateral, vertical; roll, pitch, yaw about them; in target.
+  /// sigma and category with shared errors.
+  std::array<degeneracy::DirectionInfo, 6> directions;
+
+  [[nodiscard]] bool full_rank() const;
+};
+
+/// Puts the source onto the target: point to plane between the planes of both, from coarse to fine,
+/// robust. A direction that no plane holds stays as in the start and has no information. Errors of
+/// planes are counted once per plane, those common to a submap once (algorithms 2.4, 3.2;
+/// algorithms_fleet 8.2).
+[[nodiscard]] Registration align(const Submap& target, const Submap& source,
+                                 const geometry::SE3& T_target_source_start,
+                                 const AlignSettings& settings);
+
+/// The same relation between the bodies of the two middle scans: what a pose graph asks for.
+struct BodyRelation {
+  geometry::SE3 T_target_source;
+  geometry::Mat6 information = geometry::Mat6::Zero();
+};
+
+[[nodiscard]] BodyRelation between_bodies(const Registration& registration, const Submap& target,
+                                          const Submap& source);
+
+/// Takes away what a direction must not claim: afterwards the information along `direction` (unit,
+/// target frame, translation) is zero and what is I-orthogonal to it is untouched.
+void forget_direction(Registration& registration, const geometry::Vec3& direction_target);
+
+}  // namespace rali::places

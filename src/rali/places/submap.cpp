@@ -1,0 +1,162 @@
+#include "rali/places/submap.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "rali/cloud/voxel_sampler.hpp"
+
+namespace rali::places {
+
+using geometry::SE3;
+using geometry::Vec3;
+using geometry::Vec3f;
+
+namespace {
+
+constexpr double kFarthest_m = 1e5;  // a pose beyond is no number that means something
+
+tl::unexpected<Error> refused(std::string what) {
+  return fail(ErrorCode::kInput, "submap", std::move(what));
+}
+
+bool usable(const SE3& T) {
+  return T.R.allFinite() && T.p.allFinite() && T.p.cwiseAbs().maxCoeff() < kFarthest_m &&
+         (T.R * T.R.transpose() - geometry::Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-3;
+}
+
+Status check(std::span<const PosedScan> scans, std::size_t middle) {
+  if (scans.empty()) return refused("there is no scan");
+  if (middle >= scans.size()) return refused("the middle scan is not among the scans");
+  for (const PosedScan& s : scans) {
+    const Scan& scan = s.scan;
+    if (!usable(s.T_odom_body) || !usable(scan.T_body_lidar)) {
+      return refused("a pose is not a rigid motion of finite numbers");
+    }
+    if (!scan.up_body.allFinite() || std::abs(scan.up_body.norm() - 1.0) > 1e-3) {
+      return refused("an up direction is not a unit vector");
+    }
+    if (scan.y_m.size() != scan.x_m.size() || scan.z_m.size() != scan.x_m.size()) {
+      return refused("coordinates of a scan differ in number");
+    }
+  }
+  return {};
+}
+
+/// Turns the body upright by the smallest rotation; its x axis, seen from above, stays.
+geometry::Mat3 levelled(const Vec3& up_body) {
+  const geometry::Mat3 R = geometry::rotation_between(up_body, Vec3::UnitZ());
+  const Vec3 x = R.col(0);
+  return geometry::so3_exp(Vec3(0.0, 0.0, -std::atan2(x.y(), x.x()))) * R;
+}
+
+std::vector<Vec3f> rays_of(std::span<const Vec3f> origins, std::span<const Vec3f> points) {
+  std::vector<Vec3f> rays(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3f d = points[i] - origins[i];
+    const float length = d.norm();
+    rays[i] = length > 0.0F ? Vec3f(d / length) : Vec3f(0.0F, 0.0F, 1.0F);
+  }
+  return rays;
+}
+
+}  // namespace
+
+void Submap::gather(std::span<const PosedScan> scans, const SE3& T_ref_odom,
+                    const SubmapSettings& s) {
+  std::size_t total = 0;
+  for (const PosedScan& posed : scans) total += posed.scan.size();
+  const std::size_t stride = total / static_cast<std::size_t>(s.points_max) + 1;
+  points_.reserve(total / stride + 1);
+  origins_.reserve(total / stride + 1);
+  std::size_t number = 0;
+  for (const PosedScan& posed : scans) {
+    const SE3 T_ref_body = T_ref_odom * posed.T_odom_body;
+    const Vec3 origin = T_ref_body * posed.scan.T_body_lidar.p;
+    for (std::size_t i = 0; i < posed.scan.size(); ++i, ++number) {
+      if (number % stride != 0) continue;
+      const Vec3 p = posed.scan.point_body(i);
+      const double range_m = (p - posed.scan.T_body_lidar.p).norm();
+      if (!(range_m < s.range_max_m)) continue;  // also NaN
+      points_.push_back((T_ref_body * p).cast<float>());
+      origins_.push_back(origin.cast<float>());
+    }
+  }
+}
+
+/// One point per cube, with the plane it is on.
+void Submap::choose_checks(double spacing_m) {
+  cloud::VoxelSampler sampler;
+  std::vector<float> x(points_.size()), y(points_.size()), z(points_.size());
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    x[i] = points_[i].x();
+    y[i] = points_[i].y();
+    z[i] = points_[i].z();
+  }
+  std::vector<std::uint32_t> chosen;
+  sampler.sample({x.data(), y.data(), z.data(), x.size()}, {}, spacing_m, chosen);
+  checks_.reserve(chosen.size());
+  for (const std::uint32_t i : chosen) {
+    CheckPoint check;
+    check.p_m = points_[i].cast<double>();
+    double best_m = 0.1;  // nearer to a plane than this is on it
+    plane_index_.near(check.p_m, 0.5, [&](std::uint32_t k) {
+      const Plane& plane = planes_[k];
+      const Vec3 d = check.p_m - plane.q_m;
+      if (d.squaredNorm() > plane.radius_m * plane.radius_m) return;
+      const double off_m = std::abs(plane.n.dot(d));
+      if (off_m >= best_m) return;
+      best_m = off_m;
+      check.n = plane.n;
+      check.upright = plane.is_wall();
+    });
+    checks_.push_back(check);
+  }
+}
+
+/// The lowest level surface with a fair share of all that faces up.
+void Submap::find_ground() {
+  std::vector<std::pair<double, int>> levels;
+  int all = 0;
+  for (const Plane& plane : planes_) {
+    if (plane.n.z() < 0.95) continue;
+    levels.emplace_back(plane.q_m.z(), plane.points);
+    all += plane.points;
+  }
+  std::sort(levels.begin(), levels.end());
+  constexpr double kShare = 0.3;  // a ditch or a stray plane below is less; a table above is not it
+  double below = 0.0;
+  for (const auto& [z_m, points] : levels) {
+    below += points;
+    if (below < kShare * all) continue;
+    ground_z_m_ = z_m;
+    return;
+  }
+}
+
+Result<Submap> make_submap(std::span<const PosedScan> scans, std::size_t middle,
+                           const SubmapSettings& settings) {
+  if (auto ok = check(scans, middle); !ok) return tl::make_unexpected(ok.error());
+  const PosedScan& center = scans[middle];
+  Submap out;
+  out.middle_ = center.scan.id;
+  out.T_ref_body_.R = levelled(center.scan.up_body);
+  for (std::size_t k = 0; k < scans.size(); ++k) {
+    out.scans_.push_back(scans[k].scan.id);
+    if (k > 0) out.path_m_ += (scans[k].T_odom_body.p - scans[k - 1].T_odom_body.p).norm();
+  }
+  out.gather(scans, out.T_ref_body_ * center.T_odom_body.inverse(), settings);
+  if (out.points_.empty()) return refused("no scan has a usable point");
+  out.free_space_.build(out.origins_, out.points_, settings.free_space);
+  out.planes_ = planes_of(out.points_, rays_of(out.origins_, out.points_), settings.plane);
+  std::vector<Vec3> means;
+  means.reserve(out.planes_.size());
+  for (const Plane& plane : out.planes_) means.push_back(plane.q_m);
+  out.plane_index_.build(means, settings.plane.cell_m);
+  out.choose_checks(settings.check_m);
+  out.find_ground();
+  out.origins_ = {};
+  return out;
+}
+
+}  // namespace rali::places

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "rali/base/result.hpp"
+#include "rali/places/free_space.hpp"
+#include "rali/places/grid_index.hpp"
+#include "rali/places/planes.hpp"
+#include "rali/places/scan.hpp"
+
+namespace rali::places {
+
+struct SubmapSettings {
+  double range_max_m = 60.0;    ///< points farther from their LiDAR are left out
+  int points_max = 200000;      ///< more are thinned evenly
+  double check_m = 0.4;         ///< spacing of the points that are asked for contradictions
+  PlaneSettings plane;
+  FreeSpaceSettings free_space;
+
+  template <class V>
+  void visit(V& v) {
+    v("range_max_m", range_max_m, 5.0, 500.0, "points farther from their LiDAR are left out");
+    v("points_max", points_max, 1000, 10000000, "more points are thinned evenly");
+    v("check_m", check_m, 0.1, 2.0, "spacing of points asked for contradictions");
+    v.group("plane", plane, "what counts as a plane");
+    v.group("free_space", free_space, "what rays say about empty space");
+  }
+};
+
+/// A point that the other submap is asked about.
+struct CheckPoint {
+  geometry::Vec3 p_m;
+  geometry::Vec3 n = geometry::Vec3::Zero();  ///< of the plane it is on, towards its sensor; or 0
+  bool upright = true;                        ///< not on a floor or ceiling
+};
+
+/// The scans of some metres of path as one rigid piece, in a frame `ref`: origin in the body of the
+/// middle scan, z up (against gravity), x where that body's x points, seen from above. So two
+/// submaps differ by yaw and place alone, up to the error of gravity. Immutable.
+class Submap {
+ public:
+  [[nodiscard]] KeyframeId middle() const { return middle_; }
+
+  [[nodiscard]] const std::vector<KeyframeId>& scans() const { return scans_; }
+
+  /// Pose of the middle scan's body: a rotation, the origins are the same.
+  [[nodiscard]] const geometry::SE3& T_ref_body() const { return T_ref_body_; }
+
+  [[nodiscard]] std::span<const geometry::Vec3f> points_m() const { return points_; }
+
+  [[nodiscard]] std::span<const Plane> planes() const { return planes_; }
+
+  /// Searches planes by their mean point.
+  [[nodiscard]] const GridIndex& plane_index() const { return plane_index_; }
+
+  [[nodiscard]] std::span<const CheckPoint> checks() const { return checks_; }
+
+  [[nodiscard]] const FreeSpace& free_space() const { return free_space_; }
+
+  /// Height of the ground below the middle scan [m]; -1 if no level surface is below any sensor.
+  [[nodiscard]] double ground_z_m() const { return ground_z_m_; }
+
+  /// Length of the path from the first scan to the last, as the crow hops [m].
+  [[nodiscard]] double path_m() const { return path_m_; }
+
+ private:
+  friend Result<Submap> make_submap(std::span<const PosedScan>, std::size_t,
+                                    const SubmapSettings&);
+
+  void gather(std::span<const PosedScan> scans, const geometry::SE3& T_ref_odom,
+              const SubmapSettings& settings);
+  void choose_checks(double spacing_m);
+  void find_ground();
+
+  KeyframeId middle_;
+  std::vector<KeyframeId> scans_;
+  geometry::SE3 T_ref_body_;
+  std::vector<geometry::Vec3f> points_;
+  std::vector<geometry::Vec3f> origins_;  ///< where the ray of each point starts
+  std::vector<Plane> planes_;
+  GridIndex plane_index_;
+  std::vector<CheckPoint> checks_;
+  FreeSpace free_space_;
+  double ground_z_m_ = -1.0;
+  double path_m_ = 0.0;
+};
+
+/// @param scans in the order of the path; @param middle the one whose body the frame hangs on.
+/// Points that are not numbers or too far are left out. Errors (kInput): no scan, a pose or an up
+/// direction that is no number, arrays of different length, no usable point.
+[[nodiscard]] Result<Submap> make_submap(std::span<const PosedScan> scans, std::size_t middle,
+                                         const SubmapSettings& settings);
+
+}  // namespace rali::places
