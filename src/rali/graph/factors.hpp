@@ -46,31 +46,43 @@ struct RelativePoseFactor {
   geometry::Mat6 information = geometry::Mat6::Zero();
 };
 
-/// One range, used once (algorithms 4.1, 5.4). The antenna is between two keyframes:
-/// p = (1 - alpha) T_i p_i + alpha T_j p_j, where p_i and p_j are the antenna at the time of
-/// measurement, brought into the bodies of i and j by the odometry.
-struct RangeFactor {
-  std::uint64_t id = 0;  ///< of the measurement, never used again
-  Time t;                ///< of the measurement
+/// A loop: two nodes that see the same place, or a wrong guess (algorithms_fleet 8.4).
+struct LoopFactor {
+  std::uint64_t id = 0;
+  RelativePoseFactor pose;
+};
+
+/// An antenna between two keyframes: p = (1 - alpha) T_i p_i + alpha T_j p_j, where p_i and p_j are
+/// the antenna at the time of measurement, brought into the bodies of i and j by the odometry.
+struct RangeEnd {
   Seq i = 0;
   std::optional<Seq> j;  ///< absent: the antenna hangs on i alone, alpha must be 0
   double alpha = 0.0;
   geometry::Vec3 p_i_m = geometry::Vec3::Zero();
   geometry::Vec3 p_j_m = geometry::Vec3::Zero();
-  /// The other end: a landmark, or else a point without error. A point that is known with an error
-  /// must be a landmark, because its error is common to all its ranges.
+};
+
+/// One range, used once (algorithms 4.1, 5.4), from the end that it is.
+struct RangeFactor : RangeEnd {
+  std::uint64_t id = 0;  ///< of the measurement, never used again
+  Time t;                ///< of the measurement
+  /// The other end: nodes too, a landmark, or else a point without error. A point that is known
+  /// with an error must be a landmark, because its error is common to all its ranges.
+  std::optional<RangeEnd> other;
   std::optional<int> landmark;
   geometry::Vec3 p_fixed_odom_m = geometry::Vec3::Zero();
   std::optional<int> bias;
   std::optional<int> tau;
-  /// d range/dt, which multiplies tau; absent: from the velocities of the keyframes.
+  /// d range/dt, which multiplies tau; absent: from the velocities of the keyframes, which they
+  /// must have.
   std::optional<double> range_rate_mps;
   double range_m = 0.0;
   double sigma_m = 0.1;
   double weight = 1.0;  ///< multiplies the information (one-sided weight of algorithms 4.3)
 };
 
-/// The vehicle stands: v_i = 0, and with `next` also T_i = T_next (algorithms 2.6).
+/// The vehicle stands: v_i = 0 if it has a velocity, and with `next` also T_i = T_next (algorithms
+/// 2.6).
 struct StandstillFactor {
   Seq i = 0;
   std::optional<Seq> next;
@@ -88,7 +100,15 @@ struct HeightFactor {
   double sigma_m = 0.02;
 };
 
-/// What is known of one keyframe beforehand; the information may be singular.
+/// R^T e_z - up = 0: the direction of gravity in a body at rest (algorithms_fleet 8.1).
+struct GravityFactor {
+  Seq i = 0;
+  geometry::Vec3 up_body = geometry::Vec3::UnitZ();  ///< unit vector
+  double sigma_rad = 8.7266e-3;                      ///< 0.5 deg
+};
+
+/// What is known of one keyframe beforehand; the information may be singular. Of a node that is a
+/// pose only the pose's part counts.
 struct PriorFactor {
   Seq i = 0;
   KeyframeState mean;

@@ -17,15 +17,7 @@ using geometry::Vec3;
 
 namespace {
 
-// Nearer than this the direction between two antennas is rounding.
-constexpr double kDirectionMinM = 1e-6;
-constexpr int kPoseDim = 6;
-
-const KeyframeState& value(const Window& window, Seq seq) {
-  const int k = window.find(seq);
-  RALI_ASSERT(k >= 0);
-  return window.keyframes[static_cast<std::size_t>(k)].x;
-}
+const KeyframeState& value(const Window& window, Seq seq) { return window.node(seq).x; }
 
 const GlobalNode& value(const Window& window, GlobalId id) {
   const int g = window.find(id);
@@ -174,73 +166,30 @@ void linearise(const Window& window, const RelativeTerm& term, LinearFactor& out
   out.finish();
 }
 
-void range_residual(const Window& window, const RangeFactor& f, LinearFactor& out) {
-  out.start(1);
-  const double wi = 1.0 - f.alpha;
-  const KeyframeState& xi = value(window, f.i);
-  Vec3 p = wi * (xi.T_odom_body * f.p_i_m);
-  Vec3 v = wi * xi.v_odom_mps;
-  // With its own rate a range depends on velocity, and on position through e as well.
-  const bool own_rate = f.tau && !f.range_rate_mps;
-  const int dim = own_rate ? kVel + 3 : kPoseDim;
-  const int ci = append(window, f.i, dim, out);
-  int cj = -1;
-  if (f.j) {
-    const KeyframeState& xj = value(window, *f.j);
-    p += f.alpha * (xj.T_odom_body * f.p_j_m);
-    v += f.alpha * xj.v_odom_mps;
-    cj = append(window, *f.j, dim, out);
-  }
-  const Vec3 h =
-      p - (f.landmark ? value(window, landmark_id(*f.landmark)).value : f.p_fixed_odom_m);
-  const double rho = h.norm();
-  const Vec3 e = rho > kDirectionMinM ? Vec3(h / rho) : Vec3::Zero();
-  const double rate = f.range_rate_mps ? *f.range_rate_mps : e.dot(v);
-  const double tau = f.tau ? value(window, tau_id(*f.tau)).value.x() : 0.0;
-  const Vec3 d_p = own_rate && rho > kDirectionMinM ? Vec3(e + tau / rho * (v - rate * e)) : e;
-  const auto fill = [&](int column, double w, const KeyframeState& x, const Vec3& p_body) {
-    out.J.block<1, 3>(0, column + kTheta) = -w * d_p.transpose() * x.T_odom_body.R * skew(p_body);
-    out.J.block<1, 3>(0, column + kPos) = w * d_p.transpose();
-    if (own_rate) out.J.block<1, 3>(0, column + kVel) = w * tau * e.transpose();
-  };
-  fill(ci, wi, xi, f.p_i_m);
-  if (f.j) fill(cj, f.alpha, value(window, *f.j), f.p_j_m);
-  double bias = 0.0;
-  if (f.landmark) {
-    const int c = out.append(window.column(landmark_id(*f.landmark)), 3);
-    out.J.block<1, 3>(0, c) = -d_p.transpose();
-  }
-  if (f.bias) {
-    bias = value(window, bias_id(*f.bias)).value.x();
-    out.J(0, out.append(window.column(bias_id(*f.bias)), 1)) = 1.0;
-  }
-  if (f.tau) out.J(0, out.append(window.column(tau_id(*f.tau)), 1)) = rate;
-  out.r(0) = rho + bias + tau * rate - f.range_m;
+void linearise(const Window& window, const LoopTerm& loop, LinearFactor& out) {
+  linearise(window, loop.term, out);
+  const double root = std::sqrt(loop.weight);
+  out.r *= root;
+  out.J *= root;
   out.finish();
 }
 
-void linearise(const Window& window, const RangeFactor& f, double huber_sd, LinearFactor& out) {
-  range_residual(window, f, out);
-  const double scale = std::sqrt(f.weight) / f.sigma_m;
-  const double z = scale * out.r(0);
-  const double root = std::sqrt(geometry::huber_weight(z, huber_sd));
-  out.J *= scale * root;
-  out.r(0) = z * root;
-  const double a = std::abs(z);
-  out.cost = a <= huber_sd ? 0.5 * z * z : huber_sd * (a - 0.5 * huber_sd);
-}
-
 void linearise(const Window& window, const StandstillFactor& f, LinearFactor& out) {
-  out.start(f.next ? 9 : 3);
-  const KeyframeState& xi = value(window, f.i);
-  const int ci = append(window, f.i, kVel + 3, out);
-  out.r.head<3>() = xi.v_odom_mps / f.sigma_mps;
-  out.J.block<3, 3>(0, ci + kVel).diagonal().setConstant(1.0 / f.sigma_mps);
+  const KeyframeNode& node = window.node(f.i);
+  const KeyframeState& xi = node.x;
+  const int velocity = node.dim > kPoseDim ? 3 : 0;
+  out.start(velocity + (f.next ? kPoseDim : 0));
+  const int ci = append(window, f.i, kPoseDim + velocity, out);
+  if (velocity > 0) {
+    out.r.head<3>() = xi.v_odom_mps / f.sigma_mps;
+    out.J.block<3, 3>(0, ci + kVel).diagonal().setConstant(1.0 / f.sigma_mps);
+  }
   if (f.next) {
     const int cj = append(window, *f.next, kPoseDim, out);
     geometry::Mat6 root = geometry::Mat6::Zero();
     root.diagonal() << Vec3::Constant(1.0 / f.sigma_rad), Vec3::Constant(1.0 / f.sigma_m);
-    relative_rows(xi.T_odom_body, value(window, *f.next).T_odom_body, {}, root, 3, ci, cj, out);
+    relative_rows(xi.T_odom_body, value(window, *f.next).T_odom_body, {}, root, velocity, ci, cj,
+                  out);
   }
   out.finish();
 }
@@ -254,12 +203,23 @@ void linearise(const Window& window, const HeightFactor& f, LinearFactor& out) {
   out.finish();
 }
 
+void linearise(const Window& window, const GravityFactor& f, LinearFactor& out) {
+  out.start(3);
+  const int c = append(window, f.i, kPoseDim, out);
+  const Vec3 up = value(window, f.i).T_odom_body.R.transpose() * Vec3::UnitZ();
+  out.r = (up - f.up_body) / f.sigma_rad;
+  out.J.block<3, 3>(0, c + kTheta) = skew(up) / f.sigma_rad;
+  out.finish();
+}
+
 void linearise(const Window& window, const PriorTerm& term, LinearFactor& out) {
+  const KeyframeNode& node = window.node(term.f.i);
   out.start(kStateDim);
-  append(window, term.f.i, kStateDim, out);
-  const StateVec delta = boxminus(value(window, term.f.i), term.f.mean);
+  append(window, term.f.i, node.dim, out);
+  StateVec delta = boxminus(node.x, term.f.mean);
+  delta.tail(kStateDim - node.dim).setZero();
   out.r = term.root * delta;
-  out.J = term.root * boxminus_jacobian(delta);
+  out.J = (term.root * boxminus_jacobian(delta)).leftCols(node.dim);
   out.finish();
 }
 
@@ -281,11 +241,12 @@ LinearPrior linearise(const Window& window, const DensePrior& prior) {
   int at = 0;
   Eigen::MatrixXd J = Eigen::MatrixXd::Identity(n, n);
   for (const auto& block : prior.keyframes) {
-    const StateVec d = boxminus(value(window, block.seq), block.x_lin);
-    delta.segment<kStateDim>(at) = d;
-    J.block<kStateDim, kStateDim>(at, at) = boxminus_jacobian(d);
-    out.blocks.push_back({window.column(block.seq), at, kStateDim});
-    at += kStateDim;
+    const KeyframeNode& node = window.node(block.seq);
+    const StateVec d = boxminus(node.x, block.x_lin);
+    delta.segment(at, node.dim) = d.head(node.dim);
+    J.block(at, at, node.dim, node.dim) = boxminus_jacobian(d).topLeftCorner(node.dim, node.dim);
+    out.blocks.push_back({window.column(block.seq), at, node.dim});
+    at += node.dim;
   }
   for (const auto& block : prior.globals) {
     const int dim = dimension(block.id.kind);

@@ -10,18 +10,18 @@ namespace rali::graph {
 /// a robust loss is on). Columns are those of the unknowns it touches, block by block.
 struct LinearFactor {
   static constexpr int kRowsMax = 15;
-  static constexpr int kColumnsMax = 35;  ///< two keyframes, landmark, bias, tau
+  static constexpr int kColumnsMax = 38;  ///< four keyframes with velocity, bias, tau
 
   /// A keyframe comes with its pose (6), its pose and velocity (9) or all 15.
   struct Block {
-    int column = 0;  ///< in the vector of unknowns
+    int column = 0;  ///< in the vector of unknowns; -1: held fixed, no unknown
     int local = 0;   ///< in J
     int dim = 0;
   };
 
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRowsMax, kColumnsMax> J;
   Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kRowsMax, 1> r;
-  std::array<Block, 5> blocks;
+  std::array<Block, 6> blocks;
   int block_count = 0;
   double cost = 0.0;
 
@@ -33,13 +33,16 @@ struct LinearFactor {
   void finish() { cost = 0.5 * r.squaredNorm(); }
 };
 
-// Each writes the factor at the values of `window`. Residuals: algorithms 1.3, 4.1, 6.1.
+// Each writes the factor at the values of `window`. Residuals: algorithms 1.3, 4.1, 6.1,
+// algorithms_fleet 8.1.
 void linearise(const Window& window, const InertialTerm& term, LinearFactor& out);
 void linearise(const Window& window, const RelativeTerm& term, LinearFactor& out);
+void linearise(const Window& window, const LoopTerm& loop, LinearFactor& out);
 /// A residual beyond huber_sd sigma gets less weight and linear cost.
 void linearise(const Window& window, const RangeFactor& f, double huber_sd, LinearFactor& out);
 void linearise(const Window& window, const StandstillFactor& f, LinearFactor& out);
 void linearise(const Window& window, const HeightFactor& f, LinearFactor& out);
+void linearise(const Window& window, const GravityFactor& f, LinearFactor& out);
 void linearise(const Window& window, const PriorTerm& term, LinearFactor& out);
 /// The prior of one landmark, bias or tau.
 void linearise(const Window& window, const GlobalNode& global, LinearFactor& out);
@@ -61,8 +64,10 @@ void for_each_factor(const Window& window, double huber_sd, const Use& use) {
   all(window.priors);
   all(window.inertial);
   all(window.relative);
+  all(window.loops);
   all(window.standstill);
   all(window.heights);
+  all(window.gravity);
   for (const RangeFactor& range : window.ranges) {
     linearise(window, range, huber_sd, factor);
     use(factor);

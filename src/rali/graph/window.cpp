@@ -7,6 +7,11 @@
 namespace rali::graph {
 
 int Window::find(Seq seq) const {
+  // Without gaps the place is known; else it is looked for.
+  if (!keyframes.empty() && seq >= keyframes.front().seq) {
+    const std::size_t guess = seq - keyframes.front().seq;
+    if (guess < keyframes.size() && keyframes[guess].seq == seq) return static_cast<int>(guess);
+  }
   const auto it = std::lower_bound(keyframes.begin(), keyframes.end(), seq,
                                    [](const KeyframeNode& k, Seq s) { return k.seq < s; });
   return it == keyframes.end() || it->seq != seq ? -1 : static_cast<int>(it - keyframes.begin());
@@ -18,33 +23,60 @@ int Window::find(GlobalId id) const {
   return it == globals.end() || it->id != id ? -1 : static_cast<int>(it - globals.begin());
 }
 
+const KeyframeNode& Window::node(Seq seq) const {
+  const int k = find(seq);
+  RALI_ASSERT(k >= 0);
+  return keyframes[static_cast<std::size_t>(k)];
+}
+
 int Window::column(Seq seq) const {
   const int k = find(seq);
   RALI_ASSERT(k >= 0);
-  return kStateDim * k;
+  if (keyframe_column_.empty()) return kStateDim * k;
+  const auto at = static_cast<std::size_t>(k);
+  return keyframes[at].fixed ? -1 : keyframe_column_[at];
 }
 
 int Window::column(GlobalId id) const {
   const int place = find(id);
   RALI_ASSERT(place >= 0);
+  if (!keyframe_column_.empty()) return global_column_[static_cast<std::size_t>(place)];
   int column = keyframe_columns();
   for (int g = 0; g < place; ++g) column += globals[static_cast<std::size_t>(g)].dim();
   return column;
 }
 
-int Window::keyframe_columns() const { return kStateDim * static_cast<int>(keyframes.size()); }
+int Window::keyframe_columns() const {
+  return keyframe_column_.empty() ? kStateDim * static_cast<int>(keyframes.size())
+                                  : keyframe_column_.back();
+}
 
 int Window::columns() const {
+  if (!keyframe_column_.empty()) return global_column_.back();
   int columns = keyframe_columns();
   for (const GlobalNode& global : globals) columns += global.dim();
   return columns;
 }
 
+void Window::lay_out() {
+  keyframe_column_.assign(1, 0);
+  for (const KeyframeNode& keyframe : keyframes) {
+    keyframe_column_.push_back(keyframe_column_.back() + (keyframe.fixed ? 0 : keyframe.dim));
+  }
+  global_column_.assign(1, keyframe_column_.back());
+  for (const GlobalNode& global : globals) {
+    global_column_.push_back(global_column_.back() + global.dim());
+  }
+}
+
 void Window::move(const Eigen::VectorXd& delta) {
   int column = 0;
   for (KeyframeNode& keyframe : keyframes) {
-    keyframe.x = boxplus(keyframe.x, delta.segment<kStateDim>(column));
-    column += kStateDim;
+    if (keyframe.fixed) continue;
+    StateVec own = StateVec::Zero();
+    own.head(keyframe.dim) = delta.segment(column, keyframe.dim);
+    keyframe.x = boxplus(keyframe.x, own);
+    column += keyframe.dim;
   }
   for (GlobalNode& global : globals) {
     global.value.head(global.dim()) += delta.segment(column, global.dim());

@@ -10,6 +10,8 @@ struct KeyframeNode {
   Seq seq = 0;
   Time t;
   KeyframeState x;
+  int dim = kStateDim;  ///< kPoseDim: velocity and biases are not estimated
+  bool fixed = false;   ///< held as it is
 };
 
 /// Landmark, bias or tau; a scalar uses the first coefficient.
@@ -34,6 +36,13 @@ struct RelativeTerm {
   geometry::Mat6 root;
 };
 
+struct LoopTerm {
+  std::uint64_t id = 0;
+  RelativeTerm term;
+  int dof = 6;          ///< rank of its information
+  double weight = 1.0;  ///< 0: switched off
+};
+
 struct PriorTerm {
   PriorFactor f;
   StateMat root;
@@ -52,22 +61,24 @@ struct DensePrior {
     geometry::Vec3 x_lin = geometry::Vec3::Zero();
   };
 
-  std::vector<KeyframeBlock> keyframes;  ///< first in H, 15 each
+  std::vector<KeyframeBlock> keyframes;  ///< first in H, each with its node's `dim`
   std::vector<GlobalBlock> globals;      ///< then these
   Eigen::MatrixXd H;
   Eigen::VectorXd b;
   double cost = 0.0;
 };
 
-/// Values and factors of the local graph: plain data, in the order they were added.
+/// Values and factors of a graph: plain data, in the order they were added.
 struct Window {
   std::vector<KeyframeNode> keyframes;  ///< by seq
   std::vector<GlobalNode> globals;      ///< by id
   std::vector<InertialTerm> inertial;
   std::vector<RelativeTerm> relative;
+  std::vector<LoopTerm> loops;
   std::vector<RangeFactor> ranges;
   std::vector<StandstillFactor> standstill;
   std::vector<HeightFactor> heights;
+  std::vector<GravityFactor> gravity;
   std::vector<PriorTerm> priors;
   DensePrior dense;
 
@@ -75,14 +86,26 @@ struct Window {
   [[nodiscard]] int find(Seq seq) const;
   [[nodiscard]] int find(GlobalId id) const;
 
-  /// First column of a keyframe or global in the vector of unknowns: keyframes first.
+  [[nodiscard]] const KeyframeNode& node(Seq seq) const;
+
+  /// First column of a keyframe or global in the vector of unknowns: keyframes first. -1 for a
+  /// keyframe that is fixed.
   [[nodiscard]] int column(Seq seq) const;
   [[nodiscard]] int column(GlobalId id) const;
   [[nodiscard]] int keyframe_columns() const;
   [[nodiscard]] int columns() const;
 
+  /// Says where the columns are, which a graph needs whose keyframes are not all free and of
+  /// kStateDim, after each change of keyframes or globals. Without it they lie side by side.
+  void lay_out();
+
   /// Moves every value by its part of delta.
   void move(const Eigen::VectorXd& delta);
+
+ private:
+  /// Where lay_out() put them, and the end; empty without it.
+  std::vector<int> keyframe_column_;
+  std::vector<int> global_column_;
 };
 
 }  // namespace rali::graph

@@ -1,0 +1,101 @@
+#include "rali/graph/global_equations.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rali::graph {
+
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+BlockMatrix pattern(const Window& window) {
+  const BlockLayout layout(window);
+  return {layout.dims, block_pairs(window, layout)};
+}
+
+}  // namespace
+
+BlockLayout::BlockLayout(const Window& window)
+    : variable_at(at(window.columns()), -1), globals(static_cast<int>(window.globals.size())) {
+  int column = 0;
+  const auto unknown = [&](int dim) {
+    variable_at[at(column)] = static_cast<int>(dims.size());
+    dims.push_back(dim);
+    column += dim;
+  };
+  for (const KeyframeNode& keyframe : window.keyframes) {
+    if (!keyframe.fixed) unknown(keyframe.dim);
+  }
+  for (const GlobalNode& global : window.globals) unknown(global.dim());
+}
+
+std::vector<std::pair<int, int>> block_pairs(const Window& window, const BlockLayout& layout) {
+  std::vector<std::pair<int, int>> pairs;
+  std::vector<int> together;
+  const auto touch = [&](int column) {
+    if (column >= 0) together.push_back(layout.variable_at[at(column)]);
+  };
+  const auto join = [&] {
+    for (std::size_t a = 0; a < together.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) pairs.emplace_back(together[a], together[b]);
+    }
+    together.clear();
+  };
+  for_each_factor(window, INFINITY, [&](const LinearFactor& factor) {
+    for (int b = 0; b < factor.block_count; ++b) touch(factor.blocks[at(b)].column);
+    join();
+  });
+  for (const auto& block : window.dense.keyframes) touch(window.column(block.seq));
+  for (const auto& block : window.dense.globals) touch(window.column(block.id));
+  join();
+  return pairs;
+}
+
+GlobalEquations::GlobalEquations(const Window& window, double huber_sd)
+    : variable_at_(BlockLayout(window).variable_at),
+      H_(pattern(window)),
+      cholesky_(H_, static_cast<int>(window.globals.size())) {
+  relinearise(window, huber_sd);
+}
+
+void GlobalEquations::relinearise(const Window& window, double huber_sd) {
+  H_.set_zero();
+  gradient_.setZero(window.columns());
+  cost_ = 0.0;
+  for_each_factor(window, huber_sd, [this](const LinearFactor& factor) { add(factor); });
+  if (window.dense.H.rows() > 0) add_prior(graph::linearise(window, window.dense));
+}
+
+void GlobalEquations::add(const LinearFactor& factor) {
+  cost_ += factor.cost;
+  const auto& J = factor.J;
+  for (int a = 0; a < factor.block_count; ++a) {
+    const auto& A = factor.blocks[at(a)];
+    if (A.column < 0) continue;
+    const auto Ja = J.middleCols(A.local, A.dim);
+    gradient_.segment(A.column, A.dim).noalias() += Ja.transpose() * factor.r;
+    for (int b = 0; b < factor.block_count; ++b) {
+      const auto& B = factor.blocks[at(b)];
+      if (B.column < 0 || B.column > A.column) continue;
+      H_.block(variable_at_[at(A.column)], variable_at_[at(B.column)])
+          .topLeftCorner(A.dim, B.dim)
+          .noalias() += Ja.transpose().lazyProduct(J.middleCols(B.local, B.dim));
+    }
+  }
+}
+
+void GlobalEquations::add_prior(const LinearPrior& prior) {
+  cost_ += prior.cost;
+  for (const auto& A : prior.blocks) {
+    if (A.column < 0) continue;
+    gradient_.segment(A.column, A.dim) += prior.gradient.segment(A.local, A.dim);
+    for (const auto& B : prior.blocks) {
+      if (B.column < 0 || B.column > A.column) continue;
+      H_.block(variable_at_[at(A.column)], variable_at_[at(B.column)]) +=
+          prior.H.block(A.local, B.local, A.dim, B.dim);
+    }
+  }
+}
+
+}  // namespace rali::graph

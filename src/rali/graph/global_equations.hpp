@@ -1,0 +1,62 @@
+#pragma once
+
+#include "rali/graph/block_cholesky.hpp"
+#include "rali/graph/linearise.hpp"
+
+namespace rali::graph {
+
+/// H d = -gradient of a window of any shape: a block per keyframe and global, eliminated by minimum
+/// degree, landmarks, biases and taus last. The window must be laid out.
+class GlobalEquations {
+ public:
+  /// Sums up all factors at the present values. The pattern and its order are found here and kept:
+  /// factors may change their values and weights, not their keyframes.
+  GlobalEquations(const Window& window, double huber_sd);
+
+  /// Sums up again at other values or weights of the same factors.
+  void relinearise(const Window& window, double huber_sd);
+
+  [[nodiscard]] double cost() const { return cost_; }
+
+  [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
+
+  /// Factors H + damping, where each diagonal element H_ii grows by `relative` H_ii + `absolute`.
+  /// @return false if a pivot is not positive.
+  [[nodiscard]] bool factorise(double relative, double absolute) {
+    return cholesky_.factorise(H_, relative, absolute);
+  }
+
+  /// Solves with the last factor, one or more right sides.
+  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const {
+    return cholesky_.solve(right);
+  }
+
+  [[nodiscard]] const BlockCholesky& cholesky() const { return cholesky_; }
+
+  [[nodiscard]] const BlockMatrix& matrix() const { return H_; }
+
+ private:
+  void add(const LinearFactor& factor);
+  void add_prior(const LinearPrior& prior);
+
+  std::vector<int> variable_at_;  ///< of each column that is the first of a keyframe or global
+  BlockMatrix H_;
+  BlockCholesky cholesky_;
+  Eigen::VectorXd gradient_;
+  double cost_ = 0.0;
+};
+
+/// What block of the pattern each keyframe and global is: free keyframes first, then globals.
+struct BlockLayout {
+  std::vector<int> dims;
+  std::vector<int> variable_at;  ///< of each first column; -1 at others
+  int globals = 0;
+
+  explicit BlockLayout(const Window& window);
+};
+
+/// Blocks off the diagonal that the factors of the window touch.
+[[nodiscard]] std::vector<std::pair<int, int>> block_pairs(const Window& window,
+                                                           const BlockLayout& layout);
+
+}  // namespace rali::graph
