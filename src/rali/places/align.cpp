@@ -88,9 +88,9 @@ void finish(const System& system, double shared_m, const AlignSettings& s, Regis
     degeneracy::DirectionInfo& d = out.directions[k];
     d.sigma = std::hypot(d.sigma, k < 3 ? shared_m : shared_rad);
     d.information = std::isfinite(d.sigma) ? 1.0 / (d.sigma * d.sigma) : 0.0;
-    d.category = k < 3 ? category_of(d.sigma, s.aware.full_m, s.aware.none_m)
-                       : category_of(d.sigma, s.aware.full_deg * kDegree,
-                                     s.aware.none_deg * kDegree);
+    d.category = k < 3
+                     ? category_of(d.sigma, s.aware.full_m, s.aware.none_m)
+                     : category_of(d.sigma, s.aware.full_deg * kDegree, s.aware.none_deg * kDegree);
   }
 }
 

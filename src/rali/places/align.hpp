@@ -9,22 +9,23 @@ namespace rali::places {
 
 /// How far and how carefully align() searches, and what it may claim.
 struct AlignSettings {
-  double start_sigma_m = 1.0;      ///< of the start, horizontally and in height
-  double start_sigma_deg = 10.0;   ///< of its yaw
-  double level_sigma_deg = 0.5;    ///< of roll and pitch: both frames are levelled
-  double coarse_m = 2.0;           ///< widest gate of the first pass
+  double start_sigma_m = 1.0;     ///< of the start, horizontally and in height
+  double start_sigma_deg = 10.0;  ///< of its yaw
+  double level_sigma_deg = 0.5;   ///< of roll and pitch: both frames are levelled
+  double coarse_m = 2.0;          ///< widest gate of the first pass
   double middle_m = 0.6;
-  int coarse_planes = 500;         ///< of the source, in the first pass
-  int iterations = 12;             ///< per pass, at most
-  double normal_deg = 30.0;        ///< normals of partners differ less
-  double rough_sigma_m = 0.01;     ///< surfaces are not flat
-  double cauchy_scale = 3.0;       ///< knee of the robust weight in sigma
-  double gate_sigma = 4.0;         ///< farther is no match
+  int coarse_planes = 500;      ///< of the source, in the first pass
+  int iterations = 12;          ///< per pass, at most
+  double normal_deg = 30.0;     ///< normals of partners differ less
+  double rough_sigma_m = 0.01;  ///< surfaces are not flat
+  double cauchy_scale = 3.0;    ///< knee of the robust weight in sigma
+  double gate_sigma = 4.0;      ///< farther is no match
   double gate_min_m = 0.06;
-  double shared_sigma_m = 0.01;    ///< errors that all planes of a submap share
+  double shared_sigma_m = 0.01;  ///< errors that all planes of a submap share
   double shared_sigma_deg = 0.05;
-  double shared_per_m = 0.001;     ///< of a submap's path: its own drift
-  degeneracy::AwareSettings aware = {.full_m = 0.05, .none_m = 0.2, .full_deg = 0.3, .none_deg = 1.0};
+  double shared_per_m = 0.001;  ///< of a submap's path: its own drift
+  degeneracy::AwareSettings aware = {
+      .full_m = 0.05, .none_m = 0.2, .full_deg = 0.3, .none_deg = 1.0};
 
   template <class V>
   void visit(V& v) {

@@ -1,12 +1,11 @@
 #include "rali/places/align.hpp"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <cstdio>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
 
 #include "rali/places/world_for_test.hpp"
 
@@ -46,9 +45,6 @@ TEST(align, finds_home_from_a_metre_and_ten_degrees_in_a_room) {
     EXPECT_LT(off_deg(r.T_target_source, truth), 0.15);
     EXPECT_GT(r.overlap, 0.6);
     EXPECT_LT(r.rms_m, 0.02);
-    std::printf("%g %g ov %g rms %g conv %d\n", off_m(r.T_target_source, truth), off_deg(r.T_target_source, truth), r.overlap, r.rms_m, r.converged);
-    for (auto& d : r.directions) std::printf("  %g/%g %g", d.raw, d.noise, d.sigma);
-    std::printf("\n");
   }
 }
 
@@ -64,8 +60,6 @@ TEST(align, knows_nothing_along_a_smooth_tunnel_and_stays_there) {
   const Registration r = align(target, source, start, AlignSettings{});
   const Vec3 axis = a.R.transpose() * Vec3::UnitX();
   const Vec3 error = r.T_target_source.p - truth.p;
-    for (auto& d : r.directions) std::printf("  %g/%g %g", d.raw, d.noise, d.sigma);
-  std::printf("err axial %g\n", error.dot(axis));
   EXPECT_FALSE(r.full_rank());
   EXPECT_EQ(r.directions[0].category, degeneracy::Category::kNone);
   EXPECT_LT((error - axis * error.dot(axis)).norm(), 0.02);

@@ -81,8 +81,8 @@ void FreeSpace::decide(const std::vector<std::uint8_t>& passed,
 void FreeSpace::build(std::span<const Vec3f> origins, std::span<const Vec3f> points,
                       const FreeSpaceSettings& s) {
   if (!lay_out(origins, s)) return;
-  const std::size_t n = static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) *
-                        static_cast<std::size_t>(nz_);
+  const std::size_t n =
+      static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) * static_cast<std::size_t>(nz_);
   std::vector<std::uint8_t> passed(n, 0);
   std::vector<std::uint8_t> hit(n, 0);
   const std::size_t stride = points.size() / static_cast<std::size_t>(s.rays_max) + 1;

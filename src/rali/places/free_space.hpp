@@ -10,12 +10,12 @@ namespace rali::places {
 
 struct FreeSpaceSettings {
   double cell_m = 0.2;
-  double range_m = 15.0;     ///< farther along a ray nothing is said: rays are too far apart
-  double margin_m = 0.4;     ///< the last piece of a ray says nothing
-  double height_m = 3.0;     ///< above and below the sensors; beyond nothing is said
-  int rays_min = 2;          ///< of which a cell must have been passed
-  int rays_max = 30000;      ///< so many are traced, evenly chosen
-  int cells_max = 4000000;   ///< the grid is made smaller if it would have more
+  double range_m = 15.0;    ///< farther along a ray nothing is said: rays are too far apart
+  double margin_m = 0.4;    ///< the last piece of a ray says nothing
+  double height_m = 3.0;    ///< above and below the sensors; beyond nothing is said
+  int rays_min = 2;         ///< of which a cell must have been passed
+  int rays_max = 30000;     ///< so many are traced, evenly chosen
+  int cells_max = 4000000;  ///< the grid is made smaller if it would have more
 
   template <class V>
   void visit(V& v) {

@@ -110,9 +110,8 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
     lever += w * (T.R * s.q_m);
     sum += w;
     ++system.matches;
-    const double robust = w * (gate_.fine ? s.var_offset + settings_.rough_sigma_m *
-                                                                settings_.rough_sigma_m
-                                          : 1.0);
+    const double robust =
+        w * (gate_.fine ? s.var_offset + settings_.rough_sigma_m * settings_.rough_sigma_m : 1.0);
     system.square_sum_m2 += robust * r * r;
     system.weight_sum += robust;
   }

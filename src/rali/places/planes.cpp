@@ -95,8 +95,7 @@ Fit Builder::fit(const Moments& m, const Vec3& center, int level, Plane& plane) 
   plane.var_noise = s2 / m.n + between;
   plane.var_tilt1 = plane.var_noise / pca.values[0];
   plane.var_tilt2 = plane.var_noise / pca.values[1];
-  plane.var_offset =
-      s2 / m.n + settings_.sigma_systematic_m * settings_.sigma_systematic_m;
+  plane.var_offset = s2 / m.n + settings_.sigma_systematic_m * settings_.sigma_systematic_m;
   plane.radius_m = 0.87 * edge_m;
   plane.points = m.n;
   return Fit::kPlane;

@@ -9,7 +9,8 @@ namespace rali::places {
 
 /// What counts as a plane of a submap, and what its errors are (algorithms 2.3).
 struct PlaneSettings {
-  double cell_m = 1.6;  ///< edge of the largest cells; split up to three times where they hold no plane
+  double cell_m =
+      1.6;  ///< edge of the largest cells; split up to three times where they hold no plane
   int points_min = 8;
   double range_sigma_m = 0.02;
   double excess_max_m = 0.02;
@@ -39,8 +40,8 @@ struct PlaneSettings {
 /// A piece of surface with the covariance of its three parameters: tilts (n rises by a along e1, by
 /// b along e2) and offset along n.
 struct Plane {
-  geometry::Vec3 q_m = geometry::Vec3::Zero();      ///< mean of its points
-  geometry::Vec3 n = geometry::Vec3::UnitZ();       ///< unit, towards where it was seen from
+  geometry::Vec3 q_m = geometry::Vec3::Zero();  ///< mean of its points
+  geometry::Vec3 n = geometry::Vec3::UnitZ();   ///< unit, towards where it was seen from
   geometry::Vec3 e1 = geometry::Vec3::UnitX();
   geometry::Vec3 e2 = geometry::Vec3::UnitY();
   double var_tilt1 = 0.0;   ///< [rad^2]
@@ -61,7 +62,8 @@ struct Plane {
   }
 };
 
-/// The planes of a cloud: cubes, split in eight (up to three times) where they hold more than one plane.
+/// The planes of a cloud: cubes, split in eight (up to three times) where they hold more than one
+/// plane.
 /// @param points and @param rays (unit, from sensor to point) have equal length and are finite.
 /// Order of the result: by cell, so that it depends on the points alone.
 [[nodiscard]] std::vector<Plane> planes_of(std::span<const geometry::Vec3f> points,

@@ -12,8 +12,8 @@ namespace rali::places {
 /// 0.2 m. A view: the spans have equal length and hold during the call only.
 struct Scan {
   KeyframeId id;
-  geometry::SE3 T_body_lidar;                            ///< where the rays start
-  geometry::Vec3 up_body = geometry::Vec3::UnitZ();      ///< against gravity, unit
+  geometry::SE3 T_body_lidar;                        ///< where the rays start
+  geometry::Vec3 up_body = geometry::Vec3::UnitZ();  ///< against gravity, unit
   std::span<const float> x_m, y_m, z_m;
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }

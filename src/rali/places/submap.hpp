@@ -13,9 +13,9 @@
 namespace rali::places {
 
 struct SubmapSettings {
-  double range_max_m = 60.0;    ///< points farther from their LiDAR are left out
-  int points_max = 200000;      ///< more are thinned evenly
-  double check_m = 0.4;         ///< spacing of the points that are asked for contradictions
+  double range_max_m = 60.0;  ///< points farther from their LiDAR are left out
+  int points_max = 200000;    ///< more are thinned evenly
+  double check_m = 0.4;       ///< spacing of the points that are asked for contradictions
   PlaneSettings plane;
   FreeSpaceSettings free_space;
 
@@ -66,8 +66,7 @@ class Submap {
   [[nodiscard]] double path_m() const { return path_m_; }
 
  private:
-  friend Result<Submap> make_submap(std::span<const PosedScan>, std::size_t,
-                                    const SubmapSettings&);
+  friend Result<Submap> make_submap(std::span<const PosedScan>, std::size_t, const SubmapSettings&);
 
   void gather(std::span<const PosedScan> scans, const geometry::SE3& T_ref_odom,
               const SubmapSettings& settings);

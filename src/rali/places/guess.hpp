@@ -1,0 +1,28 @@
+#pragma once
+
+#include "rali/geometry/se3.hpp"
+
+namespace rali::places {
+
+/// Where the source should be, and how well that is known.
+struct Guess {
+  geometry::SE3 T_target_source;
+  geometry::Mat6 covariance = geometry::Mat6::Identity();  ///< of geometry::boxplus
+};
+
+/// A place for the source within the guess's bounds: horizontally and in yaw, at `gate` sigmas.
+[[nodiscard]] bool within(const Guess& guess, const geometry::SE3& T_target_source, double gate);
+
+/// Horizontal standard deviation along the worst direction [m].
+[[nodiscard]] double horizontal_sigma_m(const Guess& guess);
+
+/// Of the yaw [rad].
+[[nodiscard]] double yaw_sigma_rad(const Guess& guess);
+
+/// Yaw of T [rad]; both frames are upright.
+[[nodiscard]] double yaw_of(const geometry::Mat3& R);
+
+/// Angle brought into (-pi, pi].
+[[nodiscard]] double wrapped(double angle_rad);
+
+}  // namespace rali::places

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "rali/places/descriptor.hpp"
+#include "rali/places/hypotheses.hpp"
+#include "rali/places/verify.hpp"
+
+namespace rali::places {
+
+/// How sure it is that a placement is the place.
+enum class Certainty {
+  kUnique,     ///< nothing else that was looked at fits
+  kAlongAxis,  ///< others fit along one direction: right but for the place along it
+  kAmbiguous   ///< others fit elsewhere or turned: no more than a hypothesis
+};
+inline constexpr ChoiceNames<3> kCertaintyNames{"unique", "along_axis", "ambiguous"};
+
+struct RecogniseSettings {
+  HypothesisSettings search;
+  AlignSettings align;
+  VerifySettings verify;
+  double apart_m = 0.5;    ///< placements nearer than this and
+  double apart_deg = 6.0;  ///< turned less are one (algorithms_fleet 7.4 step 3)
+  double tight_m = 0.35;   ///< a guess better than this and
+  double tight_deg = 4.0;  ///< than this is the only start that is tried
+  double along_m = 0.4;    ///< others so near to one line are along an axis
+  /// Another placement rivals the best one only if its contradictions are not this much more.
+  double rival_conflict = 0.03;
+  double rival_overlap = 0.4;  ///< and its agreeing points at least this share of the best one's
+
+  template <class V>
+  void visit(V& v) {
+    v.group("search", search, "places that pictures from above allow");
+    v.group("align", align, "registration");
+    v.group("verify", verify, "what is believed");
+    v("apart_m", apart_m, 0.05, 10.0, "placements nearer than this are one");
+    v("apart_deg", apart_deg, 0.5, 90.0, "placements turned less than this are one");
+    v("tight_m", tight_m, 0.0, 10.0, "a guess better than this needs no search");
+    v("tight_deg", tight_deg, 0.0, 90.0, "and its yaw better than this");
+    v("along_m", along_m, 0.05, 5.0, "others so near to a line are along an axis");
+    v("rival_conflict", rival_conflict, 0.0, 1.0, "more contradictions are no rival");
+    v("rival_overlap", rival_overlap, 0.0, 1.0, "share of agreeing points that makes a rival");
+  }
+};
+
+/// One way the source can lie in the target, registered and judged.
+struct Placement {
+  Registration registration;
+  Verdict verdict;
+};
+
+struct Recognition {
+  /// Believable ones, best first (fewest contradictions for their agreement), at most peaks_max.
+  std::vector<Placement> placements;
+  Certainty certainty = Certainty::kAmbiguous;           ///< of the first one
+  geometry::Vec3 axis_target = geometry::Vec3::UnitX();  ///< if along an axis, unit
+  int tried = 0;
+
+  [[nodiscard]] bool found() const { return !placements.empty(); }
+
+  /// What a pose graph may have at once: found, and not ambiguous. In an ambiguous direction the
+  /// information of the first placement is already zero.
+  [[nodiscard]] bool usable() const { return found() && certainty != Certainty::kAmbiguous; }
+};
+
+/// Registers and verifies all starts and says which are believable and whether the best one stands
+/// alone. @param guess what lies outside its gate is no rival and not returned.
+[[nodiscard]] Recognition recognise_from(const Submap& target, const Submap& source,
+                                         std::span<const geometry::SE3> starts,
+                                         const RecogniseSettings& settings,
+                                         const std::optional<Guess>& guess = {});
+
+/// The same with starts of its own: a tight guess alone, else what the pictures from above allow
+/// within the guess's gate; without a guess everywhere.
+[[nodiscard]] Recognition recognise(const Submap& target, const Submap& source,
+                                    const RecogniseSettings& settings,
+                                    const std::optional<Guess>& guess = {});
+
+struct NearSettings {
+  double view_m = 12.0;       ///< what two submaps must be within to see enough in common
+  double gate = 3.0;          ///< in sigma
+  double sigma_max_m = 20.0;  ///< a worse guess is none: ask the index
+
+  template <class V>
+  void visit(V& v) {
+    v("view_m", view_m, 1.0, 100.0, "places nearer than this see enough in common");
+    v("gate", gate, 0.0, 10.0, "sigma by which the distance may be less than guessed");
+    v("sigma_max_m", sigma_max_m, 0.1, 1000.0, "a worse guess is none");
+  }
+};
+
+/// Whether two places may see the same, by the graph's prediction alone.
+[[nodiscard]] bool may_overlap(const Guess& guess, const NearSettings& settings);
+
+}  // namespace rali::places

@@ -1,0 +1,98 @@
+#include "rali/places/recognise.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "rali/places/world_for_test.hpp"
+
+namespace rali::places {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+using test::at;
+using test::path;
+
+/// Two pieces of path in one world, and how they truly lie to each other.
+struct Two {
+  Two(const test::World& world, const SE3& a, const SE3& b, int sweeps, std::uint64_t seed = 3)
+      : rng(seed),
+        target(test::map_of(world, path(a, sweeps), rng, 0.003)),
+        source(test::map_of(world, path(b, sweeps), rng, 0.003)),
+        truth(a.inverse() * b) {}
+
+  [[nodiscard]] double error_m(const Placement& p) const {
+    return (p.registration.T_target_source.p - truth.p).norm();
+  }
+
+  Rng rng;
+  Submap target, source;
+  SE3 truth;
+};
+
+Guess guess_of(const SE3& T, double sigma_m, double sigma_deg) {
+  Guess out;
+  out.T_target_source = T;
+  geometry::Vec6 d;
+  d << Vec3::Constant(std::pow(sigma_deg * std::numbers::pi / 180.0, 2)),
+      Vec3::Constant(sigma_m * sigma_m);
+  out.covariance = d.asDiagonal();
+  return out;
+}
+
+TEST(recognise, finds_a_room_again_without_any_guess) {
+  const Two two(test::room(), at(4.0, 4.0, 10.0), at(6.5, 3.5, 200.0), 3);
+  const Recognition r = recognise(two.target, two.source, RecogniseSettings{});
+  ASSERT_TRUE(r.found());
+  EXPECT_EQ(r.certainty, Certainty::kUnique);
+  EXPECT_TRUE(r.placements.front().registration.full_rank());
+  EXPECT_LT(two.error_m(r.placements.front()), 0.02);
+}
+
+TEST(recognise, does_not_choose_between_the_doors_of_a_corridor) {
+  test::CorridorOptions o;
+  o.half_m = 30.0;
+  const Two two(test::corridor(o), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 11);
+  const Recognition r = recognise(two.target, two.source, RecogniseSettings{});
+  ASSERT_TRUE(r.found());
+  EXPECT_EQ(r.certainty, Certainty::kAmbiguous);
+  EXPECT_FALSE(r.usable());
+}
+
+TEST(recognise, takes_the_door_that_a_guess_allows) {
+  test::CorridorOptions o;
+  o.half_m = 30.0;
+  const Two two(test::corridor(o), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 11);
+  SE3 near = two.truth;
+  near.p += Vec3(0.4, 0.1, 0.0);
+  const Recognition r =
+      recognise(two.target, two.source, RecogniseSettings{}, guess_of(near, 0.4, 3.0));
+  ASSERT_TRUE(r.found());
+  EXPECT_EQ(r.certainty, Certainty::kUnique);
+  EXPECT_LT(two.error_m(r.placements.front()), 0.02);
+}
+
+TEST(recognise, leaves_the_place_along_the_corridor_open_where_doors_repeat_within_the_guess) {
+  test::CorridorOptions o;
+  o.half_m = 30.0;
+  const Two two(test::corridor(o), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 11);
+  const Recognition r =
+      recognise(two.target, two.source, RecogniseSettings{}, guess_of(two.truth, 2.5, 3.0));
+  ASSERT_TRUE(r.found());
+  EXPECT_EQ(r.certainty, Certainty::kAlongAxis);
+  const Registration& best = r.placements.front().registration;
+  EXPECT_FALSE(best.full_rank());
+  // What is left along the axis when the rotation may follow.
+  const geometry::Mat6& I = best.information;
+  const geometry::Mat3 rest = I.bottomRightCorner<3, 3>() - I.bottomLeftCorner<3, 3>() *
+                                                                I.topLeftCorner<3, 3>().inverse() *
+                                                                I.topRightCorner<3, 3>();
+  EXPECT_LT(r.axis_target.dot(rest * r.axis_target), 1e-6 * rest.trace());
+  EXPECT_NEAR(std::abs(r.axis_target.x()), 1.0, 0.01);
+}
+
+}  // namespace
+}  // namespace rali::places

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "rali/places/recognise.hpp"
+
+namespace rali::places {
+
+/// All settings of the room.
+struct PlacesSettings {
+  SubmapSettings submap;
+  DescriptorSettings descriptor;
+  NearSettings near;
+  RecogniseSettings recognise;
+
+  template <class V>
+  void visit(V& v) {
+    v.group("submap", submap, "pieces of path that are compared");
+    v.group("descriptor", descriptor, "likeness without a guess");
+    v.group("near", near, "candidates by the graph's prediction");
+    v.group("recognise", recognise, "registration and what is believed of it");
+  }
+};
+
+}  // namespace rali::places
