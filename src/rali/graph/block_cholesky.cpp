@@ -51,7 +51,8 @@ MatrixXd gather(const Supernode& child, const MatrixXd& parent) {
 
 }  // namespace
 
-BlockCholesky::BlockCholesky(const BlockMatrix& pattern, int last, bool keep_last)
+BlockCholesky::BlockCholesky(const BlockMatrix& pattern, const std::vector<int>& last,
+                             bool keep_last)
     : plan_(pattern, last, keep_last), keep_last_(keep_last) {
   const std::size_t fronts = plan_.supernodes.size();
   scatter_.resize(fronts);
@@ -96,8 +97,8 @@ void BlockCholesky::assemble(const BlockMatrix& matrix, std::size_t s, double re
     auto to = front.block(put.row, put.column, block.rows(), block.cols());
     to = block;
     if (put.row == put.column) {
-      to.diagonal() = block.diagonal() * (1.0 + relative) +
-                      Eigen::VectorXd::Constant(block.rows(), absolute);
+      to.diagonal() =
+          block.diagonal() * (1.0 + relative) + Eigen::VectorXd::Constant(block.rows(), absolute);
     }
   }
   for (const int child : children_[s]) {
@@ -161,7 +162,8 @@ void BlockCholesky::forward(MatrixXd& x) const {
     const MatrixXd moved = panels_[s].bottomRows(front.size() - p) * pivots;
     for (std::size_t r = at(front.pivots); r < front.rows.size(); ++r) {
       const int dim = front.offsets[r + 1] - front.offsets[r];
-      x.middleRows(first_at_[at(front.rows[r])], dim) -= moved.middleRows(front.offsets[r] - p, dim);
+      x.middleRows(first_at_[at(front.rows[r])], dim) -=
+          moved.middleRows(front.offsets[r] - p, dim);
     }
   }
 }
@@ -193,11 +195,11 @@ Eigen::VectorXd BlockCholesky::reduce(const Eigen::VectorXd& right) const {
   RALI_ASSERT(keep_last_ && right.size() == plan_.size);
   MatrixXd x = permuted(right, false);
   forward(x);
-  return x.bottomRows(schur_.rows());
+  return x;
 }
 
-// With the inverse Z and L of a front split in pivots P and rows R below: Z_RP = -Z_RR L_RP L_PP^-1,
-// Z_PP = L_PP^-T L_PP^-1 - (L_RP L_PP^-1)^T Z_RP; Z_RR is part of the parent's Z.
+// With the inverse Z and L of a front split in pivots P and rows R below: Z_RP = -Z_RR L_RP
+// L_PP^-1, Z_PP = L_PP^-T L_PP^-1 - (L_RP L_PP^-1)^T Z_RP; Z_RR is part of the parent's Z.
 std::vector<MatrixXd> BlockCholesky::inverse_diagonal() const {
   RALI_ASSERT(!keep_last_);
   std::vector<MatrixXd> diagonal(plan_.order.size());

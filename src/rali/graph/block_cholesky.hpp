@@ -11,7 +11,7 @@ namespace rali::graph {
 class BlockCholesky {
  public:
   /// As Elimination.
-  BlockCholesky(const BlockMatrix& pattern, int last, bool keep_last = false);
+  BlockCholesky(const BlockMatrix& pattern, const std::vector<int>& last, bool keep_last = false);
 
   /// Factors the matrix, where each diagonal element a grows by `relative` a + `absolute`. The
   /// matrix has the pattern that this was made with.
@@ -21,10 +21,10 @@ class BlockCholesky {
   /// One or more right sides, each a column in the order of the matrix. Not with `keep_last`.
   [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
 
-  /// With `keep_last`: what is left of the matrix for the last variables, in their order, and of a
-  /// right side.
+  /// With `keep_last`: what is left of the matrix for the last variables, in their order.
   [[nodiscard]] const Eigen::MatrixXd& schur() const { return schur_; }
 
+  /// Likewise of a right side b: at the end what is left of it; before, L^-1 of the others' b.
   [[nodiscard]] Eigen::VectorXd reduce(const Eigen::VectorXd& right) const;
 
   /// Diagonal blocks of the inverse, by variable (Takahashi's recursion, on the fronts). Not with

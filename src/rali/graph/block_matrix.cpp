@@ -27,8 +27,10 @@ BlockMatrix::BlockMatrix(std::vector<int> dims, const std::vector<std::pair<int,
 }
 
 BlockMatrix::Block BlockMatrix::block(int row, int column) {
-  const auto first = entries_.begin() + static_cast<std::ptrdiff_t>(begins_[static_cast<std::size_t>(column)]);
-  const auto last = entries_.begin() + static_cast<std::ptrdiff_t>(begins_[static_cast<std::size_t>(column) + 1]);
+  const auto first =
+      entries_.begin() + static_cast<std::ptrdiff_t>(begins_[static_cast<std::size_t>(column)]);
+  const auto last =
+      entries_.begin() + static_cast<std::ptrdiff_t>(begins_[static_cast<std::size_t>(column) + 1]);
   const auto found =
       std::lower_bound(first, last, row, [](const Entry& e, int r) { return e.row < r; });
   RALI_ASSERT(found != last && found->row == row);

@@ -1,7 +1,6 @@
 #include "rali/graph/elimination.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
@@ -20,22 +19,33 @@ using Lists = std::vector<std::vector<int>>;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-std::vector<int> minimum_degree(const BlockMatrix& matrix, int last) {
-  const int n = matrix.variables() - last;
-  std::vector<int> order(at(matrix.variables()));
-  std::iota(order.begin(), order.end(), 0);
-  if (n == 0) return order;
-  std::vector<Eigen::Triplet<double>> pattern;
-  for (const auto& e : matrix.entries()) {
-    if (e.row >= n) continue;
-    pattern.emplace_back(e.row, e.column, 1.0);
-    if (e.row != e.column) pattern.emplace_back(e.column, e.row, 1.0);
+std::vector<int> minimum_degree(const BlockMatrix& matrix, const std::vector<int>& last) {
+  std::vector<int> order;
+  std::vector<int> place(at(matrix.variables()), 0);
+  for (const int variable : last) place[at(variable)] = -1;
+  std::vector<int> free;
+  for (int v = 0; v < matrix.variables(); ++v) {
+    if (place[at(v)] < 0) continue;
+    place[at(v)] = static_cast<int>(free.size());
+    free.push_back(v);
   }
-  Eigen::SparseMatrix<double> graph(n, n);
-  graph.setFromTriplets(pattern.begin(), pattern.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-  Eigen::AMDOrdering<int>()(graph, permutation);
-  for (int i = 0; i < n; ++i) order[at(i)] = permutation.indices()(i);
+  if (!free.empty()) {
+    std::vector<Eigen::Triplet<double>> pattern;
+    for (const auto& e : matrix.entries()) {
+      const int row = place[at(e.row)];
+      const int column = place[at(e.column)];
+      if (row < 0 || column < 0) continue;
+      pattern.emplace_back(row, column, 1.0);
+      if (row != column) pattern.emplace_back(column, row, 1.0);
+    }
+    const auto n = static_cast<int>(free.size());
+    Eigen::SparseMatrix<double> graph(n, n);
+    graph.setFromTriplets(pattern.begin(), pattern.end());
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
+    Eigen::AMDOrdering<int>()(graph, permutation);
+    for (int i = 0; i < n; ++i) order.push_back(free[at(permutation.indices()(i))]);
+  }
+  order.insert(order.end(), last.begin(), last.end());
   return order;
 }
 
@@ -186,25 +196,25 @@ void link(std::vector<Supernode>& fronts, const std::vector<int>& front_at) {
     auto place = parent.rows.begin();
     for (std::size_t r = first_below; r < front.rows.size(); ++r) {
       place = std::lower_bound(place, parent.rows.end(), front.rows[r]);
-      front.offsets_in_parent.push_back(parent.offsets[at(static_cast<int>(place - parent.rows.begin()))]);
+      front.offsets_in_parent.push_back(
+          parent.offsets[at(static_cast<int>(place - parent.rows.begin()))]);
     }
   }
 }
 
 }  // namespace
 
-Elimination::Elimination(const BlockMatrix& matrix, int last, bool keep_last) {
+Elimination::Elimination(const BlockMatrix& matrix, const std::vector<int>& last, bool keep_last) {
   const int n = matrix.variables();
+  const int kept = keep_last ? static_cast<int>(last.size()) : 0;
   for (int v = 0; v < n; ++v) {
     unknowns.push_back(size);
     size += matrix.dim(v);
   }
   const std::vector<int> degree_order = minimum_degree(matrix, last);
   Lists adjacent = adjacency(matrix, inverted(degree_order));
-  if (keep_last) {
-    for (int a = n - last; a < n; ++a) {
-      for (int b = a + 1; b < n; ++b) adjacent[at(a)].push_back(b);
-    }
+  for (int a = n - kept; a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) adjacent[at(a)].push_back(b);
   }
   const Fill first_fill = fill_in(std::move(adjacent));
   const std::vector<int> post = postorder(first_fill.parent);
@@ -215,11 +225,13 @@ Elimination::Elimination(const BlockMatrix& matrix, int last, bool keep_last) {
   Fill fill{Lists(at(n)), std::vector<int>(at(n), -1)};
   for (int j = 0; j < n; ++j) {
     const int old = post[at(j)];
-    for (const int row : first_fill.below[at(old)]) fill.below[at(j)].push_back(renumbered[at(row)]);
+    for (const int row : first_fill.below[at(old)])
+      fill.below[at(j)].push_back(renumbered[at(row)]);
     std::sort(fill.below[at(j)].begin(), fill.below[at(j)].end());
-    if (first_fill.parent[at(old)] >= 0) fill.parent[at(j)] = renumbered[at(first_fill.parent[at(old)])];
+    if (first_fill.parent[at(old)] >= 0)
+      fill.parent[at(j)] = renumbered[at(first_fill.parent[at(old)])];
   }
-  supernodes = FrontBuilder(matrix, order, fill, keep_last ? last : 0).build();
+  supernodes = FrontBuilder(matrix, order, fill, kept).build();
   supernode_at.assign(at(n), 0);
   for (std::size_t s = 0; s < supernodes.size(); ++s) {
     for (int p = 0; p < supernodes[s].pivots; ++p) {

@@ -9,9 +9,9 @@ namespace rali::graph {
 /// Variables that are eliminated together as one dense front: `pivots` first, then the rows below
 /// that they touch. Positions are those of Elimination::order.
 struct Supernode {
-  int first = 0;          ///< position of the first pivot; the others follow it
-  int pivots = 0;         ///< variables
-  std::vector<int> rows;  ///< positions of all variables of the front, growing, pivots first
+  int first = 0;             ///< position of the first pivot; the others follow it
+  int pivots = 0;            ///< variables
+  std::vector<int> rows;     ///< positions of all variables of the front, growing, pivots first
   std::vector<int> offsets;  ///< of the rows' unknowns in the front, and its size at the end
   int parent = -1;           ///< -1: a root
   /// Of each row below the pivots, where its unknowns are in the parent's front.
@@ -24,17 +24,17 @@ struct Supernode {
 
 /// In which order a BlockMatrix is eliminated, and what fills in (Liu 1992, multifrontal method).
 struct Elimination {
-  std::vector<int> order;              ///< variable at each position
-  std::vector<int> position;           ///< of each variable
-  std::vector<int> unknowns;           ///< first unknown of each variable in a vector
-  std::vector<Supernode> supernodes;   ///< children before parents
-  std::vector<int> supernode_at;       ///< of each position
-  int size = 0;                        ///< unknowns in all
+  std::vector<int> order;             ///< variable at each position
+  std::vector<int> position;          ///< of each variable
+  std::vector<int> unknowns;          ///< first unknown of each variable in a vector
+  std::vector<Supernode> supernodes;  ///< children before parents
+  std::vector<int> supernode_at;      ///< of each position
+  int size = 0;                       ///< unknowns in all
 
-  /// Minimum degree (AMD) on the blocks. The `last` variables of the matrix come last, as they
-  /// are: those that many touch. With `keep_last` they form one front together, which is never
-  /// eliminated.
-  Elimination(const BlockMatrix& matrix, int last, bool keep_last);
+  /// Minimum degree (AMD) on the blocks. The variables `last` (growing) come after all others, as
+  /// they are: those that many touch. With `keep_last` they form one front together, which is
+  /// never eliminated.
+  Elimination(const BlockMatrix& matrix, const std::vector<int>& last, bool keep_last);
 };
 
 }  // namespace rali::graph

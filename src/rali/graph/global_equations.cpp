@@ -16,8 +16,7 @@ BlockMatrix pattern(const Window& window) {
 
 }  // namespace
 
-BlockLayout::BlockLayout(const Window& window)
-    : variable_at(at(window.columns()), -1), globals(static_cast<int>(window.globals.size())) {
+BlockLayout::BlockLayout(const Window& window) : variable_at(at(window.columns()), -1) {
   int column = 0;
   const auto unknown = [&](int dim) {
     variable_at[at(column)] = static_cast<int>(dims.size());
@@ -27,7 +26,10 @@ BlockLayout::BlockLayout(const Window& window)
   for (const KeyframeNode& keyframe : window.keyframes) {
     if (!keyframe.fixed) unknown(keyframe.dim);
   }
-  for (const GlobalNode& global : window.globals) unknown(global.dim());
+  for (const GlobalNode& global : window.globals) {
+    globals.push_back(static_cast<int>(dims.size()));
+    unknown(global.dim());
+  }
 }
 
 std::vector<std::pair<int, int>> block_pairs(const Window& window, const BlockLayout& layout) {
@@ -55,7 +57,15 @@ std::vector<std::pair<int, int>> block_pairs(const Window& window, const BlockLa
 GlobalEquations::GlobalEquations(const Window& window, double huber_sd)
     : variable_at_(BlockLayout(window).variable_at),
       H_(pattern(window)),
-      cholesky_(H_, static_cast<int>(window.globals.size())) {
+      cholesky_(H_, BlockLayout(window).globals) {
+  relinearise(window, huber_sd);
+}
+
+GlobalEquations::GlobalEquations(const Window& window, double huber_sd,
+                                 const std::vector<int>& kept)
+    : variable_at_(BlockLayout(window).variable_at),
+      H_(pattern(window)),
+      cholesky_(H_, kept, true) {
   relinearise(window, huber_sd);
 }
 

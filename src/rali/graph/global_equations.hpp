@@ -13,6 +13,10 @@ class GlobalEquations {
   /// factors may change their values and weights, not their keyframes.
   GlobalEquations(const Window& window, double huber_sd);
 
+  /// The same, where these variables (growing; see BlockLayout) are kept and the others eliminated:
+  /// then cholesky().schur() is what factorise() makes, and solve() is not to be called.
+  GlobalEquations(const Window& window, double huber_sd, const std::vector<int>& kept);
+
   /// Sums up again at other values or weights of the same factors.
   void relinearise(const Window& window, double huber_sd);
 
@@ -50,7 +54,7 @@ class GlobalEquations {
 struct BlockLayout {
   std::vector<int> dims;
   std::vector<int> variable_at;  ///< of each first column; -1 at others
-  int globals = 0;
+  std::vector<int> globals;      ///< which of them are globals
 
   explicit BlockLayout(const Window& window);
 };

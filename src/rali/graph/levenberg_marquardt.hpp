@@ -13,6 +13,9 @@ struct LevenbergMarquardtSettings {
   double step_min_m = 1e-4;
 };
 
+[[nodiscard]] LevenbergMarquardtSettings steps_of(const LocalGraphSettings& settings);
+[[nodiscard]] LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& settings);
+
 /// The farthest that a position, landmark or range bias moves [m].
 [[nodiscard]] double farthest_m(const Window& window, const Eigen::VectorXd& step);
 

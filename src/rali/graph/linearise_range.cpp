@@ -58,7 +58,7 @@ void fill(const Window& window, const RangeEnd& end, const Antenna& at, double s
           const Slopes& slopes, LinearFactor& out) {
   const auto node = [&](int column, double w, Seq seq, const Vec3& p_body) {
     const geometry::Mat3& R = window.node(seq).x.T_odom_body.R;
-    out.J.block<1, 3>(0, column + kTheta) = 
+    out.J.block<1, 3>(0, column + kTheta) =
         -w * slopes.d_p.transpose() * R * geometry::skew(p_body);
     out.J.block<1, 3>(0, column + kPos) = w * slopes.d_p.transpose();
     if (slopes.with_velocity) {

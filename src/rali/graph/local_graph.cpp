@@ -1,46 +1,19 @@
 #include "rali/graph/local_graph.hpp"
 
 #include <algorithm>
-#include <cmath>
-
-#include <Eigen/LU>
 
 #include "rali/base/assert.hpp"
+#include "rali/graph/checks.hpp"
 #include "rali/graph/marginalise.hpp"
-#include "rali/graph/root.hpp"
 
 namespace rali::graph {
 
 namespace {
 
-bool finite(const geometry::SE3& T) { return T.R.allFinite() && T.p.allFinite(); }
-
-bool finite(const KeyframeState& x) {
-  return finite(x.T_odom_body) && x.v_odom_mps.allFinite() && x.gyro_bias_radps.allFinite() &&
-         x.accel_bias_mps2.allFinite();
-}
-
-bool positive(double sigma) { return std::isfinite(sigma) && sigma > 0.0; }
-
-bool finite(const InertialFactor& f) {
-  return f.dR.allFinite() && f.dv_mps.allFinite() && f.dp_m.allFinite() &&
-         f.gyro_bias_radps.allFinite() && f.accel_bias_mps2.allFinite() &&
-         f.d_rotation_d_gyro.allFinite() && f.d_velocity_d_gyro.allFinite() &&
-         f.d_velocity_d_accel.allFinite() && f.d_position_d_gyro.allFinite() &&
-         f.d_position_d_accel.allFinite() && f.g_odom_mps2.allFinite() && finite(f.T_body_imu);
-}
-
 std::vector<int> range_of_columns(int first, int count) {
   std::vector<int> columns;
   for (int c = 0; c < count; ++c) columns.push_back(first + c);
   return columns;
-}
-
-InertialTerm with_root(const InertialFactor& f) {
-  RALI_ASSERT(finite(f));
-  RALI_ASSERT(positive(f.duration_s) && positive(f.gyro_walk_radps_rts) &&
-              positive(f.accel_walk_mps2_rts));
-  return {f, covariance_root(f.covariance)};
 }
 
 }  // namespace
@@ -55,46 +28,28 @@ void LocalGraph::add_keyframe(Seq seq, Time t, const KeyframeState& initial) {
   changed();
 }
 
-void LocalGraph::add_global(GlobalId id, const geometry::Vec3& mean,
-                            const geometry::Mat3& information) {
-  RALI_ASSERT(window_.find(id) < 0);
-  RALI_ASSERT(mean.allFinite() && information.allFinite());
-  GlobalNode node;
-  node.id = id;
-  node.value = mean;
-  node.prior_mean = mean;
-  node.prior_information = information;
-  const auto place =
-      std::lower_bound(window_.globals.begin(), window_.globals.end(), id,
-                       [](const GlobalNode& global, GlobalId other) { return global.id < other; });
-  window_.globals.insert(place, node);
+void LocalGraph::add_landmark(int number, const geometry::Vec3& p_odom_m,
+                              const geometry::Mat3& covariance) {
+  insert_landmark(window_, number, p_odom_m, covariance);
   changed();
 }
 
-void LocalGraph::add_landmark(int number, const geometry::Vec3& p_odom_m,
-                              const geometry::Mat3& covariance) {
-  const Eigen::MatrixXd root = covariance_root(covariance);
-  add_global(landmark_id(number), p_odom_m, root.transpose() * root);
-}
-
 void LocalGraph::add_bias(int number, double mean_m, double sigma_m) {
-  RALI_ASSERT(positive(sigma_m));
-  add_global(bias_id(number), {mean_m, 0.0, 0.0},
-             geometry::Vec3(1.0 / (sigma_m * sigma_m), 0.0, 0.0).asDiagonal());
+  insert_scalar(window_, bias_id(number), mean_m, sigma_m);
+  changed();
 }
 
 void LocalGraph::add_tau(int number, double mean_s, double sigma_s) {
-  RALI_ASSERT(positive(sigma_s));
-  add_global(tau_id(number), {mean_s, 0.0, 0.0},
-             geometry::Vec3(1.0 / (sigma_s * sigma_s), 0.0, 0.0).asDiagonal());
+  insert_scalar(window_, tau_id(number), mean_s, sigma_s);
+  changed();
 }
 
 void LocalGraph::add(const InertialFactor& factor) {
-  RALI_ASSERT(contains(factor.i) && contains(factor.j) && factor.i < factor.j);
+  RALI_ASSERT(factor.i < factor.j);
   RALI_ASSERT(std::none_of(window_.inertial.begin(), window_.inertial.end(), [&](const auto& term) {
     return term.f.i == factor.i && term.f.j == factor.j;
   }));
-  window_.inertial.push_back(with_root(factor));
+  window_.inertial.push_back(with_root(window_, factor));
   changed();
 }
 
@@ -103,57 +58,39 @@ void LocalGraph::replace(const InertialFactor& factor) {
       std::find_if(window_.inertial.begin(), window_.inertial.end(),
                    [&](const auto& term) { return term.f.i == factor.i && term.f.j == factor.j; });
   RALI_ASSERT(old != window_.inertial.end());
-  *old = with_root(factor);
+  *old = with_root(window_, factor);
   changed();
 }
 
 void LocalGraph::add(const RelativePoseFactor& factor) {
-  RALI_ASSERT(contains(factor.i) && contains(factor.j) && factor.i != factor.j);
-  RALI_ASSERT(finite(factor.T_i_j));
-  window_.relative.push_back({factor, information_root(factor.information)});
+  window_.relative.push_back(with_root(window_, factor));
   changed();
 }
 
-void LocalGraph::check(const RangeFactor& f) const {
-  RALI_ASSERT(!contains_range(f.id));  // one measurement, one use
-  RALI_ASSERT(contains(f.i) && (!f.j || (contains(*f.j) && *f.j != f.i)));
-  RALI_ASSERT(f.alpha >= 0.0 && f.alpha <= 1.0 && (f.j || f.alpha == 0.0));
-  RALI_ASSERT(!f.landmark || contains(landmark_id(*f.landmark)));
-  RALI_ASSERT(!f.bias || contains(bias_id(*f.bias)));
-  RALI_ASSERT(!f.tau || contains(tau_id(*f.tau)));
-  RALI_ASSERT(f.p_i_m.allFinite() && f.p_j_m.allFinite() && f.p_fixed_odom_m.allFinite());
-  RALI_ASSERT(!f.range_rate_mps || std::isfinite(*f.range_rate_mps));
-  RALI_ASSERT(std::isfinite(f.range_m) && positive(f.sigma_m));
-  RALI_ASSERT(std::isfinite(f.weight) && f.weight >= 0.0);
-  // Older ones are not remembered: they could come twice unseen.
-  RALI_ASSERT(f.t >= window_.keyframes.front().t - Duration::from_s(settings_.range_memory_s));
-}
-
 void LocalGraph::add(const RangeFactor& factor) {
-  check(factor);
+  RALI_ASSERT(!contains_range(factor.id));  // one measurement, one use
+  check(window_, factor);
+  // Older ones are not remembered: they could come twice unseen.
+  RALI_ASSERT(factor.t >= window_.keyframes.front().t - Duration::from_s(settings_.range_memory_s));
   used_ranges_.emplace(factor.id, factor.t);
   window_.ranges.push_back(factor);
   changed();
 }
 
 void LocalGraph::add(const StandstillFactor& factor) {
-  RALI_ASSERT(contains(factor.i) && (!factor.next || contains(*factor.next)));
-  RALI_ASSERT(positive(factor.sigma_mps) && positive(factor.sigma_m) && positive(factor.sigma_rad));
+  check(window_, factor);
   window_.standstill.push_back(factor);
   changed();
 }
 
 void LocalGraph::add(const HeightFactor& factor) {
-  RALI_ASSERT(contains(factor.i) && positive(factor.sigma_m));
-  RALI_ASSERT(factor.n_odom.allFinite() && factor.q_odom_m.allFinite() &&
-              std::isfinite(factor.h_m));
+  check(window_, factor);
   window_.heights.push_back(factor);
   changed();
 }
 
 void LocalGraph::add(const PriorFactor& factor) {
-  RALI_ASSERT(contains(factor.i) && finite(factor.mean));
-  window_.priors.push_back({factor, information_root(factor.information)});
+  window_.priors.push_back(with_root(window_, factor));
   changed();
 }
 

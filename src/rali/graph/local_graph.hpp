@@ -99,8 +99,6 @@ class LocalGraph {
   [[nodiscard]] std::optional<RangeNis> largest_nis_range();
 
  private:
-  void add_global(GlobalId id, const geometry::Vec3& mean, const geometry::Mat3& information);
-  void check(const RangeFactor& factor) const;
   ScalarEstimate scalar(GlobalId id);
   const Marginals& marginals();
 

@@ -267,7 +267,8 @@ void relax(Window& window, GlobalId id, double variance) {
   own -= own * less(own) * own;
   global.prior_information.topLeftCorner(dim, dim) = own;
   DensePrior& prior = window.dense;
-  auto at = static_cast<Eigen::Index>(prior.keyframes.size()) * kStateDim;
+  Eigen::Index at = 0;
+  for (const auto& block : prior.keyframes) at += window.node(block.seq).dim;
   for (const auto& block : prior.globals) {
     if (block.id == id) {
       const Eigen::MatrixXd HE = prior.H.middleCols(at, dim);

@@ -7,18 +7,13 @@ namespace rali::graph {
 
 namespace {
 
-constexpr double kFloor = 1e-12;
-constexpr double kFloorMax = 1e-6;
-constexpr double kFloorFactor = 100.0;
 // A range whose own weight makes up all of its variance has nothing to be compared with.
 constexpr double kShareMax = 1.0 - 1e-9;
 
 }  // namespace
 
 Marginals::Marginals(const Window& window, double huber_sd) : equations_(window, huber_sd) {
-  for (double floor = kFloor; floor <= kFloorMax && !solved_; floor *= kFloorFactor) {
-    solved_ = equations_.factorise(floor, kFloor);
-  }
+  solved_ = factorise_with_floor(equations_);
 }
 
 Eigen::MatrixXd Marginals::covariance(const std::vector<int>& columns) const {

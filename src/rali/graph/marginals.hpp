@@ -18,13 +18,24 @@ struct RangeNis {
   double nis = 0.0;
 };
 
+/// Factors without damping but with an information of 1e-12 of each diagonal element (1e-12 of its
+/// unit where there is none), so that what nothing holds gets a variance that is huge and not NaN.
+/// Where even that is not enough for a positive pivot it is raised in steps.
+/// @return false if none helps
+template <class Equations>
+[[nodiscard]] bool factorise_with_floor(Equations& equations) {
+  constexpr double kFloor = 1e-12;
+  constexpr double kFloorMax = 1e-6;
+  constexpr double kFloorFactor = 100.0;
+  for (double floor = kFloor; floor <= kFloorMax; floor *= kFloorFactor) {
+    if (equations.factorise(floor, kFloor)) return true;
+  }
+  return false;
+}
+
 /// Covariances at the values of a window, from one factorisation of its normal equations without
-/// damping.
-///
-/// An information of 1e-12 of each diagonal element (1e-12 of its unit where there is none) is
-/// added, here only and never to the solution: what nothing holds then has a variance that is huge
-/// (hundreds of metres) but a number. Where even that is not enough for a positive pivot it is
-/// raised in steps; if none helps, all variances are infinite.
+/// damping. Its floor is added here only and never to the solution; if none helps, all variances
+/// are infinite.
 class Marginals {
  public:
   Marginals(const Window& window, double huber_sd);

@@ -5,6 +5,14 @@
 
 namespace rali::graph {
 
+LevenbergMarquardtSettings steps_of(const LocalGraphSettings& s) {
+  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m};
+}
+
+LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& s) {
+  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m};
+}
+
 double farthest_m(const Window& window, const Eigen::VectorXd& step) {
   double farthest = 0.0;
   Eigen::Index at = 0;
@@ -32,10 +40,7 @@ double total_cost(const Window& window, double huber_sd) {
 SolveReport solve(Window& window, const LocalGraphSettings& settings, int iterations_max) {
   if (window.keyframes.empty()) return {};
   NormalEquations equations(window, settings.huber_sd);
-  return levenberg_marquardt(
-      window, equations,
-      {settings.huber_sd, settings.lambda_initial, settings.cost_change_min, settings.step_min_m},
-      iterations_max);
+  return levenberg_marquardt(window, equations, steps_of(settings), iterations_max);
 }
 
 }  // namespace rali::graph

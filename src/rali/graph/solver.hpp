@@ -9,7 +9,8 @@ struct SolveReport {
   int iterations = 0;  ///< steps tried
   double cost_before = 0.0;
   double cost_after = 0.0;
-  bool converged = false;  ///< stopped by cost or step, not by the number of iterations
+  bool converged = false;       ///< stopped by cost or step, not by the number of iterations
+  bool rotation_first = false;  ///< of a fleet: the start was made anew (rotation_start.hpp)
 };
 
 /// Half the squared residuals in sigma, with the robust loss on ranges.

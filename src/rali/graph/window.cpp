@@ -6,6 +6,11 @@
 
 namespace rali::graph {
 
+int rank(const RelativeTerm& term) {
+  // information_root leaves a row of zeros for a direction without information.
+  return static_cast<int>((term.root.rowwise().squaredNorm().array() > 0.0).count());
+}
+
 int Window::find(Seq seq) const {
   // Without gaps the place is known; else it is looked for.
   if (!keyframes.empty() && seq >= keyframes.front().seq) {

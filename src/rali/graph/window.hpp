@@ -36,6 +36,9 @@ struct RelativeTerm {
   geometry::Mat6 root;
 };
 
+/// Directions that a relative pose claims.
+[[nodiscard]] int rank(const RelativeTerm& term);
+
 struct LoopTerm {
   std::uint64_t id = 0;
   RelativeTerm term;

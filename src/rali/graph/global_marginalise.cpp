@@ -1,0 +1,184 @@
+#include "rali/graph/global_marginalise.hpp"
+
+#include <algorithm>
+
+#include "rali/base/assert.hpp"
+#include "rali/graph/global_equations.hpp"
+#include "rali/graph/marginalise.hpp"
+#include "rali/graph/marginals.hpp"
+
+namespace rali::graph {
+
+namespace {
+
+class Marginalisation {
+ public:
+  Marginalisation(Window& window, const std::vector<Seq>& nodes) : window_(window), leave_(nodes) {
+    RALI_ASSERT(std::is_sorted(nodes.begin(), nodes.end()));
+    split();
+    collect_globals();
+    collect_nodes();
+  }
+
+  void run(double huber_sd) {
+    part_.lay_out();
+    std::vector<int> kept;
+    DensePrior prior = blocks(kept);
+    Quadratic left = eliminate(kept, huber_sd);
+    drop_rounding(left);
+    prior.H = std::move(left.H);
+    prior.b = std::move(left.b);
+    prior.cost = left.cost;
+    window_.dense = std::move(prior);
+    remove();
+  }
+
+ private:
+  [[nodiscard]] bool leaves(Seq seq) const {
+    return std::binary_search(leave_.begin(), leave_.end(), seq);
+  }
+
+  void touch(Seq seq) { touched_.push_back(seq); }
+
+  // Moves the terms that touch a leaving node to the part. `nodes_of` calls its argument with each
+  // of a term's nodes.
+  template <class Term, class NodesOf>
+  void split(std::vector<Term>& from, std::vector<Term>& to, const NodesOf& nodes_of) {
+    std::vector<Term> stay;
+    for (const Term& term : from) {
+      bool any = false;
+      nodes_of(term, [&](Seq seq) { any = any || leaves(seq); });
+      if (!any) {
+        stay.push_back(term);
+        continue;
+      }
+      nodes_of(term, [&](Seq seq) { touch(seq); });
+      to.push_back(term);
+    }
+    from = std::move(stay);
+  }
+
+  void split() {
+    const auto pair = [](const auto& term, const auto& use) {
+      use(term.f.i);
+      use(term.f.j);
+    };
+    const auto one = [](const auto& f, const auto& use) { use(f.i); };
+    std::erase_if(window_.loops, [&](const LoopTerm& loop) {
+      return loop.weight == 0.0 && (leaves(loop.term.f.i) || leaves(loop.term.f.j));
+    });
+    split(window_.inertial, part_.inertial, pair);
+    split(window_.relative, part_.relative, pair);
+    split(window_.loops, part_.loops,
+          [&](const LoopTerm& loop, const auto& use) { pair(loop.term, use); });
+    split(window_.ranges, part_.ranges, [](const RangeFactor& f, const auto& use) {
+      for (const RangeEnd* end :
+           {static_cast<const RangeEnd*>(&f), f.other ? &*f.other : nullptr}) {
+        if (end == nullptr) continue;
+        use(end->i);
+        if (end->j) use(*end->j);
+      }
+    });
+    split(window_.standstill, part_.standstill, [](const StandstillFactor& f, const auto& use) {
+      use(f.i);
+      if (f.next) use(*f.next);
+    });
+    split(window_.heights, part_.heights, one);
+    split(window_.gravity, part_.gravity, one);
+    split(window_.priors, part_.priors,
+          [](const PriorTerm& term, const auto& use) { use(term.f.i); });
+    part_.dense = window_.dense;
+    for (const auto& block : part_.dense.keyframes) touch(block.seq);
+  }
+
+  static bool uses(const RangeFactor& f, GlobalId id) {
+    const std::optional<int>& used = id.kind == GlobalKind::kLandmark ? f.landmark
+                                     : id.kind == GlobalKind::kBias   ? f.bias
+                                                                      : f.tau;
+    return used && *used == id.number;
+  }
+
+  // As soon as a global is in the dense prior, all that is known of it is there.
+  void collect_globals() {
+    std::vector<GlobalNode> stay;
+    for (GlobalNode global : window_.globals) {
+      const auto used = [&](const RangeFactor& f) { return uses(f, global.id); };
+      const auto blocked = [&](const auto& block) { return block.id == global.id; };
+      const bool in_part =
+          std::any_of(part_.ranges.begin(), part_.ranges.end(), used) ||
+          std::any_of(part_.dense.globals.begin(), part_.dense.globals.end(), blocked);
+      const bool needed = std::any_of(window_.ranges.begin(), window_.ranges.end(), used);
+      const bool leaves = global.retired && !needed;
+      if (in_part || leaves) {
+        part_.globals.push_back(global);
+        global_leaves_.push_back(leaves);
+        global.prior_information.setZero();
+      }
+      if (!leaves) stay.push_back(global);
+    }
+    window_.globals = std::move(stay);
+  }
+
+  void collect_nodes() {
+    for (const Seq seq : leave_) touch(seq);
+    std::sort(touched_.begin(), touched_.end());
+    touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
+    for (const Seq seq : touched_) part_.keyframes.push_back(window_.node(seq));
+  }
+
+  // Blocks of the new prior at the present values, and their variables.
+  DensePrior blocks(std::vector<int>& kept) const {
+    DensePrior prior;
+    int variable = 0;
+    for (const KeyframeNode& node : part_.keyframes) {
+      if (node.fixed) continue;
+      if (!leaves(node.seq)) {
+        prior.keyframes.push_back({node.seq, node.x});
+        kept.push_back(variable);
+      }
+      ++variable;
+    }
+    for (std::size_t g = 0; g < part_.globals.size(); ++g) {
+      if (!global_leaves_[g]) {
+        prior.globals.push_back({part_.globals[g].id, part_.globals[g].value});
+        kept.push_back(variable);
+      }
+      ++variable;
+    }
+    return prior;
+  }
+
+  [[nodiscard]] Quadratic eliminate(const std::vector<int>& kept, double huber_sd) const {
+    if (kept.empty()) return {};
+    GlobalEquations equations(part_, huber_sd, kept);
+    // The floor is against a pivot that is zero because nothing holds its direction: what such a
+    // direction says of the others is zero too, and rounding squared over the floor is nothing.
+    const bool done = factorise_with_floor(equations);
+    RALI_ASSERT(done);
+    const BlockCholesky& cholesky = equations.cholesky();
+    const Eigen::VectorXd reduced = cholesky.reduce(equations.gradient());
+    const Eigen::Index n = cholesky.schur().rows();
+    return {cholesky.schur(), reduced.tail(n),
+            equations.cost() - 0.5 * reduced.head(reduced.size() - n).squaredNorm()};
+  }
+
+  void remove() {
+    std::erase_if(window_.keyframes, [this](const KeyframeNode& node) { return leaves(node.seq); });
+    window_.lay_out();
+  }
+
+  Window& window_;
+  const std::vector<Seq>& leave_;
+  Window part_;  ///< what goes into the prior
+  std::vector<Seq> touched_;
+  std::vector<bool> global_leaves_;  ///< of each global of the part
+};
+
+}  // namespace
+
+void marginalise(Window& window, const std::vector<Seq>& nodes, double huber_sd) {
+  if (nodes.empty()) return;
+  Marginalisation(window, nodes).run(huber_sd);
+}
+
+}  // namespace rali::graph

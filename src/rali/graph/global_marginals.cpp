@@ -1,0 +1,56 @@
+#include "rali/graph/global_marginals.hpp"
+
+#include <limits>
+
+namespace rali::graph {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Eigen::MatrixXd infinite(Eigen::Index n) {
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n, n);
+  P.diagonal().setConstant(kInfinity);
+  return P;
+}
+
+}  // namespace
+
+GlobalMarginals::GlobalMarginals(const Window& window, double huber_sd)
+    : equations_(window, huber_sd) {
+  solved_ = factorise_with_floor(equations_);
+}
+
+Eigen::MatrixXd GlobalMarginals::covariance(const std::vector<int>& columns) const {
+  const auto n = static_cast<Eigen::Index>(columns.size());
+  if (!solved_) return infinite(n);
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(equations_.gradient().size(), n);
+  for (Eigen::Index c = 0; c < n; ++c) right(columns[static_cast<std::size_t>(c)], c) = 1.0;
+  const Eigen::MatrixXd x = equations_.solve(right);
+  Eigen::MatrixXd P(n, n);
+  for (Eigen::Index r = 0; r < n; ++r) P.row(r) = x.row(columns[static_cast<std::size_t>(r)]);
+  return 0.5 * (P + P.transpose());
+}
+
+Eigen::MatrixXd GlobalMarginals::covariance(const LinearFactor& rows) const {
+  if (!solved_) return infinite(rows.r.size());
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(equations_.gradient().size(), rows.r.size());
+  for (int b = 0; b < rows.block_count; ++b) {
+    const auto& block = rows.blocks[static_cast<std::size_t>(b)];
+    if (block.column < 0) continue;
+    right.middleRows(block.column, block.dim) +=
+        rows.J.middleCols(block.local, block.dim).transpose();
+  }
+  const Eigen::MatrixXd P = right.transpose() * equations_.solve(right);
+  return 0.5 * (P + P.transpose());
+}
+
+const std::vector<Eigen::MatrixXd>& GlobalMarginals::diagonal() {
+  if (diagonal_) return *diagonal_;
+  if (solved_) return diagonal_.emplace(equations_.cholesky().inverse_diagonal());
+  diagonal_.emplace();
+  for (const int dim : equations_.matrix().dims()) diagonal_->push_back(infinite(dim));
+  return *diagonal_;
+}
+
+}  // namespace rali::graph

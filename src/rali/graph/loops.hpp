@@ -1,0 +1,47 @@
+#pragma once
+
+#include "rali/graph/global_equations.hpp"
+#include "rali/graph/settings.hpp"
+#include "rali/graph/solver.hpp"
+
+namespace rali::graph {
+
+/// chi2 that a true measurement of so many directions (0 to 6) exceeds in 1 % of cases; 0 for none.
+[[nodiscard]] double loop_chi2_gate(int dof);
+
+/// The same for 0.1 %: the veto's limit.
+[[nodiscard]] double loop_chi2_veto(int dof);
+
+/// Weight of a loop whose squared residual is q times its gate, in graduated non-convexity for
+/// truncated least squares with control mu (Yang et al. 2020, eq. 14; algorithms_fleet 8.4, T18).
+[[nodiscard]] double gnc_weight(double q, double mu);
+
+/// First mu, given the largest q; none where all loops fit from the start.
+[[nodiscard]] std::optional<double> gnc_first_mu(double q_max);
+
+/// Squared residual of a loop at the present values, weight not counted.
+[[nodiscard]] double loop_chi2(const Window& window, const LoopTerm& loop);
+
+/// Solves with weights on the loops as the guard decides them, and leaves both in the window. All
+/// else is never switched. The window must be laid out.
+SolveReport solve_with_guard(Window& window, const GlobalGraphSettings& settings);
+
+/// How a loop fits to a graph that does not contain it.
+struct LoopVerdict {
+  double chi2 = 0.0;   ///< by which the graph's minimum would rise, doubled cost
+  int dof = 0;         ///< directions that the loop claims
+  bool exact = false;  ///< found by solving with the loop, not predicted
+  /// Relative pose as the graph predicts it, and the covariance of geometry::RelativePoseFactor's
+  /// residual: rotation in j, translation in i.
+  geometry::SE3 T_i_j;
+  geometry::Mat6 covariance = geometry::Mat6::Zero();
+
+  [[nodiscard]] bool vetoed() const { return chi2 > loop_chi2_veto(dof); }
+};
+
+/// GlobalGraph::judge on a window that is laid out.
+[[nodiscard]] std::vector<LoopVerdict> judge_loops(const Window& window,
+                                                   const GlobalGraphSettings& settings,
+                                                   const std::vector<RelativePoseFactor>& loops);
+
+}  // namespace rali::graph
