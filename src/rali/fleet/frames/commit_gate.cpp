@@ -1,0 +1,127 @@
+#include "rali/fleet/frames/commit_gate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+
+namespace rali::fleet {
+
+namespace {
+
+/// From so many degrees of freedom on chi2/dof is judged by the settings alone.
+constexpr double kFullDof = 12.0;
+/// No innovation counts more in a window than one of 5 sigma.
+constexpr double kMostNis = 25.0;
+
+bool verified(const ScanCheck& check, const ScanToMapSettings& settings) {
+  if (!check.expected) return true;
+  return check.overlap >= settings.overlap_min &&
+         check.median_m < settings.noise_factor * check.voxel_noise_m;
+}
+
+/// Would the best win, and be known, without what the user said?
+bool needs_prior(const HypothesisSet& set, const InitSettings& settings) {
+  if (!set.has_prior) return false;
+  const FrameHypothesis& best = set.all.front();
+  const Mat4 without = best.information - best.prior_information;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      scaled_planar_information(without, settings.commit), Eigen::EigenvaluesOnly);
+  if (solver.eigenvalues()[0] < settings.commit.information_min) return true;
+  const double own = best.chi2 - best.prior_chi2;
+  return std::any_of(set.all.begin() + 1, set.all.end(), [&](const FrameHypothesis& h) {
+    return (h.chi2 - h.prior_chi2 - own) / set.inflation() <= settings.commit.gap_chi2;
+  });
+}
+
+/// Preset paper: once the map is large enough, whatever the residuals say.
+Decision decide_at_size(const HypothesisSet& set, const CommitInputs& inputs,
+                        const InitSettings& settings, Decision d) {
+  d.by_prior = true;
+  if (!set.has_prior) {
+    d.advice = Advice::kNoPrior;
+  } else if (inputs.keyframes < settings.commit.min_keyframes) {
+    d.advice = Advice::kSmallMap;
+  } else {
+    d.advice = Advice::kEnough;
+    d.ready = true;
+  }
+  return d;
+}
+
+}  // namespace
+
+bool fit_is_plausible(double fit_chi2, int dof, const CommitSettings& settings) {
+  if (dof <= 0) return fit_chi2 <= settings.gap_chi2;
+  const double fit = fit_chi2 / dof;
+  const double wider = std::sqrt(std::max(1.0, kFullDof / dof));
+  const bool low = dof >= kFullDof && fit < settings.fit_min;
+  return !low && fit < 1.0 + (settings.fit_max - 1.0) * wider;
+}
+
+Decision decide(const HypothesisSet& set, const Observability& seen, const CommitInputs& inputs,
+                const InitSettings& settings) {
+  Decision d;
+  d.advice = seen.advice;
+  d.gap_chi2 = std::numeric_limits<double>::infinity();
+  if (set.all.empty()) return d;
+  const FrameHypothesis& best = set.all.front();
+  if (set.all.size() > 1) d.gap_chi2 = set.gap(1);
+  d.odds = std::exp(-0.5 * d.gap_chi2);
+  d.fit = best.solution.dof > 0 ? best.solution.fit_chi2 / best.solution.dof : 0.0;
+  if (settings.commit.rule == CommitRule::kAtSize) {
+    return decide_at_size(set, inputs, settings, d);
+  }
+  d.by_prior = needs_prior(set, settings);
+  if (d.advice != Advice::kEnough) return d;
+  if (inputs.keyframes < settings.commit.min_keyframes) {
+    d.advice = Advice::kSmallMap;
+  } else if (!fit_is_plausible(best.solution.fit_chi2, best.solution.dof, settings.commit)) {
+    d.advice = d.fit > 1.0 ? Advice::kMisfit : Advice::kTooGood;
+  } else if (inputs.check && !verified(*inputs.check, settings.scan2map)) {
+    d.advice = Advice::kNotVerified;
+  } else {
+    d.ready = d.gap_chi2 > settings.commit.gap_chi2;
+  }
+  return d;
+}
+
+bool CommitGate::evaluate(Time t, const Decision& decision, const FrameHypothesis* best) {
+  if (!decision.ready || best == nullptr) {
+    reset();
+    return false;
+  }
+  if (settings_.commit.rule == CommitRule::kAtSize) return true;
+  const double moved_m = (last_T_b_a_ * best->pivot_a_m - best->place_b_m()).norm();
+  const double turned_rad = std::abs(wrapped(last_T_b_a_.yaw_rad - best->T_b_a.yaw_rad));
+  const SearchSettings& near = settings_.search;
+  if (moved_m > near.merge_m || turned_rad > near.merge_deg * kDegree) agreed_ = 0;
+  if (agreed_ > 0 && seconds_between(t_last_, t) < settings_.commit.spacing_s) return false;
+  last_T_b_a_ = best->T_b_a;
+  t_last_ = t;
+  ++agreed_;
+  return agreed_ >= settings_.commit.evaluations;
+}
+
+bool Watch::add_range(double nis) {
+  // What is not a number is no evidence; one wild range must not decide a window alone.
+  if (!std::isfinite(nis)) return false;
+  sum_ += std::min(nis, kMostNis);
+  if (++count_ < settings_.window) return false;
+  const double mean = sum_ / count_;
+  const double bound = 1.0 + settings_.quantile * std::sqrt(2.0 / count_);
+  sum_ = 0.0;
+  count_ = 0;
+  bad_windows_ = mean > bound ? bad_windows_ + 1 : 0;
+  return bad_windows_ >= settings_.windows;
+}
+
+bool Watch::add_scan(bool fits) {
+  refused_ = fits ? 0 : refused_ + 1;
+  return refused_ > settings_.gate_failures;
+}
+
+void Watch::reset() { *this = Watch(settings_); }
+
+}  // namespace rali::fleet

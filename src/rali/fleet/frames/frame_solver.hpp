@@ -1,0 +1,128 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rali/fleet/frames/commit_gate.hpp"
+
+namespace rali::fleet {
+
+/// Frames of vehicles that are tied together.
+struct SolvedGroup {
+  FrameGroup frames;  ///< T_ref_odom of each; the reference first, then in order of joining
+  /// Of (yaw, translation) of T_ref_odom of all but the reference, in their order [rad, m].
+  Eigen::MatrixXd covariance;
+  std::vector<bool> by_prior;  ///< per key: the user's prior decided it
+};
+
+/// How two groups stand that are not tied together yet.
+struct OpenLink {
+  std::size_t a = 0, b = 0;  ///< indices of groups
+  Decision decision;
+  Observability seen;
+  std::vector<YawPose> T_b_a;  ///< what is left, cheapest first
+};
+
+struct FleetFrames {
+  std::vector<SolvedGroup> groups;  ///< that of the reference vehicle first
+  std::vector<OpenLink> links;
+};
+
+/// Names of vehicles, for sentences; one that is missing is called "v" and its number.
+using VehicleNames = std::map<VehicleId, std::string>;
+
+/// Finds the frames of a fleet (algorithms_fleet 7). Every vehicle begins as a group of its own;
+/// two groups are tied together when their transform is certain, whichever of their vehicles told
+/// of it: so a vehicle may be placed through another tag. All frames of a group are solved
+/// together. Groups that cannot be joined stay apart, with the reason in words (U23).
+///
+/// A value without clock; the order in which groups are tried is that of the keys.
+class FrameSolver {
+ public:
+  /// @param reference the vehicle whose frame is the global one; its group is the first
+  FrameSolver(const InitSettings& settings, StreamKey reference);
+
+  /// A vehicle that takes part, even if nothing is heard of it.
+  void add_vehicle(StreamKey key);
+
+  /// A range between two vehicles; they are added if they are new.
+  TrackUse add_range(StreamKey a, StreamKey b, const RangeObservation& observation);
+
+  /// What else is known between two vehicles; they are added if they are new. Evidence within one
+  /// group helps to solve it.
+  void add_evidence(const PoseEvidence& evidence);
+
+  /// Of the local map.
+  void set_keyframes(StreamKey key, int keyframes) { keyframes_[key] = keyframes; }
+
+  /// A comparison of scans at the best hypothesis between the groups of two vehicles; it counts
+  /// until the next one.
+  void set_scan_check(StreamKey a, StreamKey b, const ScanCheck& check);
+
+  /// Looks at all links that have heard something new, ties together what is certain, and solves
+  /// the groups again. @param t time of the fleet, not before that of the last call
+  void evaluate(Time t);
+
+  /// Takes a vehicle out of its group again (Watch): it must be found anew, from new ranges.
+  void unplace(StreamKey key);
+
+  /// Places a vehicle as known before, e.g. by the former centre of the fleet: vehicle `a` joins
+  /// the group of `b` at once, and this stays as evidence. Nothing happens if `a` is in a group
+  /// already.
+  void place(const PoseEvidence& known);
+
+  [[nodiscard]] FleetFrames frames() const;
+
+  /// In one sentence how the vehicle stands to the reference.
+  [[nodiscard]] std::string text(StreamKey key, const VehicleNames& names) const;
+
+  [[nodiscard]] bool placed(StreamKey key) const;
+
+  /// T_ref_odom, once the vehicle is placed.
+  [[nodiscard]] std::optional<YawPose> T_ref_odom(StreamKey key) const;
+
+ private:
+  struct Group {
+    FrameGroup frames;
+    Eigen::MatrixXd covariance;
+    std::map<StreamKey, bool> by_prior;
+    std::size_t heard = 0;  ///< ranges and evidence of when it was solved
+  };
+
+  /// Between two groups, by their first keys.
+  struct Link {
+    std::size_t heard = 0;    ///< ranges and evidence of when it was looked at
+    std::size_t members = 0;  ///< of both groups, then
+    HypothesisSet set;
+    Observability seen;
+    Decision decision;
+    CommitGate gate;
+  };
+
+  using KeyPair = std::pair<StreamKey, StreamKey>;
+
+  [[nodiscard]] const Link* link_of(std::size_t a, std::size_t b) const;
+  [[nodiscard]] StreamKey partner_of(StreamKey key, const FrameGroup& group) const;
+  [[nodiscard]] std::optional<std::size_t> group_of(StreamKey key) const;
+  [[nodiscard]] std::size_t heard_between(const FrameGroup& a, const FrameGroup& b) const;
+  [[nodiscard]] CommitInputs inputs(const FrameGroup& a, const FrameGroup& b) const;
+  [[nodiscard]] std::vector<PairTrack> tracks_of(const FrameGroup& a, const FrameGroup& b) const;
+  bool look(Time t, const Group& a, const Group& b);
+  void join(std::size_t a, std::size_t b);
+  void solve(Group& group, bool anew);
+  void take(Group& group, const FrameProblem& problem, const FrameSolution& solution);
+
+  InitSettings settings_;
+  StreamKey reference_;
+  std::vector<Group> groups_;
+  std::map<KeyPair, PairTrack> tracks_;
+  std::vector<PoseEvidence> evidence_;
+  std::map<KeyPair, ScanCheck> checks_;
+  std::map<StreamKey, int> keyframes_;
+  std::map<KeyPair, Link> links_;
+};
+
+}  // namespace rali::fleet

@@ -1,0 +1,280 @@
+#include "rali/fleet/frames/hypotheses.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+namespace rali::fleet {
+
+using geometry::Vec2;
+using geometry::Vec3;
+
+namespace {
+
+/// Headings of evidence that are tried with places that ranges know without heading.
+constexpr std::size_t kHeadings = 8;
+/// A range that is all height has no direction in the plane.
+constexpr double kLeastFlat_m = 0.05;
+/// Minima nearer than this are the same one reached from two sides.
+constexpr double kSameMinimum_m = 0.02;
+
+std::optional<std::size_t> index_in(const FrameGroup& g, StreamKey key) {
+  const auto at = std::find(g.keys.begin(), g.keys.end(), key);
+  if (at == g.keys.end()) return std::nullopt;
+  return static_cast<std::size_t>(at - g.keys.begin());
+}
+
+double extent_m(const std::vector<PlanarRange>& ranges, bool of_x) {
+  double extent = 0.0;
+  for (const PlanarRange& r : ranges) {
+    const Vec2 d = of_x ? Vec2(r.x_m - ranges.front().x_m) : Vec2(r.y_m - ranges.front().y_m);
+    extent = std::max(extent, d.norm());
+  }
+  return extent;
+}
+
+/// Ranges between the groups, in the frames of their references.
+std::vector<PlanarRange> cross_ranges(const FrameGroup& a, const FrameGroup& b,
+                                      const std::vector<PairTrack>& tracks) {
+  std::vector<PlanarRange> out;
+  for (const PairTrack& track : tracks) {
+    const bool swap = index_in(a, track.b()).has_value();
+    const auto in_a = index_in(a, swap ? track.b() : track.a());
+    const auto in_b = index_in(b, swap ? track.a() : track.b());
+    if (!in_a || !in_b) continue;
+    for (const RangeObservation& o : track.samples()) {
+      const Vec3 x = a.T_ref_odom[*in_a] * (swap ? o.y_b_m : o.x_a_m);
+      const Vec3 y = b.T_ref_odom[*in_b] * (swap ? o.x_a_m : o.y_b_m);
+      const double up_m = x.z() - y.z();
+      const double flat2 = o.range_m * o.range_m - up_m * up_m;
+      PlanarRange r;
+      r.x_m = x.head<2>();
+      r.y_m = y.head<2>();
+      r.range_m = std::sqrt(std::max(flat2, kLeastFlat_m * kLeastFlat_m));
+      r.sigma_m = o.sigma_m;
+      out.push_back(r);
+    }
+  }
+  return out;
+}
+
+class Finder {
+ public:
+  Finder(const FrameGroup& a, const FrameGroup& b, const std::vector<PairTrack>& tracks,
+         const std::vector<PoseEvidence>& evidence, const InitSettings& settings)
+      : a_(a), b_(b), settings_(settings) {
+    std::vector<StreamKey> keys = b.keys;
+    keys.insert(keys.end(), a.keys.begin(), a.keys.end());
+    problem_ = make_frame_problem(keys, tracks, evidence, settings);
+    out_.ranges = cross_ranges(a, b, tracks);
+    out_.a_stands = extent_m(out_.ranges, true) < settings.search.stand_m;
+    out_.b_stands = extent_m(out_.ranges, false) < settings.search.stand_m;
+    for (const EvidenceGroup& g : problem_.evidence) {
+      if (g.alternatives.front().source == EvidenceSource::kPrior) out_.has_prior = true;
+    }
+  }
+
+  HypothesisSet find() {
+    const bool only_prior = settings_.commit.rule == CommitRule::kAtSize;
+    if (!only_prior) add_range_starts();
+    for (std::size_t g = 0; g < problem_.evidence.size(); ++g) {
+      const EvidenceGroup& group = problem_.evidence[g];
+      const bool is_prior = group.alternatives.front().source == EvidenceSource::kPrior;
+      if (only_prior && !is_prior) continue;
+      for (std::size_t k = 0; k < group.alternatives.size(); ++k) {
+        if (const auto T = from_evidence(g, k)) refine(*T, g, static_cast<int>(k));
+      }
+    }
+    std::stable_sort(
+        out_.all.begin(), out_.all.end(),
+        [](const FrameHypothesis& h, const FrameHypothesis& k) { return h.chi2 < k.chi2; });
+    merge();
+    const auto most = static_cast<std::size_t>(settings_.search.hypotheses_max);
+    if (out_.all.size() > most) out_.all.resize(most);
+    return std::move(out_);
+  }
+
+ private:
+  void add_range_starts() {
+    const bool blind = out_.a_stands || out_.b_stands;
+    for (const PlanarSolution& s : search_plane(out_.ranges, blind, settings_)) {
+      const YawPose T{s.yaw_rad, Vec3(s.t_m.x(), s.t_m.y(), 0.0)};
+      refine(T, kNoGroup, kNoneHolds);
+      if (problem_.evidence.empty()) continue;
+      refine(T, kNoGroup, 0);
+      if (!blind) continue;
+      for (const double yaw_rad : evidence_headings()) refine(turned_to(T, yaw_rad), kNoGroup, 0);
+    }
+  }
+
+  /// The same place as ranges to or from one who stands know it, at another heading.
+  [[nodiscard]] YawPose turned_to(const YawPose& T, double yaw_rad) const {
+    const auto lift = [](const Vec2& v) { return Vec3(v.x(), v.y(), 0.0); };
+    YawPose out{yaw_rad, Vec3::Zero()};
+    if (out_.a_stands) {
+      const Vec3 x = lift(out_.ranges.front().x_m);
+      out.t_m = T * x - out.turned(x);
+    } else {
+      const Vec3 y = lift(out_.ranges.front().y_m);
+      out.t_m = y - out.turned(T.inverse() * y);
+    }
+    return out;
+  }
+
+  [[nodiscard]] std::vector<double> evidence_headings() const {
+    std::vector<double> out;
+    for (std::size_t g = 0; g < problem_.evidence.size(); ++g) {
+      for (std::size_t k = 0; k < problem_.evidence[g].alternatives.size(); ++k) {
+        const auto T = from_evidence(g, k);
+        if (!T || out.size() >= kHeadings) continue;
+        const bool known = std::any_of(out.begin(), out.end(), [&](double yaw_rad) {
+          return std::abs(wrapped(yaw_rad - T->yaw_rad)) < settings_.search.merge_deg * kDegree;
+        });
+        if (!known) out.push_back(T->yaw_rad);
+      }
+    }
+    return out;
+  }
+
+  /// T_b_a of the references as this alternative says; nothing if it is within one group.
+  [[nodiscard]] std::optional<YawPose> from_evidence(std::size_t g, std::size_t k) const {
+    const PoseEvidence& e = problem_.evidence[g].alternatives[k];
+    if (const auto a = index_in(a_, e.a), b = index_in(b_, e.b); a && b) {
+      return b_.T_ref_odom[*b] * e.T_b_a() * a_.T_ref_odom[*a].inverse();
+    }
+    if (const auto a = index_in(a_, e.b), b = index_in(b_, e.a); a && b) {
+      return b_.T_ref_odom[*b] * e.T_b_a().inverse() * a_.T_ref_odom[*a].inverse();
+    }
+    return std::nullopt;
+  }
+
+  /// @param group held to its alternative `k`; of the others the nearest holds, none if k is none
+  void refine(const YawPose& T_b_a, std::size_t group, int k) {
+    FrameValues values;
+    values.T_ref_odom = b_.T_ref_odom;
+    for (const YawPose& T : a_.T_ref_odom) values.T_ref_odom.push_back(T_b_a * T);
+    values.others.setZero(problem_.size() - problem_.frame_size());
+    std::vector<int> holds(problem_.evidence.size(), kNoneHolds);
+    if (k != kNoneHolds) holds = best_alternatives(problem_, values, false);
+    if (group != kNoGroup) holds[group] = k;
+    FrameSolution s = solve_frames(problem_, values, holds);
+    const bool paper = settings_.commit.rule == CommitRule::kAtSize;
+    if (!paper) s = solve_frames_choosing(problem_, s);
+    if (s.valid) out_.all.push_back(hypothesis(std::move(s)));
+  }
+
+  [[nodiscard]] FrameHypothesis hypothesis(FrameSolution s) const {
+    FrameHypothesis h;
+    const std::size_t at = b_.keys.size();
+    h.T_b_a = s.values.T_ref_odom[at];
+    h.pivot_a_m = problem_.pivots_m[at];
+    h.chi2 = s.chi2;
+    h.prior_chi2 = s.prior_chi2;
+    h.information = relative(s.information, at);
+    h.prior_information = relative(s.prior_information, at);
+    h.solution = std::move(s);
+    return h;
+  }
+
+  /// The block of frame `at`, all other frames integrated out.
+  [[nodiscard]] static Mat4 relative(const Eigen::MatrixXd& information, std::size_t at) {
+    const Eigen::Index from = 4 * (static_cast<Eigen::Index>(at) - 1);
+    const Eigen::Index n = information.rows();
+    if (n == 4) return information;
+    Eigen::MatrixXd rest(n - 4, n - 4);
+    Eigen::MatrixXd cross(n - 4, 4);
+    const auto outer = [from](Eigen::Index i) { return i < from ? i : i + 4; };
+    for (Eigen::Index i = 0; i < n - 4; ++i) {
+      cross.row(i) = information.block<1, 4>(outer(i), from);
+      for (Eigen::Index j = 0; j < n - 4; ++j) rest(i, j) = information(outer(i), outer(j));
+    }
+    // Keeps what is not known of the others from being divided by.
+    rest.diagonal().array() += 1e-9;
+    const Mat4 out =
+        information.block<4, 4>(from, from) - cross.transpose() * rest.ldlt().solve(cross);
+    return 0.5 * (out + out.transpose());
+  }
+
+  /// Sorted hypotheses that are near to a cheaper one become part of it. One that is a minimum of
+  /// its own and almost as good widens it: the truth may lie in either.
+  void merge() {
+    std::vector<FrameHypothesis> kept;
+    for (FrameHypothesis& h : out_.all) {
+      const auto same = std::find_if(kept.begin(), kept.end(), [&](const FrameHypothesis& k) {
+        return same_place(k, h, settings_.search);
+      });
+      if (same == kept.end()) {
+        kept.push_back(std::move(h));
+        continue;
+      }
+      const bool rival = h.chi2 - same->chi2 < settings_.commit.gap_chi2;
+      Vec4 apart;
+      apart[0] = wrapped(h.T_b_a.yaw_rad - same->T_b_a.yaw_rad);
+      apart.tail<3>() = h.place_b_m() - same->place_b_m();
+      const Vec4 known = same->information * apart;
+      const double far = apart.dot(known);
+      // Within a few sigma it is the same valley, whose width the information already tells.
+      if (rival && apart.tail<3>().norm() > kSameMinimum_m && far > settings_.commit.gap_chi2) {
+        same->information -= known * known.transpose() / (1.0 + far);
+      }
+    }
+    out_.all = std::move(kept);
+  }
+
+  static constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1);
+
+  const FrameGroup& a_;
+  const FrameGroup& b_;
+  const InitSettings& settings_;
+  FrameProblem problem_;
+  HypothesisSet out_;
+};
+
+FrameGroup alone(StreamKey key) { return {{key}, {YawPose{}}}; }
+
+}  // namespace
+
+double HypothesisSet::inflation() const {
+  if (all.empty() || all.front().solution.dof <= 0) return 1.0;
+  return std::max(1.0, all.front().solution.fit_chi2 / all.front().solution.dof);
+}
+
+double HypothesisSet::gap(std::size_t k) const {
+  return (all[k].chi2 - all.front().chi2) / inflation();
+}
+
+bool same_place(const FrameHypothesis& h, const FrameHypothesis& k,
+                const SearchSettings& settings) {
+  return (h.place_b_m() - k.place_b_m()).norm() < settings.merge_m &&
+         std::abs(wrapped(h.T_b_a.yaw_rad - k.T_b_a.yaw_rad)) < settings.merge_deg * kDegree;
+}
+
+HypothesisSet group_hypotheses(const FrameGroup& a, const FrameGroup& b,
+                               const std::vector<PairTrack>& tracks,
+                               const std::vector<PoseEvidence>& evidence,
+                               const InitSettings& settings) {
+  return Finder(a, b, tracks, evidence, settings).find();
+}
+
+HypothesisSet joint_hypotheses(const PairTrack& track, const std::vector<PoseEvidence>& evidence,
+                               const InitSettings& settings) {
+  return group_hypotheses(alone(track.a()), alone(track.b()), {track}, evidence, settings);
+}
+
+HypothesisSet range_hypotheses(const PairTrack& track, const InitSettings& settings) {
+  return joint_hypotheses(track, {}, settings);
+}
+
+Mat4 pair_information(const PairTrack& track, const YawPose& T_b_a, const InitSettings& settings) {
+  InitSettings as_given = settings;
+  as_given.search.iterations = 0;
+  const FrameProblem problem = make_frame_problem({track.b(), track.a()}, {track}, {}, as_given);
+  FrameValues values;
+  values.T_ref_odom = {YawPose{}, T_b_a};
+  return solve_frames(problem, values, {}).information;
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,219 @@
+#include "rali/fleet/frames/observability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+namespace rali::fleet {
+
+using geometry::Vec2;
+
+namespace {
+
+/// A way is straight if it leaves its line by less (algorithms_fleet 7.3, table).
+constexpr double kStraight_m = 0.4;
+/// Distances that differ by less tell little.
+constexpr double kSpread_m = 1.0;
+/// Sine of the angle below which two straight ways are parallel.
+constexpr double kParallelSine = 0.2;
+/// Share of heading in the weakest direction from which it is called that.
+constexpr double kDominates = 0.5;
+
+/// The principal line of one end's path.
+struct Line {
+  Vec2 along = Vec2::UnitX();
+  double length_m = 0.0, width_m = 0.0;
+
+  [[nodiscard]] bool straight() const { return width_m < kStraight_m; }
+};
+
+Line line_of(const std::vector<PlanarRange>& ranges, bool of_x) {
+  Line line;
+  if (ranges.empty()) return line;
+  Vec2 mean = Vec2::Zero();
+  const auto point = [of_x](const PlanarRange& r) { return of_x ? r.x_m : r.y_m; };
+  for (const PlanarRange& r : ranges) mean += point(r) / static_cast<double>(ranges.size());
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  for (const PlanarRange& r : ranges) {
+    const Vec2 d = point(r) - mean;
+    spread += d * d.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(spread);
+  line.along = solver.eigenvectors().col(1);
+  const auto extent = [&](const Vec2& axis) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const PlanarRange& r : ranges) {
+      low = std::min(low, axis.dot(point(r)));
+      high = std::max(high, axis.dot(point(r)));
+    }
+    return high - low;
+  };
+  line.length_m = extent(line.along);
+  line.width_m = extent(solver.eigenvectors().col(0));
+  return line;
+}
+
+double spread_of_distances_m(const std::vector<PlanarRange>& ranges) {
+  if (ranges.empty()) return 0.0;
+  const auto [low, high] =
+      std::minmax_element(ranges.begin(), ranges.end(),
+                          [](const auto& p, const auto& q) { return p.range_m < q.range_m; });
+  return high->range_m - low->range_m;
+}
+
+bool parallel(const Line& x, const Line& y, double yaw_rad) {
+  const Vec2 turned(std::cos(yaw_rad) * x.along.x() - std::sin(yaw_rad) * x.along.y(),
+                    std::sin(yaw_rad) * x.along.x() + std::cos(yaw_rad) * x.along.y());
+  return std::abs(turned.x() * y.along.y() - turned.y() * y.along.x()) < kParallelSine;
+}
+
+/// Several places fit.
+Advice why_rivals(const HypothesisSet& set, const Line& x, const Line& y,
+                  const InitSettings& settings) {
+  const bool one_stands = set.a_stands || set.b_stands;
+  if (set.ranges.empty()) return Advice::kSeveral;
+  if (set.a_stands && set.b_stands) return Advice::kDistance;
+  if (one_stands) {
+    const Line& moving = set.b_stands ? x : y;
+    return moving.straight() ? Advice::kMirror : Advice::kSeveral;
+  }
+  if (x.straight() && y.straight()) {
+    const bool side_by_side = parallel(x, y, set.all.front().T_b_a.yaw_rad);
+    return side_by_side ? Advice::kParallel : Advice::kMirror;
+  }
+  const double turn = wrapped(set.all[1].T_b_a.yaw_rad - set.all[0].T_b_a.yaw_rad);
+  const bool other_heading = std::abs(turn) > settings.search.merge_deg * kDegree;
+  if (other_heading && !x.straight() && !y.straight()) return Advice::kAlike;
+  return Advice::kSeveral;
+}
+
+/// One place fits, but a direction is not known well enough.
+Advice why_weak(const HypothesisSet& set, const Observability& seen, const Line& x, const Line& y,
+                const InitSettings& settings) {
+  if (set.a_stands && set.b_stands) return Advice::kDistance;
+  const double heading_share = seen.eigenvectors(0, 0) * seen.eigenvectors(0, 0);
+  const bool stands = set.a_stands || set.b_stands;
+  if (stands && (heading_share > kDominates || !seen.heading_known)) return Advice::kHeadingUnknown;
+  if (!stands && x.straight() && y.straight() && parallel(x, y, set.all.front().T_b_a.yaw_rad)) {
+    return Advice::kParallel;
+  }
+  if (spread_of_distances_m(set.ranges) < kSpread_m) return Advice::kDistance;
+  const double sigma_m =
+      settings.commit.place_unit_m / std::sqrt(std::max(seen.eigenvalues[0], 1e-12));
+  const bool by_offset = heading_share < kDominates && sigma_m < 2.0 * settings.bias_sigma_m;
+  return by_offset ? Advice::kOffset : Advice::kNotYet;
+}
+
+}  // namespace
+
+Eigen::Matrix3d scaled_planar_information(const Mat4& information, const CommitSettings& settings) {
+  Eigen::Matrix3d I = information.topLeftCorner<3, 3>();
+  const Eigen::Vector3d with_z = information.topRightCorner<3, 1>();
+  if (information(3, 3) > 0.0) I -= with_z * with_z.transpose() / information(3, 3);
+  const Eigen::Vector3d unit(settings.yaw_unit_deg * kDegree, settings.place_unit_m,
+                             settings.place_unit_m);
+  return unit.asDiagonal() * I * unit.asDiagonal();
+}
+
+Observability observability(const HypothesisSet& set, const InitSettings& settings) {
+  Observability seen;
+  seen.ranges = static_cast<int>(set.ranges.size());
+  seen.a_stands = set.a_stands;
+  seen.b_stands = set.b_stands;
+  if (set.all.empty()) return seen;
+  const FrameHypothesis& best = set.all.front();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      scaled_planar_information(best.information, settings.commit));
+  seen.eigenvalues = solver.eigenvalues();
+  seen.eigenvectors = solver.eigenvectors();
+  // Information on z given all else bounds sigma from below; ranges hardly tie z to the rest.
+  seen.z_sigma_m = best.information(3, 3) > 0.0 ? 1.0 / std::sqrt(best.information(3, 3))
+                                                : std::numeric_limits<double>::infinity();
+  const double least = settings.commit.information_min;
+  seen.sufficient = seen.eigenvalues[0] >= least && seen.z_sigma_m <= settings.commit.z_sigma_max_m;
+  // Yaw alone, whatever else is open: its variance is finite only if no open direction turns.
+  seen.heading_known = true;
+  for (int k = 0; k < 3; ++k) {
+    if (seen.eigenvalues[k] < least && std::abs(seen.eigenvectors(0, k)) > 0.1) {
+      seen.heading_known = false;
+    }
+  }
+  for (std::size_t k = 1; k < set.all.size(); ++k) {
+    if (set.gap(k) <= settings.commit.gap_chi2) ++seen.rivals;
+  }
+  const bool scans = std::any_of(best.solution.holds.begin(), best.solution.holds.end(),
+                                 [](int k) { return k >= 0; });
+  const Line x = line_of(set.ranges, true);
+  const Line y = line_of(set.ranges, false);
+  if (!scans && seen.ranges < settings.commit.min_ranges) {
+    seen.advice = seen.ranges == 0 ? Advice::kNoContact : Advice::kWaiting;
+  } else if (seen.rivals > 0) {
+    seen.advice = why_rivals(set, x, y, settings);
+  } else if (seen.eigenvalues[0] < least) {
+    seen.advice = why_weak(set, seen, x, y, settings);
+  } else {
+    seen.advice = seen.sufficient ? Advice::kEnough : Advice::kHeight;
+  }
+  return seen;
+}
+
+std::string advice_text(Advice advice, const Observability& seen, const std::string& a,
+                        const std::string& b, const InitSettings& settings) {
+  const std::string& stands = seen.b_stands || !seen.a_stands ? b : a;
+  const std::string& moves = seen.b_stands || !seen.a_stands ? a : b;
+  switch (advice) {
+    case Advice::kEnough:
+      return fmt::format("{}: place against {} is known", a, b);
+    case Advice::kNoContact:
+      return fmt::format("{}: neither ranges nor common places with {} yet", a, b);
+    case Advice::kWaiting:
+      return fmt::format("{}: waiting for ranges ({} of {})", a, seen.ranges,
+                         settings.commit.min_ranges);
+    case Advice::kHeadingUnknown:
+      return fmt::format(
+          "{}: heading against {} unknown; ranges to a standing vehicle cannot give it. Let {} see "
+          "{}'s mapped area, or move {} 2 m off its place",
+          a, b, b, a, stands);
+    case Advice::kMirror:
+      return fmt::format("{}: left/right of {} unknown. Move {} off its line by 1 m", a, b, moves);
+    case Advice::kParallel:
+      return fmt::format("{} and {} drive in parallel: turn one of them", b, a);
+    case Advice::kAlike:
+      return fmt::format("{} and {} drive alike: let one of them turn the other way", b, a);
+    case Advice::kDistance:
+      return fmt::format("{}: distance to {} does not change. Move {} towards or away from {}", a,
+                         b, moves, stands);
+    case Advice::kOffset:
+      return fmt::format(
+          "{}: radio offset of pair {}-{} not separable (+-{:.2f} m). Pass {} once, or calibrate",
+          a, b, a, settings.bias_sigma_m, b);
+    case Advice::kSeveral:
+      return fmt::format("{}: {} places against {} fit alike. Drive on, and turn", a,
+                         seen.rivals + 1, b);
+    case Advice::kNotYet:
+      return fmt::format("{}: place against {} not known well enough yet. Drive on", a, b);
+    case Advice::kHeight:
+      return fmt::format("{}: height against {} unknown (+-{:.1f} m). Let {} see {}'s mapped area",
+                         a, b, seen.z_sigma_m, b, a);
+    case Advice::kMisfit:
+      return fmt::format("{}: ranges to {} contradict the odometry of both, no place fits", a, b);
+    case Advice::kTooGood:
+      return fmt::format("{}: ranges to {} are better than their sigma says; give a smaller one", a,
+                         b);
+    case Advice::kNotVerified:
+      return fmt::format("{}: scans do not overlap with the map of {} where they should", a, b);
+    case Advice::kNoPrior:
+      return fmt::format("{}: needs a start pose against {} (preset paper)", a, b);
+    case Advice::kSmallMap:
+      return fmt::format("{}: waiting for keyframes (at least {})", a,
+                         settings.commit.min_keyframes);
+  }
+  return {};
+}
+
+}  // namespace rali::fleet

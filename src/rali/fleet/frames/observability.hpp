@@ -1,0 +1,55 @@
+#pragma once
+
+#include <string>
+
+#include "rali/fleet/frames/hypotheses.hpp"
+
+namespace rali::fleet {
+
+/// What is missing, or what to do about it (algorithms_fleet 7.3).
+enum class Advice {
+  kEnough,          ///< nothing is missing
+  kNoContact,       ///< neither ranges nor scans tie the two
+  kWaiting,         ///< too few ranges
+  kHeadingUnknown,  ///< one of them stands
+  kMirror,          ///< left or right of a straight way
+  kParallel,        ///< both straight, side by side
+  kAlike,           ///< paths alike: two headings fit
+  kDistance,        ///< the distance does not change
+  kOffset,          ///< offset of the radios and place are one
+  kSeveral,         ///< several places fit, for no reason of the above
+  kNotYet,          ///< one place fits, but too loosely
+  kHeight,          ///< height between the two is not known
+  kMisfit,          ///< no place fits: ranges contradict odometry
+  kTooGood,         ///< residuals far smaller than their sigmas: the sigmas are wrong
+  kNotVerified,     ///< scans do not overlap where they should
+  kNoPrior,         ///< preset paper needs a start pose
+  kSmallMap         ///< preset paper waits for keyframes
+};
+
+/// What is known of a transform, in units of CommitSettings (1 deg, 0.1 m).
+struct Observability {
+  int ranges = 0;
+  Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();   ///< of (yaw, x, y), ascending
+  Eigen::Matrix3d eigenvectors = Eigen::Matrix3d::Zero();  ///< columns; scaled units
+  double z_sigma_m = 0.0;
+  bool heading_known = false;
+  bool sufficient = false;
+  int rivals = 0;  ///< besides the best that are not yet refuted
+  Advice advice = Advice::kNoContact;
+  bool a_stands = false, b_stands = false;
+};
+
+/// Judges the best hypothesis and its rivals.
+[[nodiscard]] Observability observability(const HypothesisSet& set, const InitSettings& settings);
+
+/// The eigenvalues of (yaw, x, y) of an information on (yaw, place), scaled; z integrated out.
+[[nodiscard]] Eigen::Matrix3d scaled_planar_information(const Mat4& information,
+                                                        const CommitSettings& settings);
+
+/// One sentence or two for the user: what is missing between vehicles a and b and what to do.
+[[nodiscard]] std::string advice_text(Advice advice, const Observability& seen,
+                                      const std::string& a, const std::string& b,
+                                      const InitSettings& settings);
+
+}  // namespace rali::fleet

@@ -1,0 +1,199 @@
+#pragma once
+
+#include <cstddef>
+
+#include "rali/base/settings.hpp"
+
+namespace rali::fleet {
+
+/// When a frame is held to be found.
+enum class CommitRule {
+  kCertain,  ///< when no rival is left (algorithms_fleet 7.4)
+  kAtSize    ///< when the local map has so many keyframes (paper, "Dynamical Initialization")
+};
+inline constexpr ChoiceNames<2> kCommitRuleNames = {"certain", "at_size"};
+
+/// What an alignment of a scan with a map counts.
+enum class ScanWeight {
+  kRegistration,  ///< by the covariance that the registration found
+  kFixed          ///< by a sigma per point that is given, as the paper seems to do
+};
+inline constexpr ChoiceNames<2> kScanWeightNames = {"registration", "fixed"};
+
+/// A start pose that the user gives.
+struct PriorSettings {
+  double xyz_m = 0.5;
+  double yaw_deg = 5.0;
+  double wrong_chi2 = 30.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("xyz_m", xyz_m, 1e-3, 1e3, "sigma of a given start place, each axis");
+    v("yaw_deg", yaw_deg, 1e-2, 180.0, "sigma of a given start heading");
+    v("wrong_chi2", wrong_chi2, 0.0, 1e6, "at most so much counts a prior that all else denies");
+  }
+};
+
+struct ScanToMapSettings {
+  ScanWeight weight = ScanWeight::kRegistration;
+  double sigma_m = 0.05;
+  double wrong_chi2 = 16.0;
+  double overlap_min = 0.3;
+  double noise_factor = 2.0;
+
+  template <class V>
+  void visit(V& v) {
+    v.choice("weight", weight, kScanWeightNames, "what an alignment of scans counts");
+    v("sigma_m", sigma_m, 1e-3, 10.0, "sigma of a point, where weight is fixed");
+    v("wrong_chi2", wrong_chi2, 0.0, 1e6,
+      "at most so much counts an alignment that all else denies");
+    v("overlap_min", overlap_min, 0.0, 1.0, "share of points with a partner, below: not verified");
+    v("noise_factor", noise_factor, 0.1, 100.0,
+      "median distance to the partner's plane in noise of a voxel, above: not verified");
+  }
+};
+
+/// Which ranges are independent of each other (7.3).
+struct TrackSettings {
+  double spacing_m = 0.5;
+  double still_m = 0.05;
+  int samples_max = 160;
+
+  template <class V>
+  void visit(V& v) {
+    v("spacing_m", spacing_m, 0.0, 100.0, "one range per so much way of both ends together");
+    v("still_m", still_m, 0.0, 1.0, "ends that moved less stand: their ranges are one");
+    v("samples_max", samples_max, 8, 2000, "older ranges of a pair are dropped");
+  }
+};
+
+/// How odometry errs along the way.
+struct DriftSettings {
+  double scale = 0.005;
+  double yaw_deg_per_sqrt_m = 0.05;
+  double tilt_deg = 0.5;
+  int segments = 6;
+
+  template <class V>
+  void visit(V& v) {
+    v("scale", scale, 0.0, 0.5, "sigma of the scale of a path");
+    v("yaw_deg_per_sqrt_m", yaw_deg_per_sqrt_m, 0.0, 10.0, "random walk of the heading");
+    v("tilt_deg", tilt_deg, 0.0, 45.0, "sigma of roll and pitch of an odom frame; large: 6 dof");
+    v("segments", segments, 1, 32, "pieces of a path, each with its own error of heading");
+  }
+};
+
+struct SearchSettings {
+  double yaw_step_deg = 15.0;
+  int iterations = 40;
+  int samples_max = 64;
+  double huber = 2.5;
+  double merge_m = 0.5;
+  double merge_deg = 6.0;
+  int hypotheses_max = 8;
+  double stand_m = 0.1;
+
+  template <class V>
+  void visit(V& v) {
+    v("yaw_step_deg", yaw_step_deg, 1.0, 90.0, "grid of headings to begin with");
+    v("iterations", iterations, 1, 1000, "of each refinement, at most");
+    v("samples_max", samples_max, 8, 1000, "ranges of which the search makes use");
+    v("huber", huber, 0.5, 100.0, "knee of the loss of a range, in sigma");
+    v("merge_m", merge_m, 0.0, 100.0, "hypotheses nearer than this ...");
+    v("merge_deg", merge_deg, 0.0, 180.0, "... and this are one");
+    v("hypotheses_max", hypotheses_max, 2, 64, "kept");
+    v("stand_m", stand_m, 0.0, 10.0, "extent of a path below which a vehicle stood");
+  }
+};
+
+struct CommitSettings {
+  CommitRule rule = CommitRule::kCertain;
+  int min_keyframes = 0;
+  int min_ranges = 5;
+  double gap_chi2 = 13.8;
+  int evaluations = 3;
+  double spacing_s = 2.0;
+  int new_ranges = 5;
+  double fit_min = 0.5;
+  double fit_max = 2.0;
+  double information_min = 0.25;
+  double yaw_unit_deg = 1.0;
+  double place_unit_m = 0.1;
+  double z_sigma_max_m = 0.5;
+
+  template <class V>
+  void visit(V& v) {
+    v.choice("rule", rule, kCommitRuleNames, "when a frame is held to be found");
+    v("min_keyframes", min_keyframes, 0, 100000, "of the local map");
+    v("min_ranges", min_ranges, 0, 1000, "below: waiting for ranges");
+    v("gap_chi2", gap_chi2, 0.0, 1e6, "by so much the best must beat the second (992 to 1)");
+    v("evaluations", evaluations, 1, 100, "in a row that must agree");
+    v("spacing_s", spacing_s, 0.0, 3600.0, "between two of them at least");
+    v("new_ranges", new_ranges, 1, 1000, "after so many the hypotheses are sought anew");
+    v("fit_min", fit_min, 0.0, 1.0, "least chi2 per degree of freedom of the best");
+    v("fit_max", fit_max, 1.0, 100.0, "largest chi2 per degree of freedom of the best");
+    v("information_min", information_min, 0.0, 100.0, "least eigenvalue in the units below");
+    v("yaw_unit_deg", yaw_unit_deg, 0.01, 180.0, "unit of heading for it");
+    v("place_unit_m", place_unit_m, 0.001, 100.0, "unit of place for it");
+    v("z_sigma_max_m", z_sigma_max_m, 0.001, 100.0, "largest sigma of the height of a frame");
+  }
+};
+
+struct WatchSettings {
+  int window = 50;
+  int windows = 3;
+  double quantile = 3.09;
+  int gate_failures = 3;
+
+  template <class V>
+  void visit(V& v) {
+    v("window", window, 2, 10000, "innovations of ranges whose mean square is judged");
+    v("windows", windows, 1, 100, "in a row outside the bound that undo a frame");
+    v("quantile", quantile, 0.5, 10.0, "of that bound, in sigma (99.9 % one-sided)");
+    v("gate_failures", gate_failures, 1, 1000, "more alignments refused than this undo it too");
+  }
+};
+
+/// Frames between vehicles (`init.*`, algorithms_fleet 7.1). The defaults are those of `robust`.
+struct InitSettings {
+  double bias_sigma_m = 0.15;
+  double z_sigma_m = 0.3;
+  bool freeze = false;
+  PriorSettings prior;
+  ScanToMapSettings scan2map;
+  TrackSettings track;
+  DriftSettings drift;
+  SearchSettings search;
+  CommitSettings commit;
+  WatchSettings watch;
+
+  template <class V>
+  void visit(V& v) {
+    v("bias_sigma_m", bias_sigma_m, 0.0, 10.0, "sigma of the offset of a pair of radios; 0: none");
+    v("z_sigma_m", z_sigma_m, 1e-3, 1e3, "sigma of the height between start places: one floor");
+    v("freeze", freeze, "a frame once found stays as it is");
+    v.group("prior", prior, "start poses given by the user");
+    v.group("scan2map", scan2map, "scans in the other's map");
+    v.group("track", track, "which ranges are independent");
+    v.group("drift", drift, "errors of odometry along the way");
+    v.group("search", search, "search of all solutions");
+    v.group("commit", commit, "when a frame is found");
+    v.group("watch", watch, "when it is undone");
+  }
+};
+
+/// Preset `paper` (7.1): six degrees of freedom about a prior, fixed weights, no offset of radios,
+/// taken as soon as the local map is large enough and never changed.
+[[nodiscard]] inline InitSettings paper_init_settings() {
+  InitSettings s;
+  s.bias_sigma_m = 0.0;
+  s.freeze = true;
+  s.scan2map.weight = ScanWeight::kFixed;
+  s.drift.tilt_deg = s.prior.yaw_deg;
+  s.search.huber = 1.345;
+  s.commit.rule = CommitRule::kAtSize;
+  s.commit.min_keyframes = 10;
+  return s;
+}
+
+}  // namespace rali::fleet
