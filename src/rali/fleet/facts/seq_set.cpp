@@ -63,6 +63,16 @@ std::vector<SeqInterval> SeqSet::gaps() const {
   return gaps;
 }
 
+std::optional<std::uint32_t> SeqSet::first_gap(std::uint32_t from) const {
+  auto after = intervals_.upper_bound(from);
+  std::uint64_t seq = from;
+  if (after != intervals_.begin() && std::prev(after)->second >= from) {
+    seq = std::uint64_t{std::prev(after)->second} + 1;
+  }
+  if (seq >= end()) return std::nullopt;
+  return static_cast<std::uint32_t>(seq);
+}
+
 std::optional<std::uint32_t> SeqSet::first_lacking(const SeqSet& other, std::uint32_t from) const {
   std::uint64_t seq = from;
   while (seq < other.end()) {

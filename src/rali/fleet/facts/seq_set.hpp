@@ -34,6 +34,9 @@ class SeqSet {
   /// Missing below end(), ascending.
   [[nodiscard]] std::vector<SeqInterval> gaps() const;
 
+  /// The smallest number >= from that is missing below end().
+  [[nodiscard]] std::optional<std::uint32_t> first_gap(std::uint32_t from) const;
+
   /// The smallest number >= from that `other` has and this has not.
   [[nodiscard]] std::optional<std::uint32_t> first_lacking(const SeqSet& other,
                                                            std::uint32_t from) const;

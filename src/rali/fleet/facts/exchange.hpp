@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "rali/base/time.hpp"
+#include "rali/fleet/facts/exchange_settings.hpp"
+#include "rali/fleet/facts/fact_store.hpp"
+#include "rali/fleet/facts/send_queue.hpp"
+#include "rali/fleet/facts/want_list.hpp"
+#include "rali/fleet/messages/messages.hpp"
+
+namespace rali::fleet {
+
+/// Brings the facts of all to all, over links that lose, repeat, delay and break (algorithms_fleet
+/// 11.2, middleware 4.2). New facts go out once, unasked, to those in reach; whatever is lost the
+/// receiver asks for, having compared inventories: of the author, else of any holder. Time is an
+/// argument; same calls, same messages.
+class Exchange {
+ public:
+  Exchange(VehicleId self, const std::vector<VehicleId>& fleet, const ExchangeSettings& settings);
+
+  /// Takes a message of any kind: facts into the store, the rest to heart. What it does not know
+  /// (role, status, table) only shows that the link is up.
+  void receive(const Envelope& envelope, FactStore& store, Time now);
+
+  /// What to send now. Call it at each event, at least ten times a second.
+  [[nodiscard]] std::vector<Envelope> step(const FactStore& store, Time now);
+
+  /// In a round points go to the anchor alone (11.4); none: to all.
+  void set_points_to(std::optional<VehicleId> anchor);
+
+  /// How good the link to another vehicle is, 0 to 1; 0.5 until told.
+  void set_quality(VehicleId peer, double quality);
+
+  /// An inventory with the next step: at contact, at a seal, at the end of a round.
+  void announce() { announce_ = true; }
+
+  [[nodiscard]] bool in_reach(VehicleId peer, Time now) const;
+
+  /// True if the peer's last inventory has all that `inventory` names.
+  [[nodiscard]] bool peer_holds(VehicleId peer, const Inventory& inventory) const;
+
+  /// Facts known of and not there.
+  [[nodiscard]] std::size_t lacking() const { return wants_.size(); }
+
+  /// Facts that wait to be sent to a peer.
+  [[nodiscard]] std::size_t waiting(VehicleId peer) const;
+
+  void set_free_bytes(std::uint64_t bytes) { free_bytes_ = bytes; }
+
+ private:
+  struct Peer {
+    explicit Peer(const ExchangeSettings& settings) : queue(settings) {}
+
+    std::optional<Time> heard;
+    double quality = 0.5;
+    std::optional<std::uint32_t> inventory_number;
+    Holdings holdings;
+    SendQueue queue;
+    std::deque<std::pair<std::uint32_t, Time>> requests_seen;  ///< a radio may repeat them
+    std::map<StreamKey, SeqSet> withheld;  ///< points it was not told, and does not know of yet
+  };
+
+  void on_inventory(Peer& peer, const Inventory& inventory, Time now);
+  void on_request(Peer& peer, const Request& request, const FactStore& store, Time now);
+  void on_withheld(const Withheld& message, const FactStore& store);
+  void push_new(const FactStore& store, Time now);
+  void add_requests(const FactStore& store, Time now, std::vector<Envelope>& out);
+  void add_facts(Time now, std::vector<Envelope>& out);
+  [[nodiscard]] std::vector<Holder> holders(Time now) const;
+
+  [[nodiscard]] bool takes_points(VehicleId vehicle) const {
+    return !points_to_ || *points_to_ == vehicle;
+  }
+
+  VehicleId self_;
+  ExchangeSettings settings_;
+  std::map<VehicleId, Peer> peers_;
+  WantList wants_;
+  Holdings withheld_;  ///< points that others keep back from us
+  std::optional<VehicleId> points_to_;
+  std::map<StreamKey, std::uint32_t> pushed_;  ///< of our own streams: the next to be told
+  std::optional<Time> last_inventory_;
+  std::uint32_t inventories_ = 0, requests_ = 0;
+  std::uint64_t free_bytes_ = 0;
+  bool announce_ = false;
+};
+
+}  // namespace rali::fleet

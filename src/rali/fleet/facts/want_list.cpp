@@ -1,0 +1,168 @@
+#include "rali/fleet/facts/want_list.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "rali/fleet/facts/told.hpp"
+
+namespace rali::fleet {
+
+namespace {
+
+constexpr std::size_t kMissingPerStream = 512;
+constexpr int kVainMax = 2;
+constexpr double kSizeGain = 0.1;
+/// RFC 6298, section 2.
+constexpr double kMeanGain = 0.125, kDeviationGain = 0.25, kDeviations = 4.0;
+
+const SeqSet* holdings_of(const Holder& holder, const StreamKey& stream) {
+  const auto found = holder.holdings->find(stream);
+  return found == holder.holdings->end() ? nullptr : &found->second;
+}
+
+/// Appends to the last stretch where the number follows on it.
+void append(std::vector<Want>& wants, const FactKey& key) {
+  const StreamKey stream{key.vehicle, key.epoch};
+  if (!wants.empty() && wants.back().stream == stream && wants.back().numbers.last + 1 == key.seq) {
+    wants.back().numbers.last = key.seq;
+    return;
+  }
+  wants.push_back({stream, {key.seq, key.seq}, 0});
+}
+
+}  // namespace
+
+void Patience::sample(double s) {
+  if (!mean_s_) {
+    mean_s_ = s;
+    deviation_s_ = 0.5 * s;
+    return;
+  }
+  deviation_s_ += kDeviationGain * (std::abs(s - *mean_s_) - deviation_s_);
+  *mean_s_ += kMeanGain * (s - *mean_s_);
+}
+
+double Patience::s() const {
+  const double s = mean_s_ ? *mean_s_ + kDeviations * deviation_s_ : settings_.patience_first_s;
+  return std::clamp(s, settings_.patience_min_s,
+                    std::max(settings_.patience_min_s, settings_.patience_max_s));
+}
+
+double WantList::patience_s(VehicleId holder) const {
+  const auto found = patience_.find(holder);
+  return found == patience_.end() ? Patience(settings_).s() : found->second.s();
+}
+
+void WantList::refresh(const FactStore& store, const std::vector<Holder>& holders,
+                       const Holdings& withheld, Time now) {
+  std::set<StreamKey> streams;
+  for (const Holder& holder : holders) {
+    for (const auto& [stream, numbers] : *holder.holdings) streams.insert(stream);
+  }
+  for (const StreamInventory& own : store.inventory(0, 0).streams) streams.insert(own.stream);
+  std::map<FactKey, Missing> still;
+  for (const StreamKey& stream : streams) {
+    const SeqSet& held = store.held(stream);
+    const auto kept_back = withheld.find(stream);
+    std::size_t count = 0;
+    std::uint64_t seq = 0;
+    while (count < kMissingPerStream) {
+      // The smallest number that we lack and somebody has: a holder, or the author, who has all
+      // below the last one we have.
+      std::optional<std::uint32_t> next;
+      for (const Holder& holder : holders) {
+        const SeqSet* theirs = holdings_of(holder, stream);
+        if (theirs == nullptr) continue;
+        const auto lacking = held.first_lacking(*theirs, static_cast<std::uint32_t>(seq));
+        if (lacking) next = std::min(*lacking, next.value_or(*lacking));
+      }
+      if (const auto gap = held.first_gap(static_cast<std::uint32_t>(seq))) {
+        next = std::min(*gap, next.value_or(*gap));
+      }
+      if (!next) break;
+      seq = std::uint64_t{*next} + 1;
+      if (kept_back != withheld.end() && kept_back->second.contains(*next)) continue;
+      const FactKey key{stream.vehicle, stream.epoch, *next};
+      const auto known = missing_.find(key);
+      still.emplace(key, known == missing_.end() ? Missing{now, {}, {}, 0} : known->second);
+      ++count;
+    }
+  }
+  missing_ = std::move(still);
+}
+
+bool WantList::due(const Missing& missing, Time now) const {
+  if (missing.asked) return (now - *missing.asked).s() >= patience_s(missing.asked_of);
+  return true;
+}
+
+const Holder* WantList::choose(const FactKey& key, const Missing& missing, const FactStore& store,
+                               const std::vector<Holder>& holders) const {
+  const StreamKey stream{key.vehicle, key.epoch};
+  const bool vain = missing.times > 0 && missing.times % kVainMax == 0;
+  const Holder* best = nullptr;
+  const Holder* vainly_asked = nullptr;
+  for (const Holder& holder : holders) {
+    const SeqSet* theirs = holdings_of(holder, stream);
+    const bool author = holder.vehicle == key.vehicle;
+    const bool has = (theirs != nullptr && theirs->contains(key.seq)) ||
+                     (author && key.seq < store.held(stream).end());
+    if (!has) continue;
+    if (vain && holder.vehicle == missing.asked_of) {
+      vainly_asked = &holder;
+      continue;
+    }
+    if (best != nullptr && best->vehicle == key.vehicle) continue;
+    if (best == nullptr || author || holder.quality > best->quality) best = &holder;
+  }
+  return best != nullptr ? best : vainly_asked;
+}
+
+std::map<VehicleId, double> WantList::outstanding_bytes(Time now) const {
+  std::map<VehicleId, double> bytes;
+  for (const auto& [key, missing] : missing_) {
+    if (missing.asked && !due(missing, now)) bytes[missing.asked_of] += fact_bytes_;
+  }
+  return bytes;
+}
+
+std::map<VehicleId, std::vector<Want>> WantList::ask(const FactStore& store,
+                                                     const std::vector<Holder>& holders, Time now) {
+  std::map<VehicleId, std::vector<Want>> requests;
+  std::map<VehicleId, double> outstanding = outstanding_bytes(now);
+  for (auto& [key, missing] : missing_) {
+    if (!due(missing, now)) continue;
+    const Holder* holder = choose(key, missing, store, holders);
+    if (holder == nullptr) continue;
+    // A new fact may be on its way already: half a round trip is given to it.
+    const double on_its_way_s = 0.5 * patience_s(holder->vehicle);
+    if (!missing.asked && (now - missing.known).s() < on_its_way_s) continue;
+    const auto last = last_request_.find(holder->vehicle);
+    if (last != last_request_.end() && (now - last->second).s() < settings_.request_s) continue;
+    double& bytes = outstanding[holder->vehicle];
+    if (bytes > 0.0 && bytes + fact_bytes_ > settings_.window_bytes) continue;
+    bytes += fact_bytes_;
+    missing.asked = now;
+    missing.asked_of = holder->vehicle;
+    ++missing.times;
+    append(requests[holder->vehicle], key);
+  }
+  for (const auto& [vehicle, wants] : requests) last_request_[vehicle] = now;
+  return requests;
+}
+
+void WantList::came(const Fact& fact, VehicleId from, Time now) {
+  fact_bytes_ += kSizeGain * (static_cast<double>(bytes_about(fact)) - fact_bytes_);
+  const auto found = missing_.find(fact.key);
+  if (found == missing_.end()) return;
+  // Only the first request of a fact tells a time: of a second one it is not known which was
+  // answered (Karn).
+  const Missing& missing = found->second;
+  if (missing.asked && missing.times == 1 && missing.asked_of == from) {
+    patience_.emplace(from, Patience(settings_)).first->second.sample((now - *missing.asked).s());
+  }
+  missing_.erase(found);
+}
+
+}  // namespace rali::fleet
