@@ -1,0 +1,208 @@
+#include "rali/map/explore_outline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+
+namespace rali::map {
+namespace {
+
+using geometry::Vec2;
+using geometry::Vec3;
+
+constexpr std::size_t kWedges = 72;   ///< the ground is grown in wedges of 5 degrees
+constexpr double kBin_m = 0.4;        ///< steps of that growth
+constexpr double kNearest_m = 0.3;    ///< nearer returns are the vehicle itself
+constexpr double kPatch_m = 1.0;      ///< reach of the ground under the vehicle
+constexpr double kNoise_m = 0.05;     ///< of a height
+constexpr double kGap_m = 3.0;        ///< beyond such a gap one ring of a wall looks like a ramp
+constexpr double kLevel_m = 0.1;      ///< what is level enough to be ground beside a wall
+constexpr double kAbove_m = 0.2;      ///< room above the vehicle
+constexpr double kClearGap_m = 0.45;  ///< no obstacle that matters hides in such a gap
+
+struct Sample {
+  float x_m, y_m, z_m, range_m;  ///< level, relative to the sensor; z above the ground at the body
+  std::uint32_t bin;             ///< wedge and step of the growth
+};
+
+double turn_of(double x, double y) {
+  return std::atan2(y, x) / (2.0 * std::numbers::pi) + 0.5;  // 0 to 1 from -pi
+}
+
+std::size_t part_of(double turn, std::size_t parts) {
+  return std::min(static_cast<std::size_t>(turn * static_cast<double>(parts)), parts - 1);
+}
+
+class Outliner {
+ public:
+  Outliner(const ExploreSettings& settings, double sensor_height_m)
+      : settings_(settings),
+        top_m_(settings.vehicle_height_m + kAbove_m),
+        tan_slope_(std::tan(settings.slope_max_deg * std::numbers::pi / 180.0)),
+        sensor_height_m_(sensor_height_m),
+        steps_(static_cast<std::size_t>(std::ceil(settings.range_m / kBin_m)) + 1),
+        side_(2 * static_cast<std::size_t>(std::ceil(settings.range_m / settings.cell_m)) + 2),
+        is_hit_(side_ * side_, 0) {
+    nearest_m_.fill(std::numeric_limits<float>::infinity());
+  }
+
+  void collect(const Vec3& p_level_m, const Vec3& sensor_level_m, double below_m) {
+    const Vec3 d = p_level_m - sensor_level_m;
+    const double range_m = d.head<2>().norm();
+    if (!(range_m >= kNearest_m) || !(range_m < 1e4) || !(std::abs(d.z()) < 1e4)) return;
+    // Beyond the grid's range only its direction counts: all in one last step.
+    const auto step = std::min(static_cast<std::size_t>(range_m / kBin_m), steps_ - 1);
+    const std::size_t wedge = part_of(turn_of(d.x(), d.y()), kWedges);
+    samples_.push_back({static_cast<float>(d.x()), static_cast<float>(d.y()),
+                        static_cast<float>(p_level_m.z() + below_m), static_cast<float>(range_m),
+                        static_cast<std::uint32_t>(wedge * steps_ + step)});
+  }
+
+  void judge(ScanOutline& out) {
+    sort_into_bins();
+    for (std::size_t wedge = 0; wedge < kWedges; ++wedge) grow(wedge, out);
+    fill_free(out);
+  }
+
+ private:
+  /// A counting sort, stable: the order of the points decides nothing else.
+  void sort_into_bins() {
+    begin_.assign(kWedges * steps_ + 1, 0);
+    for (const Sample& s : samples_) ++begin_[s.bin + 1];
+    for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
+    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    sorted_.resize(samples_.size());
+    for (const Sample& s : samples_) sorted_[next[s.bin]++] = s;
+  }
+
+  struct Ground {
+    double range_m = kPatch_m;
+    double z_m = 0.0;
+  };
+
+  void grow(std::size_t wedge, ScanOutline& out) {
+    Ground ground;
+    for (std::size_t step = 0; step < steps_; ++step) {
+      const std::size_t bin = wedge * steps_ + step;
+      const std::size_t begin = begin_[bin], end = begin_[bin + 1];
+      if (begin == end) continue;
+      const double low_m = lowest(begin, end);
+      const double range_m = static_cast<double>(sorted_[begin].range_m);
+      const double run_m = std::max(range_m - ground.range_m, 0.5 * kBin_m);
+      const double rise_m = low_m - ground.z_m;
+      const bool slopes = std::abs(rise_m) <= tan_slope_ * run_m + kNoise_m;
+      const bool flat = is_flat(begin, end, low_m);
+      const bool far = run_m > kGap_m && rise_m > settings_.step_m;
+      if (slopes && flat && far) continue;  // a ramp, or one ring on a wall: seen better later
+      const bool is_ground = slopes && (flat || rise_m <= kLevel_m) && step + 1 < steps_;
+      if (is_ground) ground = {range_m, low_m};
+      if (!slopes && -rise_m > settings_.drop_m) mark_drop(begin, ground.z_m - low_m, range_m, out);
+      const double floor_m = is_ground ? settings_.band_low_m : settings_.step_m;
+      for (std::size_t i = begin; i < end; ++i) {
+        const double height_m = static_cast<double>(sorted_[i].z_m) - ground.z_m;
+        if (height_m >= std::min(floor_m, settings_.band_low_m) && height_m <= top_m_) {
+          mark(sorted_[i].x_m, sorted_[i].y_m, static_cast<double>(sorted_[i].range_m), out);
+        }
+      }
+    }
+  }
+
+  /// Lowest tenth, so that a mirrored point below the floor is not the floor.
+  [[nodiscard]] double lowest(std::size_t begin, std::size_t end) {
+    heights_.clear();
+    for (std::size_t i = begin; i < end; ++i) heights_.push_back(sorted_[i].z_m);
+    const auto nth = heights_.begin() + static_cast<std::ptrdiff_t>(heights_.size() / 10);
+    std::nth_element(heights_.begin(), nth, heights_.end());
+    return static_cast<double>(*nth);
+  }
+
+  /// Nothing of a wall above it.
+  [[nodiscard]] bool is_flat(std::size_t begin, std::size_t end, double low_m) const {
+    for (std::size_t i = begin; i < end; ++i) {
+      const double above_m = static_cast<double>(sorted_[i].z_m) - low_m;
+      if (above_m > settings_.step_m && above_m <= top_m_) return false;
+    }
+    return true;
+  }
+
+  /// The edge is where the ray over it leaves the height of the ground before it.
+  void mark_drop(std::size_t at, double drop_m, double range_m, ScanOutline& out) {
+    if (range_m > settings_.drop_range_m || sensor_height_m_ <= 0.0) return;
+    const double share = sensor_height_m_ / (sensor_height_m_ + drop_m);
+    const auto s = static_cast<float>(share);
+    mark(sorted_[at].x_m * s, sorted_[at].y_m * s, range_m * share, out);
+  }
+
+  void mark(float x_m, float y_m, double range_m, ScanOutline& out) {
+    const auto x = static_cast<double>(x_m), y = static_cast<double>(y_m);
+    const std::size_t sector = part_of(turn_of(x, y), ScanOutline::kSectors);
+    nearest_m_[sector] = std::min(nearest_m_[sector], static_cast<float>(range_m));
+    if (range_m > settings_.range_m) return;
+    const double half = 0.5 * static_cast<double>(side_);
+    const auto column = static_cast<std::size_t>(x / settings_.cell_m + half);
+    const auto row = static_cast<std::size_t>(y / settings_.cell_m + half);
+    std::uint8_t& known = is_hit_[row * side_ + column];
+    if (known != 0) return;
+    known = 1;
+    out.hit_x_m.push_back(x_m + static_cast<float>(out.sensor_level_m.x()));
+    out.hit_y_m.push_back(y_m + static_cast<float>(out.sensor_level_m.y()));
+  }
+
+  void fill_free(ScanOutline& out) const {
+    const auto reach = static_cast<float>(settings_.range_m);
+    std::vector<std::size_t> rays;
+    for (std::size_t s = 0; s < ScanOutline::kSectors; ++s) {
+      if (!std::isfinite(nearest_m_[s])) continue;
+      out.free_m[s] = std::min(nearest_m_[s], reach);
+      rays.push_back(s);
+    }
+    constexpr double kSector_rad = 2.0 * std::numbers::pi / ScanOutline::kSectors;
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+      const std::size_t from = rays[k], to = rays[(k + 1) % rays.size()];
+      const std::size_t gap = (to + ScanOutline::kSectors - from) % ScanOutline::kSectors;
+      if (gap < 2) continue;
+      const double sight_m = kClearGap_m / (static_cast<double>(gap) * kSector_rad);
+      const float free_m =
+          std::min({out.free_m[from], out.free_m[to], static_cast<float>(sight_m)});
+      for (std::size_t s = 1; s < gap; ++s) {
+        out.free_m[(from + s) % ScanOutline::kSectors] = free_m;
+      }
+    }
+  }
+
+  const ExploreSettings& settings_;
+  double top_m_, tan_slope_, sensor_height_m_;
+  std::size_t steps_, side_;
+  std::vector<std::uint8_t> is_hit_;
+  std::array<float, ScanOutline::kSectors> nearest_m_{};
+  std::vector<Sample> samples_, sorted_;
+  std::vector<std::uint32_t> begin_;
+  std::vector<float> heights_;
+};
+
+}  // namespace
+
+double yaw_of(const geometry::SE3& T_map_body) {
+  return std::atan2(T_map_body.R(1, 0), T_map_body.R(0, 0));
+}
+
+ScanOutline outline_of(const KeyframeView& keyframe, double below_m,
+                       const ExploreSettings& settings) {
+  ScanOutline out;
+  const double yaw = yaw_of(keyframe.T_map_body);
+  const geometry::Mat3 R_level_body =
+      geometry::rotation_from_rpy(0.0, 0.0, -yaw) * keyframe.T_map_body.R;
+  const Vec3 sensor = R_level_body * keyframe.T_body_lidar.p;
+  out.sensor_level_m = sensor.head<2>();
+  Outliner outliner(settings, sensor.z() + below_m);
+  for (std::size_t i = 0; i < keyframe.size(); ++i) {
+    const Vec3 p = R_level_body * keyframe.point_body(i);
+    if (p.allFinite()) outliner.collect(p, sensor, below_m);
+  }
+  outliner.judge(out);
+  return out;
+}
+
+}  // namespace rali::map

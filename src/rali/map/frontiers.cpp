@@ -1,0 +1,247 @@
+#include "rali/map/frontiers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace rali::map {
+namespace {
+
+using geometry::Vec2;
+using Cell = CellMap::Cell;
+
+constexpr std::size_t kMedoidMax = 1000;  ///< more cells: every second, third, ... is asked
+constexpr std::size_t kBookMax = 10'000;
+constexpr double kSameSize = 0.2;  ///< share by which a frontier may change and be the same
+constexpr double kSame_m = 0.5;
+
+bool has_unknown_neighbour(const CellMap& map, const Cell& c) {
+  for (int y = c.y - 1; y <= c.y + 1; ++y) {
+    for (int x = c.x - 1; x <= c.x + 1; ++x) {
+      if (map.at({x, y}) == CellState::kUnknown) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<Cell> grow(const CellMap& map, std::vector<std::uint8_t>& open, std::size_t seed) {
+  std::vector<std::size_t> found = {seed};
+  open[seed] = 0;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const Cell c = map.cell(found[k]);
+    for (int y = c.y - 1; y <= c.y + 1; ++y) {
+      for (int x = c.x - 1; x <= c.x + 1; ++x) {
+        if (!map.holds({x, y}) || open[map.index({x, y})] == 0) continue;
+        open[map.index({x, y})] = 0;
+        found.push_back(map.index({x, y}));
+      }
+    }
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<Cell> cells;
+  for (const std::size_t i : found) cells.push_back(map.cell(i));
+  return cells;
+}
+
+Vec2 mean_of(const CellMap& map, const std::vector<Cell>& cells) {
+  Vec2 sum = Vec2::Zero();
+  for (const Cell& c : cells) sum += map.centre_m(c);
+  return sum / static_cast<double>(cells.size());
+}
+
+/// The cell with the smallest sum of distances to the others: always one of them.
+Vec2 medoid_of(const CellMap& map, const std::vector<Cell>& cells) {
+  const std::size_t stride = 1 + cells.size() / kMedoidMax;
+  double least = std::numeric_limits<double>::infinity();
+  Vec2 best = Vec2::Zero();
+  for (const Cell& c : cells) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < cells.size(); k += stride) {
+      sum += std::hypot(c.x - cells[k].x, c.y - cells[k].y);
+    }
+    if (!(sum < least)) continue;
+    least = sum;
+    best = map.centre_m(c);
+  }
+  return best;
+}
+
+/// Unknown cells that are joined to the frontier through unknown ones within `reach` steps; outside
+/// the map all is unknown.
+double unknown_area(const CellMap& map, const std::vector<Cell>& cells, int reach) {
+  const int width = map.width + 2 * reach;
+  const auto slot = [&](const Cell& c) {
+    return static_cast<std::size_t>(c.y + reach) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(c.x + reach);
+  };
+  std::vector<std::uint8_t> seen(
+      static_cast<std::size_t>(width) * static_cast<std::size_t>(map.height + 2 * reach), 0);
+  std::vector<Cell> ring = cells;
+  std::size_t count = 0;
+  for (int step = 0; step < reach && !ring.empty(); ++step) {
+    std::vector<Cell> next;
+    for (const Cell& c : ring) {
+      for (int k = 0; k < 4; ++k) {
+        const Cell to = {c.x + (k == 0) - (k == 1), c.y + (k == 2) - (k == 3)};
+        const bool inside = to.x >= -reach && to.y >= -reach && to.x < map.width + reach &&
+                            to.y < map.height + reach;
+        if (!inside || map.at(to) != CellState::kUnknown || seen[slot(to)] != 0) continue;
+        seen[slot(to)] = 1;
+        ++count;
+        next.push_back(to);
+      }
+    }
+    ring = std::move(next);
+  }
+  return static_cast<double>(count) * map.cell_m * map.cell_m;
+}
+
+void measure(const CellMap& map, std::span<const PathField> from, const FrontierSettings& settings,
+             FrontierArea& f) {
+  f.length_m = static_cast<double>(f.cells.size()) * map.cell_m;
+  f.centre_map_m =
+      settings.centre == FrontierCentre::kMean ? mean_of(map, f.cells) : medoid_of(map, f.cells);
+  f.path_m = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < from.size(); ++k) {
+    for (const Cell& c : f.cells) {
+      if (!(from[k].length_m(c) < f.path_m)) continue;
+      f.path_m = from[k].length_m(c);
+      f.nearest = k;
+    }
+  }
+  if (f.length_m < settings.length_min_m - 1e-9) {
+    f.state = FrontierState::kTooSmall;
+  } else if (!std::isfinite(f.path_m)) {
+    f.state = FrontierState::kUnreachable;
+  }
+  if (f.state == FrontierState::kOpen) {
+    const double reach = std::max(1.0, std::round(settings.unknown_reach_m / map.cell_m));
+    f.unknown_area_m2 = unknown_area(map, f.cells, static_cast<int>(reach));
+  }
+  f.size = settings.size == FrontierSize::kCells    ? static_cast<double>(f.cells.size())
+           : settings.size == FrontierSize::kLength ? f.length_m
+                                                    : f.unknown_area_m2;
+}
+
+double nearest_cells_m(const CellMap& a_map, const FrontierArea& a, const CellMap& b_map,
+                       const FrontierArea& b) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Cell& ca : a.cells) {
+    const Vec2 pa = a_map.centre_m(ca);
+    for (const Cell& cb : b.cells) nearest = std::min(nearest, (pa - b_map.centre_m(cb)).norm());
+  }
+  return nearest;
+}
+
+}  // namespace
+
+std::vector<FrontierArea> find_frontiers(const CellMap& map,
+                                         const std::vector<std::uint8_t>& passable,
+                                         std::span<const PathField> from,
+                                         const FrontierSettings& settings) {
+  std::vector<std::uint8_t> open(map.cells.size(), 0);
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    open[i] = passable[i] != 0 && has_unknown_neighbour(map, map.cell(i)) ? 1 : 0;
+  }
+  std::vector<FrontierArea> out;
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (open[i] == 0) continue;
+    FrontierArea f;
+    f.cells = grow(map, open, i);
+    measure(map, from, settings, f);
+    out.push_back(std::move(f));
+  }
+  return out;
+}
+
+std::vector<FrontierArea> merge_frontiers(std::span<const VehicleFrontiers> lists,
+                                          const FrontierSettings& settings) {
+  struct Item {
+    const CellMap* map;
+    const FrontierArea* f;
+  };
+
+  std::vector<Item> items;
+  for (const VehicleFrontiers& list : lists) {
+    for (const FrontierArea& f : list.frontiers) {
+      if (f.state == FrontierState::kOpen && !f.cells.empty()) items.push_back({list.map, &f});
+    }
+  }
+  std::vector<std::size_t> group(items.size());
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (group[i] == group[j]) continue;
+      const double gap_m = nearest_cells_m(*items[i].map, *items[i].f, *items[j].map, *items[j].f);
+      if (gap_m > settings.merge_m) continue;
+      const std::size_t low = std::min(group[i], group[j]), high = std::max(group[i], group[j]);
+      std::replace(group.begin(), group.end(), high, low);
+    }
+  }
+  std::vector<FrontierArea> out;
+  for (std::size_t g = 0; g < items.size(); ++g) {
+    FrontierArea sum;
+    Vec2 weighted = Vec2::Zero();
+    double cells = 0.0;
+    sum.path_m = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      if (group[i] != g) continue;
+      const FrontierArea& f = *items[i].f;
+      const auto n = static_cast<double>(f.cells.size());
+      weighted += n * mean_of(*items[i].map, f.cells);
+      cells += n;
+      sum.size += f.size;
+      sum.length_m += f.length_m;
+      sum.unknown_area_m2 += f.unknown_area_m2;
+      if (f.path_m < sum.path_m) sum.nearest = f.nearest;
+      sum.path_m = std::min(sum.path_m, f.path_m);
+    }
+    if (cells == 0.0) continue;
+    sum.centre_map_m = weighted / cells;
+    out.push_back(std::move(sum));
+  }
+  return out;
+}
+
+FrontierBook::Entry* FrontierBook::entry_of(const FrontierArea& frontier) {
+  Entry* best = nullptr;
+  double nearest_m = settings_.merge_m;
+  for (Entry& e : entries_) {
+    const double d = (e.centre_map_m - frontier.centre_map_m).norm();
+    if (e.present || d > nearest_m) continue;
+    nearest_m = d;
+    best = &e;
+  }
+  return best;
+}
+
+void FrontierBook::name(std::vector<FrontierArea>& frontiers) {
+  for (Entry& e : entries_) e.present = false;
+  for (FrontierArea& f : frontiers) {
+    Entry* e = entry_of(f);
+    if (e == nullptr) {
+      entries_.push_back({++last_id_, f.centre_map_m, f.size, 0.0, false});
+      e = &entries_.back();
+    }
+    const bool same = (e->centre_map_m - f.centre_map_m).norm() <= kSame_m &&
+                      std::abs(e->size - f.size) <= kSameSize * e->size;
+    if (!same) *e = {e->id, f.centre_map_m, f.size, 0.0, false};
+    e->present = true;
+    f.id = e->id;
+    const bool given_up = e->visits >= settings_.visits_max;
+    if (given_up && f.state == FrontierState::kOpen) f.state = FrontierState::kExplored;
+  }
+  const auto gone = [](const Entry& e) { return !e.present; };
+  entries_.erase(std::remove_if(entries_.begin(), entries_.end(), gone), entries_.end());
+  if (entries_.size() > kBookMax) entries_.resize(kBookMax);
+}
+
+void FrontierBook::visited(const Vec2& place_map_m) {
+  for (Entry& e : entries_) {
+    if ((e.centre_map_m - place_map_m).norm() <= settings_.visit_m) e.visits += 1.0;
+  }
+}
+
+}  // namespace rali::map

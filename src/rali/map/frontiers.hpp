@@ -1,0 +1,107 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "rali/base/settings.hpp"
+#include "rali/map/explore_paths.hpp"
+
+namespace rali::map {
+
+enum class FrontierSize : std::uint8_t { kCells, kLength, kUnknownArea };
+inline constexpr ChoiceNames<3> kFrontierSizeNames = {"cells", "length", "unknown_area"};
+
+enum class FrontierCentre : std::uint8_t { kMean, kMedoid };
+inline constexpr ChoiceNames<2> kFrontierCentreNames = {"mean", "medoid"};
+
+/// What counts as a frontier (algorithms_fleet 10.2).
+struct FrontierSettings {
+  FrontierSize size = FrontierSize::kCells;
+  FrontierCentre centre = FrontierCentre::kMedoid;
+  double length_min_m = 1.0;
+  double radius_m = 0.3;         ///< obstacles are widened by this
+  double merge_m = 2.0;          ///< frontiers of several vehicles nearer than this are one (paper)
+  double unknown_reach_m = 5.0;  ///< unknown space behind a frontier counts up to here
+  double visit_m = 1.0;          ///< nearer than this is a visit
+  double visits_max = 2.0;       ///< visits without change after which it is given up
+
+  template <class V>
+  void visit(V& v) {
+    v.choice("size", size, kFrontierSizeNames, "what makes a frontier large");
+    v.choice("centre", centre, kFrontierCentreNames, "its centre; the mean may lie in a wall");
+    v("length_min_m", length_min_m, 0.0, 100.0, "shorter ones are none [m]");
+    v("radius_m", radius_m, 0.0, 5.0, "obstacles are widened by this [m]");
+    v("merge_m", merge_m, 0.0, 50.0, "frontiers of vehicles nearer than this are one [m]");
+    v("unknown_reach_m", unknown_reach_m, 0.5, 50.0, "unknown space counts up to here [m]");
+    v("visit_m", visit_m, 0.1, 20.0, "nearer than this is a visit [m]");
+    v("visits_max", visits_max, 1.0, 100.0, "visits without change until it is given up");
+  }
+};
+
+enum class FrontierState : std::uint8_t { kOpen, kExplored, kTooSmall, kUnreachable };
+
+/// Edge between free and unknown space.
+struct FrontierArea {
+  std::uint32_t id = 0;  ///< given by FrontierBook, from 1; stays while the frontier does
+  FrontierState state = FrontierState::kOpen;
+  std::vector<CellMap::Cell> cells;  ///< of the map it was found in, by index
+  geometry::Vec2 centre_map_m = geometry::Vec2::Zero();
+  double length_m = 0.0;  ///< side of a cell times the number of cells
+  double unknown_area_m2 = 0.0;
+  double size = 0.0;        ///< by FrontierSettings::size: cells, m or m2
+  std::size_t nearest = 0;  ///< which of the places has the shortest way to it
+  double path_m = 0.0;      ///< length of that way; infinite if unreachable
+};
+
+/// All frontiers of a map, by their first cell: free cells with an unknown neighbour that a vehicle
+/// can be on, joined in eight directions (Yamauchi 1997; algorithms_fleet 10.2). `from` are the
+/// fields of ways of the vehicles; a frontier that none of them reaches is kUnreachable, one that
+/// is too short kTooSmall: both are told, so that "no frontier" has a reason (U39).
+[[nodiscard]] std::vector<FrontierArea> find_frontiers(const CellMap& map,
+                                                       const std::vector<std::uint8_t>& passable,
+                                                       std::span<const PathField> from,
+                                                       const FrontierSettings& settings);
+
+/// The paper's "combined if they are close": frontiers of several vehicles' own maps, whose nearest
+/// cells are within merge_m, become one of summed size with the mean of all cells as centre.
+/// Lists come with the map each was found in. Only open frontiers are merged and returned.
+struct VehicleFrontiers {
+  const CellMap* map = nullptr;
+  std::vector<FrontierArea> frontiers;
+};
+
+[[nodiscard]] std::vector<FrontierArea> merge_frontiers(std::span<const VehicleFrontiers> lists,
+                                                        const FrontierSettings& settings);
+
+/// Gives frontiers their names over time, and gives up those that visits do not change (glass, gaps
+/// between rings).
+class FrontierBook {
+ public:
+  explicit FrontierBook(const FrontierSettings& settings) : settings_(settings) {}
+
+  /// Sets id and, where given up, kExplored. To be called with each new list.
+  void name(std::vector<FrontierArea>& frontiers);
+
+  /// A vehicle has arrived here, on its way to a frontier or by chance; once per arrival.
+  void visited(const geometry::Vec2& place_map_m);
+
+ private:
+  struct Entry {
+    std::uint32_t id = 0;
+    geometry::Vec2 centre_map_m = geometry::Vec2::Zero();
+    double size = 0.0;
+    double visits = 0.0;
+    bool present = false;  ///< in the last list
+  };
+
+  [[nodiscard]] Entry* entry_of(const FrontierArea& frontier);
+
+  FrontierSettings settings_;
+  std::vector<Entry> entries_;  ///< one per frontier of the last list
+  std::uint32_t last_id_ = 0;
+};
+
+}  // namespace rali::map
