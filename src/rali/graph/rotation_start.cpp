@@ -2,6 +2,7 @@
 
 #include <numeric>
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include "rali/graph/block_cholesky.hpp"

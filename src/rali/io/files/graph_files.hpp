@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rali/base/ids.hpp"
@@ -45,6 +46,26 @@ struct GraphFile {
 /// graph.g2o (product.md section 5): `VERTEX_SE3:QUAT` with the index in the list as id and
 /// `EDGE_SE3:QUAT` with information; no other tag and no comment; ranges are left out.
 [[nodiscard]] Status write_g2o(const std::string& path, const GraphFile& graph);
+
+/// A g2o file of any origin.
+struct G2oFile {
+  GraphFile graph;                ///< stamps and keyframe ids are not in the file; no covariances
+  std::vector<std::int64_t> ids;  ///< of the vertices, as the file names them
+  std::vector<bool> placed;       ///< false: only edges speak of the vertex, its pose is identity
+  bool planar = false;            ///< all that was read is of two dimensions
+};
+
+/// Reads `VERTEX_SE3:QUAT`, `EDGE_SE3:QUAT`, `VERTEX_SE2` and `EDGE_SE2`. Planar poses and edges
+/// get z, roll and pitch 0, known with information 1e4 (algorithms_fleet 8.7). Information as in
+/// the file, in the order of this program; a file that means the vector part of a quaternion by
+/// rotation has four times the value. Vertices come in the order of the file, then those that only
+/// edges name. `FIX` and lines that begin with # are left out.
+/// Errors: kInput with file:line for anything else, numbers that are not finite, a vertex named
+/// twice, an edge from a vertex to itself, a quaternion that is none; files beyond 1 GB.
+[[nodiscard]] Result<G2oFile> read_g2o(const std::string& path);
+
+/// The same from text; `name` stands in errors.
+[[nodiscard]] Result<G2oFile> parse_g2o(std::string_view text, const std::string& name);
 
 /// graph.pyfg: the same with covariances, stamps and ranges, as PyFactorGraph reads it. Names are a
 /// letter for the vehicle, never L (that is a landmark), and the keyframe's number.

@@ -107,5 +107,71 @@ TEST(CovarianceCsv, has_the_21_numbers_of_the_upper_triangle) {
   EXPECT_TRUE(text.ends_with(",4.400000e+01,4.500000e+01,5.500000e+01\n")) << text;
 }
 
+TEST(GraphFiles, g2o_that_was_written_is_read_again) {
+  const TestFolder folder;
+  GraphFile graph = two_vertices();
+  graph.vertices[1].T.R = geometry::so3_exp({0.1, -0.2, 0.3});
+  ASSERT_TRUE(write_g2o(folder.path("graph.g2o"), graph));
+  const auto file = read_g2o(folder.path("graph.g2o"));
+  ASSERT_TRUE(file) << file.error().message();
+  EXPECT_EQ(file->ids, (std::vector<std::int64_t>{0, 1}));
+  EXPECT_EQ(file->placed, (std::vector<bool>{true, true}));
+  EXPECT_FALSE(file->planar);
+  EXPECT_LT((file->graph.vertices[1].T.R - graph.vertices[1].T.R).norm(), 1e-8);
+  ASSERT_EQ(file->graph.edges.size(), 1U);
+  EXPECT_EQ(file->graph.edges[0].T_from_to.p, geometry::Vec3(1, 2, 3));
+  EXPECT_EQ(file->graph.edges[0].information, graph.edges[0].information);
+}
+
+TEST(GraphFiles, planar_g2o_is_lifted_and_edges_may_name_vertices_that_have_no_pose) {
+  const auto file = parse_g2o(
+      "# a comment\nVERTEX_SE2 7 1 2 1.5707963267948966\nFIX 7\n"
+      "EDGE_SE2 7 9 0.5 0 0.1 1 2 3 4 5 6\n",
+      "x.g2o");
+  ASSERT_TRUE(file) << file.error().message();
+  EXPECT_TRUE(file->planar);
+  EXPECT_EQ(file->placed, (std::vector<bool>{true, false}));
+  EXPECT_NEAR(file->graph.vertices[0].T.R(1, 0), 1.0, 1e-12) << "x of the body is y of the map";
+  const geometry::Mat6& I = file->graph.edges[0].information;
+  EXPECT_EQ(I(3, 3), 1.0);  // x
+  EXPECT_EQ(I(3, 4), 2.0);  // x, y
+  EXPECT_EQ(I(3, 2), 3.0);  // x, yaw
+  EXPECT_EQ(I(4, 4), 4.0);
+  EXPECT_EQ(I(4, 2), 5.0);
+  EXPECT_EQ(I(2, 2), 6.0);
+  EXPECT_EQ(I(0, 0), 1e4);  // roll
+  EXPECT_EQ(I(5, 5), 1e4);  // z
+  EXPECT_EQ(I(0, 5), 0.0);
+}
+
+TEST(GraphFiles, damaged_g2o_is_refused_with_its_line) {
+  const std::string good = "VERTEX_SE2 1 0 0 0\n";
+  const std::pair<const char*, const char*> cases[] = {
+      {"VERTEX_SE2 1 0 0 0\n", "x.g2o:2: vertex 1 is there twice"},
+      {"VERTEX_SE2 2 0 0\n", "x.g2o:2: has too few numbers"},
+      {"VERTEX_SE2 2 0 0 0 0\n", "x.g2o:2: has too many numbers"},
+      {"VERTEX_SE2 2 0 nan 0\n", "is no finite number"},
+      {"VERTEX_SE2 a 0 0 0\n", "is no number of a vertex"},
+      {"VERTEX_SE3:QUAT 2 0 0 0 0 0 0 0\n", "the quaternion has length 0, not 1"},
+      {"EDGE_SE2 1 1 0 0 0 1 0 0 1 0 1\n", "an edge from a vertex to itself"},
+      {"EDGE_RANGE 1 2 3\n", "is no tag of a pose graph"}};
+  for (const auto& [line, message] : cases) {
+    const auto file = parse_g2o(good + line, "x.g2o");
+    ASSERT_FALSE(file) << line;
+    EXPECT_NE(file.error().message().find(message), std::string::npos) << file.error().message();
+  }
+  EXPECT_FALSE(parse_g2o("", "x.g2o"));
+}
+
+TEST(GraphFiles, g2o_cut_at_any_byte_gives_a_graph_or_an_error) {
+  const std::string text = "VERTEX_SE3:QUAT 0 1 2 3 0 0 0 1\nEDGE_SE2 0 1 0.5 0 0.1 1 2 3 4 5 6\n";
+  for (std::size_t n = 0; n < text.size(); ++n) {
+    const auto file = parse_g2o(text.substr(0, n), "x.g2o");
+    if (!file) continue;
+    EXPECT_LE(file->ids.size(), 2U);
+    EXPECT_EQ(file->ids.size(), file->graph.vertices.size());
+  }
+}
+
 }  // namespace
 }  // namespace rali::io
