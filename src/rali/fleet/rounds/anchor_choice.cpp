@@ -1,0 +1,137 @@
+#include "rali/fleet/rounds/anchor_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace rali::fleet {
+namespace {
+
+using geometry::Vec2;
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kLattice_m = 1.0;  ///< of the places that are tried around a vehicle
+constexpr double kSame_m = 0.01;
+
+std::optional<std::size_t> largest(std::span<const FrontierSpot> frontiers) {
+  std::optional<std::size_t> best;
+  for (std::size_t k = 0; k < frontiers.size(); ++k) {
+    if (!best || frontiers[k].size > frontiers[*best].size) best = k;
+  }
+  return best;
+}
+
+/// Straight, or driven from where each candidate is.
+double distance_to(const AnchorCandidate& c, const FrontierSpot& f, const map::PathField* field,
+                   const map::CellMap& map, const AnchorSettings& settings) {
+  if (settings.distance == FrontierDistance::kEuclid || field == nullptr) {
+    return (c.place_map_m - f.centre_map_m).norm();
+  }
+  return field->length_m(map.cell_at(f.centre_map_m));
+}
+
+RankedAnchor best_place(const AnchorCandidate& candidate, const map::PathField& field,
+                        std::span<const PredictedPlace> predicted, const map::CellMap& map,
+                        const AnchorSettings& settings) {
+  RankedAnchor best{candidate.vehicle, candidate.place_map_m, 0.0, 0.0, 0.0};
+  best.value = anchor_value(candidate.place_map_m, predicted, map, settings);
+  best.score = best.value;
+  const int n = static_cast<int>(settings.near_m / kLattice_m);
+  for (int y = -n; y <= n; ++y) {
+    for (int x = -n; x <= n; ++x) {
+      const Vec2 place = candidate.place_map_m + kLattice_m * Vec2(x, y);
+      const double path_m = field.length_m(map.cell_at(place));
+      if (!(path_m <= settings.near_m)) continue;
+      const double value = anchor_value(place, predicted, map, settings);
+      const double score = value - settings.path_cost * path_m;
+      if (score > best.score) best = {candidate.vehicle, place, path_m, value, score};
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<PaperAnchor> nearest_to_largest(std::span<const AnchorCandidate> candidates,
+                                              std::span<const FrontierSpot> frontiers,
+                                              const PathLengths& path_m) {
+  const auto f = largest(frontiers);
+  if (!f) return std::nullopt;
+  std::optional<PaperAnchor> best;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const double d =
+        path_m ? path_m(i, *f) : (candidates[i].place_map_m - frontiers[*f].centre_map_m).norm();
+    if (std::isnan(d)) continue;
+    const bool nearer =
+        !best || std::tuple(d, candidates[i].vehicle) < std::tuple(best->distance_m, best->vehicle);
+    if (nearer) best = PaperAnchor{candidates[i].vehicle, *f, d};
+  }
+  return best;
+}
+
+std::vector<PredictedPlace> predict_places(std::span<const Vec2> path_map_m,
+                                           const BlindAxisAt& blind_axis, double spacing_m) {
+  std::vector<PredictedPlace> out;
+  const auto add = [&](const Vec2& p) {
+    out.push_back({p, blind_axis ? blind_axis(p) : std::nullopt});
+  };
+  double since_m = 0.0;
+  for (std::size_t i = 0; i + 1 < path_map_m.size(); ++i) {
+    const Vec2 piece = path_map_m[i + 1] - path_map_m[i];
+    const double length_m = piece.norm();
+    double at_m = spacing_m - since_m;
+    for (; at_m < length_m; at_m += spacing_m) add(path_map_m[i] + at_m / length_m * piece);
+    since_m = length_m - (at_m - spacing_m);
+  }
+  if (!path_map_m.empty() && (out.empty() || since_m > kSame_m)) add(path_map_m.back());
+  return out;
+}
+
+double link_chance(double distance_m, const AnchorSettings& settings) {
+  return 1.0 / (1.0 + std::exp((distance_m - settings.range_limit_m) / settings.range_soft_m));
+}
+
+double anchor_value(const Vec2& place_map_m, std::span<const PredictedPlace> predicted,
+                    const map::CellMap& map, const AnchorSettings& settings) {
+  double sum = 0.0;
+  for (const PredictedPlace& q : predicted) {
+    if (!q.blind_axis) continue;
+    const Vec2 to = q.place_map_m - place_map_m;
+    const double distance_m = to.norm();
+    if (!(distance_m > kSame_m)) continue;
+    const double c = q.blind_axis->dot(to) / distance_m;
+    const double use = std::min(1.0, c * c / (settings.c_sat * settings.c_sat));
+    if (!(use > 0.0)) continue;
+    sum +=
+        map::sight_share(map, place_map_m, q.place_map_m) * link_chance(distance_m, settings) * use;
+  }
+  return sum;
+}
+
+std::vector<RankedAnchor> rank_anchors(std::span<const AnchorCandidate> candidates,
+                                       std::span<const FrontierSpot> frontiers,
+                                       std::span<const PredictedPlace> predicted,
+                                       const map::CellMap& map,
+                                       const std::vector<std::uint8_t>& passable,
+                                       const AnchorSettings& settings) {
+  const auto f = largest(frontiers);
+  std::vector<std::pair<RankedAnchor, double>> ranked;
+  for (const AnchorCandidate& c : candidates) {
+    const map::PathField field(map, passable, c.place_map_m);
+    const double far_m = f ? distance_to(c, frontiers[*f], &field, map, settings) : kFar;
+    if (settings.choice == AnchorChoice::kInformed) {
+      ranked.emplace_back(best_place(c, field, predicted, map, settings), far_m);
+    } else {
+      ranked.emplace_back(RankedAnchor{c.vehicle, c.place_map_m, 0.0, 0.0, -far_m}, far_m);
+    }
+  }
+  std::sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
+    return std::tuple(-a.first.score, a.second, a.first.vehicle) <
+           std::tuple(-b.first.score, b.second, b.first.vehicle);
+  });
+  std::vector<RankedAnchor> out;
+  for (const auto& [anchor, far_m] : ranked) out.push_back(anchor);
+  return out;
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <utility>
+
+#include "rali/base/time.hpp"
+#include "rali/fleet/messages/messages.hpp"
+#include "rali/fleet/rounds/settings.hpp"
+
+namespace rali::fleet {
+
+/// What a tag knows at a time; any rate will do, 1 Hz is enough.
+struct FinishInput {
+  Time t;
+  std::optional<double> rssi_dbm;     ///< heard from the anchor since the last input
+  std::optional<double> range_m;      ///< accepted range to the anchor since then
+  std::optional<double> distance_m;   ///< to the anchor, from the estimates
+  std::optional<bool> frontier_left;  ///< a reachable one of its own; none: not looked yet
+  bool moves = false;
+  bool blind = false;        ///< the LiDAR does not tell a direction of travel here
+  double sigma_m = 0.0;      ///< of its place along that direction
+  bool goal_missed = false;  ///< gave up on the way to a goal since the last input
+  bool goal_reached = false;
+  std::optional<double> battery_share;
+  bool timeout = false;
+  bool operator_stop = false;
+};
+
+struct FinishView {
+  FinishReason reason = FinishReason::kNone;  ///< other than kNone: stop, stand, tell the anchor
+  bool latched = false;                       ///< stays until the next round
+  bool warn = false;                          ///< no goals further away from the anchor
+  bool drive_back = false;                    ///< up to 3 m, to find the ranges again
+};
+
+/// When a tag has finished its part of the round (algorithms_fleet 10.1; paper "System
+/// Definition"): radio too weak, anchor too far, or surroundings explored; `robust` adds ranges
+/// lost in a blind stretch, an unsure place, goals missed, battery. Radio and distance are latched:
+/// a vehicle at the edge must not start and stop. Explored, lost and unsure clear again.
+class FinishWatch {
+ public:
+  explicit FinishWatch(const FinishSettings& settings) : settings_(settings) {}
+
+  /// Forgets all latches and what was measured to the old anchor.
+  void new_round(Time t);
+
+  /// Inputs of a time before the last are left out. Values that are not numbers count as missing.
+  FinishView step(const FinishInput& input);
+
+ private:
+  void take_radio(const FinishInput& input);
+  void take_range(const FinishInput& input);
+  [[nodiscard]] std::optional<double> rssi_median_dbm() const;
+  [[nodiscard]] std::optional<double> distance_m(const FinishInput& input) const;
+  [[nodiscard]] FinishReason latching(const FinishInput& input);
+  [[nodiscard]] FinishReason clearing(const FinishInput& input, FinishView& view);
+  [[nodiscard]] bool ranges_are_lost(const FinishInput& input, FinishView& view);
+
+  FinishSettings settings_;
+  Time last_;
+  bool has_time_ = false;
+  std::deque<std::pair<Time, double>> rssi_dbm_;
+  std::optional<std::pair<Time, double>> range_m_;
+  std::optional<Time> explored_since_;
+  std::optional<Time> unheard_since_;  ///< blind, moving, without a range
+  std::optional<Time> back_since_;     ///< drives back since
+  bool unsure_ = false;
+  double missed_ = 0.0;
+  FinishReason latch_ = FinishReason::kNone;
+};
+
+}  // namespace rali::fleet

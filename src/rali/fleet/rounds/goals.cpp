@@ -1,0 +1,209 @@
+#include "rali/fleet/rounds/goals.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "rali/fleet/rounds/assignment.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::Vec2;
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kPassed_m = 1.0;   ///< both ends are this much farther away
+constexpr double kCutMin_m = 1.0;   ///< shorter ways are not worth a start
+constexpr double kCutCost_m = 1e4;  ///< ways that need no cut come first
+constexpr int kVia = 16;            ///< places beside the anchor that are tried
+
+double distance_to_piece(const Vec2& p, const Vec2& a, const Vec2& b) {
+  const Vec2 ab = b - a;
+  const double squared = ab.squaredNorm();
+  const double u = squared > 0.0 ? std::clamp((p - a).dot(ab) / squared, 0.0, 1.0) : 0.0;
+  return (p - a - u * ab).norm();
+}
+
+/// The way without its last `back_m`.
+std::vector<Vec2> shortened(std::vector<Vec2> path, double back_m) {
+  while (path.size() > 1) {
+    const Vec2 piece = path.back() - path[path.size() - 2];
+    const double length_m = piece.norm();
+    if (length_m > back_m) {
+      path.back() -= back_m / length_m * piece;
+      break;
+    }
+    back_m -= length_m;
+    path.pop_back();
+  }
+  return path;
+}
+
+class Planner {
+ public:
+  Planner(std::span<const Traveller> travellers, std::optional<std::size_t> anchor,
+          std::span<const FrontierSpot> frontiers, const map::CellMap& map,
+          const std::vector<std::uint8_t>& passable, const BlindAxisAt& blind_axis,
+          const AnchorSettings& links, const GoalSettings& settings)
+      : travellers_(travellers),
+        anchor_(anchor),
+        frontiers_(frontiers),
+        map_(map),
+        passable_(passable),
+        blind_axis_(blind_axis),
+        links_(links),
+        settings_(settings) {}
+
+  [[nodiscard]] GoalPlan plan() {
+    std::vector<std::size_t> movers;
+    CostTable table;
+    table.columns = frontiers_.size();
+    std::vector<PlannedGoal> options;
+    for (std::size_t i = 0; i < travellers_.size(); ++i) {
+      if (travellers_[i].stands) continue;
+      movers.push_back(i);
+      const map::PathField field(map_, passable_, travellers_[i].place_map_m);
+      for (std::size_t k = 0; k < frontiers_.size(); ++k) {
+        options.push_back(way(i, k, field));
+        table.cost.push_back(cost_of(options.back(), frontiers_[k]));
+      }
+    }
+    table.rows = movers.size();
+    const auto chosen = assign(table);
+    GoalPlan out;
+    for (const Traveller& t : travellers_)
+      out.goals.push_back({t.vehicle, {}, {}, 0.0, false, false});
+    for (std::size_t row = 0; row < movers.size(); ++row) {
+      if (!chosen[row]) continue;
+      PlannedGoal& goal = options[row * frontiers_.size() + *chosen[row]];
+      for (const PredictedPlace& q :
+           predict_places(goal.path_map_m, blind_axis_, links_.spacing_m)) {
+        if (q.blind_axis) out.link_least = std::min(out.link_least, link_at(q.place_map_m));
+      }
+      out.goals[movers[row]] = std::move(goal);
+    }
+    return out;
+  }
+
+ private:
+  [[nodiscard]] double cost_of(const PlannedGoal& goal, const FrontierSpot& f) const {
+    if (goal.path_map_m.size() < 2) return kFar;
+    return goal.path_m - settings_.size_weight * f.size + (goal.cut ? kCutCost_m : 0.0);
+  }
+
+  [[nodiscard]] PlannedGoal way(std::size_t i, std::size_t k, const map::PathField& field) const {
+    PlannedGoal goal;
+    goal.vehicle = travellers_[i].vehicle;
+    goal.frontier = k;
+    goal.path_map_m = field.path_to(map_.cell_at(frontiers_[k].centre_map_m));
+    if (goal.path_map_m.size() < 2) {
+      goal.path_map_m.clear();
+      return goal;
+    }
+    goal.path_map_m = shortened(std::move(goal.path_map_m), settings_.frontier_back_m);
+    lead_past(i, k, field, goal);
+    cut(travellers_[i], goal);
+    goal.path_m = length_of(goal.path_map_m);
+    return goal;
+  }
+
+  void lead_past(std::size_t i, std::size_t k, const map::PathField& field,
+                 PlannedGoal& goal) const {
+    if (!anchor_ || !settings_.pass_anchor || travellers_[i].passed) return;
+    const Vec2 anchor = travellers_[*anchor_].place_map_m;
+    goal.passes = leads_past(goal.path_map_m, anchor, settings_.passed_m);
+    if (goal.passes) return;
+    const double direct_m = length_of(goal.path_map_m);
+    double least_m = direct_m + settings_.pass_detour_m;
+    for (int v = 0; v < kVia; ++v) {
+      const double angle = 2.0 * 3.14159265358979323846 * v / kVia;
+      const Vec2 via = anchor + settings_.pass_side_m * Vec2(std::cos(angle), std::sin(angle));
+      const auto cell = map_.cell_at(via);
+      if (!(field.length_m(cell) < least_m) || passable_[map_.index(cell)] == 0) continue;
+      const map::PathField onward(map_, passable_, via);
+      std::vector<Vec2> path = field.path_to(cell);
+      const auto rest = shortened(onward.path_to(map_.cell_at(frontiers_[k].centre_map_m)),
+                                  settings_.frontier_back_m);
+      if (rest.size() < 2) continue;
+      path.insert(path.end(), rest.begin() + 1, rest.end());
+      const double length_m = length_of(path);
+      if (!(length_m < least_m) || !leads_past(path, anchor, settings_.passed_m)) continue;
+      least_m = length_m;
+      goal.path_map_m = std::move(path);
+      goal.passes = true;
+    }
+  }
+
+  /// Ends the way before the first place without a link that needs one.
+  void cut(const Traveller& traveller, PlannedGoal& goal) const {
+    const auto places = predict_places(goal.path_map_m, blind_axis_, links_.spacing_m);
+    double good_m = 0.0, at_m = 0.0;
+    const double total_m = length_of(goal.path_map_m);
+    for (const PredictedPlace& q : places) {
+      at_m = std::min(at_m + links_.spacing_m, total_m);
+      const bool linked = !q.blind_axis || link_at(q.place_map_m) >= settings_.link_min;
+      if (!linked || leaves(traveller, q.place_map_m)) break;
+      good_m = at_m;
+    }
+    if (good_m >= total_m - 1e-9) return;
+    goal.cut = true;
+    goal.path_map_m = shortened(std::move(goal.path_map_m), total_m - good_m);
+    if (length_of(goal.path_map_m) < kCutMin_m) goal.path_map_m.clear();
+  }
+
+  [[nodiscard]] bool leaves(const Traveller& traveller, const Vec2& place) const {
+    if (!traveller.no_further || !anchor_) return false;
+    const Vec2 anchor = travellers_[*anchor_].place_map_m;
+    return (place - anchor).norm() > (traveller.place_map_m - anchor).norm() + 0.1;
+  }
+
+  [[nodiscard]] double link_at(const Vec2& place) const {
+    double best = 0.0;
+    for (const Traveller& t : travellers_) {
+      if (!t.stands) continue;
+      const double link = link_chance((t.place_map_m - place).norm(), links_);
+      if (link > best) best = std::max(best, link * map::sight_share(map_, t.place_map_m, place));
+    }
+    return best;
+  }
+
+  std::span<const Traveller> travellers_;
+  std::optional<std::size_t> anchor_;
+  std::span<const FrontierSpot> frontiers_;
+  const map::CellMap& map_;
+  const std::vector<std::uint8_t>& passable_;
+  const BlindAxisAt& blind_axis_;
+  const AnchorSettings& links_;
+  const GoalSettings& settings_;
+};
+
+}  // namespace
+
+double length_of(std::span<const Vec2> path_map_m) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i + 1 < path_map_m.size(); ++i) {
+    sum += (path_map_m[i + 1] - path_map_m[i]).norm();
+  }
+  return sum;
+}
+
+bool leads_past(std::span<const Vec2> path_map_m, const Vec2& place_map_m, double near_m) {
+  if (path_map_m.size() < 2) return false;
+  double nearest = kFar;
+  for (std::size_t i = 0; i + 1 < path_map_m.size(); ++i) {
+    nearest = std::min(nearest, distance_to_piece(place_map_m, path_map_m[i], path_map_m[i + 1]));
+  }
+  const double begin_m = (path_map_m.front() - place_map_m).norm();
+  const double end_m = (path_map_m.back() - place_map_m).norm();
+  return nearest <= near_m && std::min(begin_m, end_m) >= nearest + kPassed_m;
+}
+
+GoalPlan plan_goals(std::span<const Traveller> travellers, std::optional<std::size_t> anchor,
+                    std::span<const FrontierSpot> frontiers, const map::CellMap& map,
+                    const std::vector<std::uint8_t>& passable, const BlindAxisAt& blind_axis,
+                    const AnchorSettings& links, const GoalSettings& settings) {
+  return Planner(travellers, anchor, frontiers, map, passable, blind_axis, links, settings).plan();
+}
+
+}  // namespace rali::fleet
