@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "recording.hpp"
+#include "study.hpp"
+
+namespace rali::recognition {
+
+struct Arguments {
+  std::vector<sim::Scene> scenes = {sim::Scene::kCorridor, sim::Scene::kFloor,
+                                    sim::Scene::kLoop,     sim::Scene::kYard,
+                                    sim::Scene::kGarage,   sim::Scene::kTunnel};
+  std::vector<std::uint64_t> seeds = {1};
+  RecordOptions record;
+  PieceOptions piece;
+  StudyOptions study;
+  places::PlacesSettings settings;
+  std::string cache_dir;
+  bool help = false;
+};
+
+/// Errors (kUsage) name the option.
+[[nodiscard]] Result<Arguments> parse_arguments(int argc, const char* const* argv);
+
+[[nodiscard]] std::string help_text();
+
+}  // namespace rali::recognition
