@@ -70,13 +70,14 @@ struct FrameSolution {
   /// Of (yaw, place of the pivot) of all frames but the first; all else is integrated out, what no
   /// observation tells is zero.
   Eigen::MatrixXd information;
-  Eigen::MatrixXd prior_information;  ///< the part of it that is the user's
-  std::vector<int> holds;             ///< per group of evidence
-  double chi2 = 0.0;                  ///< of all, for comparison with rivals
-  double prior_chi2 = 0.0;            ///< the user's part of it
-  double fit_chi2 = 0.0;              ///< of what is held for true
-  int dof = 0;                        ///< of fit_chi2
-  bool valid = false;                 ///< false: not a finite answer
+  Eigen::MatrixXd offset_information;  ///< the same if the offsets of the radios were known
+  Eigen::MatrixXd prior_information;   ///< the part of it that is the user's
+  std::vector<int> holds;              ///< per group of evidence
+  double chi2 = 0.0;                   ///< of all, for comparison with rivals
+  double prior_chi2 = 0.0;             ///< the user's part of it
+  double fit_chi2 = 0.0;               ///< of what is held for true
+  int dof = 0;                         ///< of fit_chi2
+  bool valid = false;                  ///< false: not a finite answer
 };
 
 /// Least squares (damped Gauss-Newton, Huber loss on ranges) from `start`, with the given

@@ -223,6 +223,18 @@ Eigen::MatrixXd marginal(const Eigen::MatrixXd& H, Eigen::Index frames) {
   return 0.5 * (out + out.transpose());
 }
 
+Eigen::MatrixXd with_offsets_known(const FrameProblem& p, const Eigen::MatrixXd& H) {
+  const Eigen::Index from = p.frame_size();
+  const Eigen::Index to = from + p.bias_size();
+  const Eigen::Index rest = H.rows() - to;
+  Eigen::MatrixXd held(from + rest, from + rest);
+  held.topLeftCorner(from, from) = H.topLeftCorner(from, from);
+  held.topRightCorner(from, rest) = H.topRightCorner(from, rest);
+  held.bottomLeftCorner(rest, from) = H.bottomLeftCorner(rest, from);
+  held.bottomRightCorner(rest, rest) = H.bottomRightCorner(rest, rest);
+  return marginal(held, from);
+}
+
 /// Directions of (x, y, yaw) of all frames of which nothing is known.
 int unknown_directions(const Eigen::MatrixXd& information) {
   if (information.rows() == 0) return 0;
@@ -240,6 +252,7 @@ int rank_of(const PoseEvidence& e) {
 /// What the chosen alternatives cost besides their residuals, and what the fit is judged by.
 void settle(const FrameProblem& p, double cost, Normal& normal, FrameSolution& s) {
   s.information = marginal(normal.H, p.frame_size());
+  s.offset_information = with_offsets_known(p, normal.H);
   s.chi2 = s.fit_chi2 = cost;
   s.prior_chi2 = 0.0;
   s.dof = static_cast<int>(p.ranges.size()) - 3 * (static_cast<int>(p.keys.size()) - 1) +

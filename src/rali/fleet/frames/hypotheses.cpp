@@ -5,8 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 namespace rali::fleet {
 
 using geometry::Vec2;
@@ -173,28 +171,28 @@ class Finder {
     h.pivot_a_m = problem_.pivots_m[at];
     h.chi2 = s.chi2;
     h.prior_chi2 = s.prior_chi2;
-    h.information = relative(s.information, at);
-    h.prior_information = relative(s.prior_information, at);
+    h.information = rigid(s.information, s);
+    h.offset_information = rigid(s.offset_information, s);
+    h.prior_information = rigid(s.prior_information, s);
     h.solution = std::move(s);
     return h;
   }
 
-  /// The block of frame `at`, all other frames integrated out.
-  [[nodiscard]] static Mat4 relative(const Eigen::MatrixXd& information, std::size_t at) {
-    const Eigen::Index from = 4 * (static_cast<Eigen::Index>(at) - 1);
-    const Eigen::Index n = information.rows();
-    if (n == 4) return information;
-    Eigen::MatrixXd rest(n - 4, n - 4);
-    Eigen::MatrixXd cross(n - 4, 4);
-    const auto outer = [from](Eigen::Index i) { return i < from ? i : i + 4; };
-    for (Eigen::Index i = 0; i < n - 4; ++i) {
-      cross.row(i) = information.block<1, 4>(outer(i), from);
-      for (Eigen::Index j = 0; j < n - 4; ++j) rest(i, j) = information(outer(i), outer(j));
+  /// Information on the transform of group a as one piece, b's frames held: how certain the frames
+  /// are within the groups is another question, and was answered when they were tied together.
+  [[nodiscard]] Mat4 rigid(const Eigen::MatrixXd& information, const FrameSolution& s) const {
+    const std::size_t at = b_.keys.size();
+    const auto members = static_cast<Eigen::Index>(a_.keys.size());
+    Eigen::Matrix<double, Eigen::Dynamic, 4> G(4 * members, 4);
+    const Vec3 origin = s.values.T_ref_odom[at] * problem_.pivots_m[at];
+    for (Eigen::Index k = 0; k < members; ++k) {
+      const std::size_t f = at + static_cast<std::size_t>(k);
+      const Vec3 arm = s.values.T_ref_odom[f] * problem_.pivots_m[f] - origin;
+      Mat4 block = Mat4::Identity();
+      block.block<3, 1>(1, 0) = quarter_turn(arm);
+      G.block<4, 4>(4 * k, 0) = block;
     }
-    // Keeps what is not known of the others from being divided by.
-    rest.diagonal().array() += 1e-9;
-    const Mat4 out =
-        information.block<4, 4>(from, from) - cross.transpose() * rest.ldlt().solve(cross);
+    const Mat4 out = G.transpose() * information.bottomRightCorner(4 * members, 4 * members) * G;
     return 0.5 * (out + out.transpose());
   }
 

@@ -21,10 +21,11 @@ struct FrameHypothesis {
   /// of this point in b), all else integrated out. Zero eigenvalues: not known at all.
   geometry::Vec3 pivot_a_m = geometry::Vec3::Zero();
   Mat4 information = Mat4::Zero();
-  Mat4 prior_information = Mat4::Zero();  ///< the part of it that the user gave
-  double chi2 = 0.0;                      ///< for comparison with rivals
-  double prior_chi2 = 0.0;                ///< the user's part of it
-  FrameSolution solution;                 ///< of all vehicles of both groups, those of b first
+  Mat4 offset_information = Mat4::Zero();  ///< the same if the offsets of the radios were known
+  Mat4 prior_information = Mat4::Zero();   ///< the part of it that the user gave
+  double chi2 = 0.0;                       ///< for comparison with rivals
+  double prior_chi2 = 0.0;                 ///< the user's part of it
+  FrameSolution solution;                  ///< of all vehicles of both groups, those of b first
 
   [[nodiscard]] geometry::Vec3 place_b_m() const { return T_b_a * pivot_a_m; }
 };

@@ -103,9 +103,10 @@ Advice why_weak(const HypothesisSet& set, const Observability& seen, const Line&
     return Advice::kParallel;
   }
   if (spread_of_distances_m(set.ranges) < kSpread_m) return Advice::kDistance;
-  const double sigma_m =
-      settings.commit.place_unit_m / std::sqrt(std::max(seen.eigenvalues[0], 1e-12));
-  const bool by_offset = heading_share < kDominates && sigma_m < 2.0 * settings.bias_sigma_m;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      scaled_planar_information(set.all.front().offset_information, settings.commit),
+      Eigen::EigenvaluesOnly);
+  const bool by_offset = solver.eigenvalues()[0] >= settings.commit.information_min;
   return by_offset ? Advice::kOffset : Advice::kNotYet;
 }
 

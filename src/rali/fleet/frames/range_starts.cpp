@@ -152,7 +152,6 @@ std::vector<Vec2> planar_starts(const std::vector<PlanarRange>& ranges, double y
   const Vec2 normal(-start.along.y(), start.along.x());
   const Vec2 about_mean = start.t_m + start.mean_m;
   const double c = -about_mean.dot(start.along);
-  std::vector<Vec2> out = {start.t_m, start.t_m - 2.0 * about_mean.dot(normal) * normal};
   double h2 = 0.0;
   const double cos_yaw = std::cos(yaw_rad);
   const double sin_yaw = std::sin(yaw_rad);
@@ -160,6 +159,12 @@ std::vector<Vec2> planar_starts(const std::vector<PlanarRange>& ranges, double y
     const Vec2 z = turned(cos_yaw, sin_yaw, r.x_m) - r.y_m - start.mean_m;
     const double along = z.dot(start.along) - c;
     h2 += (r.range_m * r.range_m - along * along) / static_cast<double>(ranges.size());
+  }
+  std::vector<Vec2> out;
+  // On the line itself the two sides pull alike: from there no descent finds either.
+  const double across_m = about_mean.dot(normal);
+  if (std::abs(across_m) > kLeastDistance_m || !(h2 > 0.0)) {
+    out = {start.t_m, start.t_m - 2.0 * across_m * normal};
   }
   if (h2 > 0.0) {
     const double h = std::sqrt(h2);

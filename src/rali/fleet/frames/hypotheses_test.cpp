@@ -1,0 +1,214 @@
+#include "rali/fleet/frames/hypotheses.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "rali/fleet/frames/commit_gate.hpp"
+#include "rali/fleet/frames/track_for_test.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::Vec2;
+using geometry::Vec3;
+
+const std::vector<Vec2> kL = {{0, 0}, {2, 0}, {4, 0}, {4, 2}, {4, 4}};
+const YawPose kTruth{30.0 * kDegree, Vec3(4.0, 1.0, 0.0)};
+
+Eigen::Matrix3d planar(const Mat4& I) { return I.topLeftCorner<3, 3>(); }
+
+const FrameHypothesis* nearest(const HypothesisSet& set, const YawPose& T) {
+  const FrameHypothesis* best = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const FrameHypothesis& h : set.all) {
+    const double d =
+        (h.T_b_a.t_m - T.t_m).norm() + 5.0 * std::abs(wrapped(h.T_b_a.yaw_rad - T.yaw_rad));
+    if (d < least) best = &h;
+    least = std::min(least, d);
+  }
+  return best;
+}
+
+// T13: if the heading seemed known here, a fleet would commit to a turned map.
+TEST(Hypotheses, of_ranges_to_one_who_stands_leave_the_heading_open) {
+  const InitSettings settings = plain_settings();
+  const PairTrack track = track_of(kL, {{0, 0}}, exact_ranges(kL, {{0, 0}}, kTruth), settings);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      planar(pair_information(track, kTruth, settings)));
+  EXPECT_NEAR(solver.eigenvalues()[0] / solver.eigenvalues()[2], 0.0, 1e-9);
+  EXPECT_NEAR(solver.eigenvalues()[1], 368.6, 0.05);
+  EXPECT_NEAR(solver.eigenvalues()[2], 2423.8, 0.05);
+  const Eigen::Vector3d null = solver.eigenvectors().col(0) / solver.eigenvectors()(0, 0);
+  EXPECT_NEAR(null[1], -1.0, 1e-6);
+  EXPECT_NEAR(null[2], 4.0, 1e-6);
+
+  const HypothesisSet set = range_hypotheses(track, settings);
+  ASSERT_FALSE(set.all.empty());
+  EXPECT_TRUE(set.b_stands);
+  // The anchor's place in the tag's frame is what is known: p = R'(y - t).
+  const Vec3 p = kTruth.inverse() * Vec3(Vec3::Zero());
+  EXPECT_NEAR((set.all.front().T_b_a.inverse() * Vec3(Vec3::Zero()) - p).norm(), 0.0, 1e-3);
+  const Observability seen = observability(set, settings);
+  EXPECT_EQ(seen.advice, Advice::kHeadingUnknown);
+  EXPECT_FALSE(decide(set, seen, {}, settings).ready);
+  EXPECT_EQ(advice_text(seen.advice, seen, "v2", "v1", settings),
+            "v2: heading against v1 unknown; ranges to a standing vehicle cannot give it. Let v1 "
+            "see v2's mapped area, or move v1 2 m off its place");
+}
+
+// T14: one of the two being lost would commit to the mirror image in half of all starts.
+TEST(Hypotheses, of_a_straight_way_are_two_mirror_images) {
+  const InitSettings settings = plain_settings();
+  const std::vector<Vec2> line = {{0, 0}, {2, 0}, {4, 0}, {6, 0}};
+  const std::vector<double> ranges = {5.0, 4.1231, 4.1231, 5.0};
+  std::vector<PlanarRange> planar;
+  for (std::size_t i = 0; i < 4; ++i) planar.push_back({line[i], {0, 0}, ranges[i], 0.07});
+  const LinearStart start = linear_start(planar, 0.0);
+  EXPECT_NEAR(-start.t_m.x(), 3.0, 1e-3);
+  EXPECT_NEAR(start.square_m2, 25.0, 1e-3);
+
+  const HypothesisSet set = range_hypotheses(track_of(line, {{0, 0}}, ranges, settings), settings);
+  ASSERT_EQ(set.all.size(), 2u);
+  std::vector<Vec3> places;
+  for (const FrameHypothesis& h : set.all) {
+    places.push_back(h.T_b_a.inverse() * Vec3(Vec3::Zero()));
+  }
+  if (places[0].y() < 0.0) std::swap(places[0], places[1]);
+  EXPECT_NEAR((places[0] - Vec3(3, 4, 0)).norm(), 0.0, 1e-3);
+  EXPECT_NEAR((places[1] - Vec3(3, -4, 0)).norm(), 0.0, 1e-3);
+  EXPECT_FALSE(decide(set, observability(set, settings), {}, settings).ready);
+}
+
+// T15
+TEST(Hypotheses, of_two_who_turn_differently_are_one) {
+  const InitSettings settings = plain_settings();
+  const std::vector<Vec2> other = {{0, 0}, {2, 0}, {2, -2}, {2, -4}, {0, -4}};
+  const PairTrack track = track_of(kL, other, {4.1231, 4.2342, 7.4065, 9.8070, 11.8048}, settings);
+  const Eigen::Matrix3d I = planar(pair_information(track, kTruth, settings));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(I);
+  EXPECT_NEAR(solver.eigenvalues()[0], 101.9, 0.05);
+  EXPECT_NEAR(solver.eigenvalues()[1], 516.5, 0.05);
+  EXPECT_NEAR(solver.eigenvalues()[2], 914.3, 0.05);
+  const Eigen::Matrix3d C = I.inverse();
+  EXPECT_NEAR(std::sqrt(C(0, 0)) / kDegree, 2.59, 0.005);
+  EXPECT_NEAR(std::sqrt(C(1, 1)), 0.071, 0.0005);
+  EXPECT_NEAR(std::sqrt(C(2, 2)), 0.076, 0.0005);
+
+  InitSettings quadratic = settings;
+  quadratic.search.huber = 100.0;
+  const HypothesisSet set = range_hypotheses(track, quadratic);
+  ASSERT_GE(set.all.size(), 2u);
+  EXPECT_NEAR(set.all[0].T_b_a.yaw_rad, 30.0 * kDegree, 1e-4);
+  EXPECT_NEAR((set.all[0].T_b_a.t_m - kTruth.t_m).norm(), 0.0, 1e-3);
+  EXPECT_NEAR(set.all[1].chi2, 287.0, 1.0);
+}
+
+// T15b: counting ranges would commit here; five are not enough, nor are five hundred.
+TEST(Hypotheses, of_two_who_drive_alike_are_two) {
+  const InitSettings settings = plain_settings();
+  const std::vector<Vec2> other = {{0, 0}, {0, 1}, {0, 2}, {-1, 2}, {-2, 2}};
+  const PairTrack track = track_of(kL, other, {4.1231, 5.8186, 7.5308, 7.9484, 8.6972}, settings);
+  const HypothesisSet set = range_hypotheses(track, settings);
+  ASSERT_GE(set.all.size(), 2u);
+  const FrameHypothesis* one = nearest(set, kTruth);
+  const FrameHypothesis* two = nearest(set, {150.0 * kDegree, Vec3(-4.0, -1.0, 0.0)});
+  EXPECT_NEAR(one->T_b_a.yaw_rad, 30.0 * kDegree, 1e-3);
+  EXPECT_NEAR((one->T_b_a.t_m - Vec3(4, 1, 0)).norm(), 0.0, 1e-2);
+  EXPECT_NEAR(two->T_b_a.yaw_rad, 150.0 * kDegree, 1e-3);
+  EXPECT_NEAR((two->T_b_a.t_m - Vec3(-4, -1, 0)).norm(), 0.0, 1e-2);
+  EXPECT_LT(one->chi2, 1e-3);
+  EXPECT_LT(two->chi2, 1e-3);
+  const Observability seen = observability(set, settings);
+  EXPECT_EQ(seen.advice, Advice::kAlike);
+  EXPECT_FALSE(decide(set, seen, {}, settings).ready);
+}
+
+TEST(Hypotheses, move_with_the_frames_and_keep_their_chi2) {
+  const InitSettings settings;
+  const std::vector<Vec2> x = along({{0, 0}, {10, 0}, {10, 10}}, 0.5);
+  std::vector<Vec2> y;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double s = 8.0 * static_cast<double>(i) / static_cast<double>(x.size() - 1);
+    y.emplace_back(std::min(s, 4.0), -std::max(0.0, s - 4.0));
+  }
+  std::vector<double> ranges = exact_ranges(x, y, kTruth);
+  Rng rng(1, "frames");
+  for (double& r : ranges) r += 0.07 * rng.normal();
+  const YawPose A{1.1, Vec3(300.0, -50.0, 0.0)};
+  const YawPose B{-2.0, Vec3(-70.0, 20.0, 0.0)};
+  std::vector<Vec2> x_moved, y_moved;
+  for (const Vec2& p : x) x_moved.push_back((A * Vec3(p.x(), p.y(), 0.0)).head<2>());
+  for (const Vec2& p : y) y_moved.push_back((B * Vec3(p.x(), p.y(), 0.0)).head<2>());
+  const HypothesisSet set = range_hypotheses(track_of(x, y, ranges, settings), settings);
+  const HypothesisSet moved =
+      range_hypotheses(track_of(x_moved, y_moved, ranges, settings), settings);
+  ASSERT_FALSE(set.all.empty());
+  ASSERT_FALSE(moved.all.empty());
+  const YawPose expected = B * set.all.front().T_b_a * A.inverse();
+  EXPECT_NEAR(wrapped(moved.all.front().T_b_a.yaw_rad - expected.yaw_rad), 0.0, 1e-4);
+  EXPECT_NEAR((moved.all.front().place_b_m() - expected * moved.all.front().pivot_a_m).norm(), 0.0,
+              2e-3);
+  EXPECT_NEAR(moved.all.front().chi2, set.all.front().chi2, 1e-3);
+  EXPECT_NEAR((moved.all.front().place_b_m() - B * (kTruth * Vec3(Vec3::Zero()))).norm(), 0.0, 0.5);
+}
+
+// A scan that knows heading modulo 180 deg and what lies across; ranges know along and which.
+TEST(Hypotheses, of_ranges_and_a_corridors_scans_complete_each_other) {
+  const InitSettings settings;
+  const std::vector<Vec2> x = along({{0, 0}, {8, 0.8}, {16, -0.8}, {24, 0}}, 0.5);
+  const PairTrack track = track_of(x, {{0, 0}}, exact_ranges(x, {{0, 0}}, kTruth), settings);
+  std::vector<PoseEvidence> twins;
+  for (const double turn : {0.0, 180.0}) {
+    PoseEvidence e;
+    e.a = kTag;
+    e.b = kAnchor;
+    e.group = 7;
+    e.yaw_rad = wrapped(kTruth.yaw_rad + turn * kDegree);
+    e.place_b_m = kTruth.t_m;
+    const Vec3 across(-std::sin(kTruth.yaw_rad), std::cos(kTruth.yaw_rad), 0.0);
+    e.information(0, 0) = 1.0 / (0.5 * kDegree * 0.5 * kDegree);
+    e.information.bottomRightCorner<3, 3>() = across * across.transpose() / (0.05 * 0.05);
+    e.information(3, 3) = 100.0;
+    twins.push_back(e);
+  }
+  EXPECT_FALSE(observability(range_hypotheses(track, settings), settings).sufficient);
+  const HypothesisSet set = joint_hypotheses(track, twins, settings);
+  ASSERT_FALSE(set.all.empty());
+  EXPECT_NEAR(wrapped(set.all.front().T_b_a.yaw_rad - kTruth.yaw_rad), 0.0, 0.5 * kDegree);
+  EXPECT_NEAR((set.all.front().T_b_a.t_m - kTruth.t_m).norm(), 0.0, 0.15);
+  const Observability seen = observability(set, settings);
+  EXPECT_TRUE(seen.sufficient) << seen.eigenvalues.transpose();
+}
+
+TEST(Hypotheses, of_rubbish_are_none_or_undecided) {
+  const InitSettings settings;
+  EXPECT_TRUE(range_hypotheses(PairTrack(kTag, kAnchor, settings.track), settings).all.empty());
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  PairTrack track(kTag, kAnchor, settings.track);
+  RangeObservation o;
+  for (const double range : {nan, 0.0, -1.0, std::numeric_limits<double>::infinity()}) {
+    o.range_m = range;
+    EXPECT_EQ(track.add(o), TrackUse::kRefused);
+  }
+  o.range_m = 5.0;
+  o.x_a_m.x() = nan;
+  EXPECT_EQ(track.add(o), TrackUse::kRefused);
+  // Two ranges, at the same time and place.
+  o.x_a_m.x() = 0.0;
+  track.add(o);
+  o.x_a_m.x() = 1.0;
+  track.add(o);
+  const HypothesisSet set = range_hypotheses(track, settings);
+  const Observability seen = observability(set, settings);
+  EXPECT_EQ(seen.advice, Advice::kWaiting);
+  EXPECT_FALSE(decide(set, seen, {}, settings).ready);
+  PoseEvidence bad = prior_evidence(kTag, kAnchor, kTruth, settings);
+  bad.information(0, 0) = nan;
+  EXPECT_EQ(joint_hypotheses(track, {bad}, settings).all.size(), set.all.size());
+}
+
+}  // namespace
+}  // namespace rali::fleet
