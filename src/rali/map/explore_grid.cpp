@@ -132,7 +132,7 @@ void ExploreGrid::place_free(const Keyframe& keyframe, int sign) {
   const double c = std::cos(keyframe.yaw_rad), s = std::sin(keyframe.yaw_rad);
   const Vec2 at = keyframe.outline.sensor_level_m;
   const Vec2 sensor = keyframe.p_map_m + Vec2(c * at.x() - s * at.y(), s * at.x() + c * at.y());
-  // The outline, turned by whole sectors; one cell short of the obstacle, because the sensor is
+  // The outline, turned by whole sectors; half a cell short of the obstacle, because the sensor is
   // taken at the middle of its cell.
   const double turn = keyframe.yaw_rad / (2.0 * std::numbers::pi);
   const auto shift = static_cast<std::int64_t>(std::llround(turn * static_cast<double>(n)));
@@ -142,7 +142,7 @@ void ExploreGrid::place_free(const Keyframe& keyframe, int sign) {
     const auto to = static_cast<std::int64_t>(k) + shift;
     const auto sector =
         static_cast<std::size_t>(to - floor_div(to, std::int64_t{n}) * std::int64_t{n});
-    free_m[sector] = keyframe.outline.free_m[k] - static_cast<float>(settings_.cell_m);
+    free_m[sector] = keyframe.outline.free_m[k] - static_cast<float>(0.5 * settings_.cell_m);
     farthest_m = std::max(farthest_m, free_m[sector]);
   }
   const std::int64_t x0 = whole(sensor.x() / settings_.cell_m);

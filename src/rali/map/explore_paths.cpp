@@ -56,8 +56,8 @@ PathField::PathField(const CellMap& map, const std::vector<std::uint8_t>& passab
   for (int y = at.y - n; y <= at.y + n; ++y) {
     for (int x = at.x - n; x <= at.x + n; ++x) {
       if (!map.holds({x, y}) || passable[map.index({x, y})] == 0) continue;
-      const double d = std::hypot(x - at.x, y - at.y) * map.cell_m;
-      if (d > nearest_m || (start && d >= nearest_m)) continue;
+      const double d = (map.centre_m({x, y}) - start_map_m).norm();
+      if (!(d <= nearest_m) || (start && d >= nearest_m)) continue;
       nearest_m = d;
       start = map.index({x, y});
     }

@@ -17,10 +17,21 @@ constexpr std::size_t kBookMax = 10'000;
 constexpr double kSameSize = 0.2;  ///< share by which a frontier may change and be the same
 constexpr double kSame_m = 0.5;
 
+bool touches(const CellMap& map, const Cell& c, CellState state) {
+  for (int y = c.y - 1; y <= c.y + 1; ++y) {
+    for (int x = c.x - 1; x <= c.x + 1; ++x) {
+      if (map.at({x, y}) == state) return true;
+    }
+  }
+  return false;
+}
+
+/// An unknown cell at an obstacle is its edge, which rays miss now and then, and not open space.
 bool has_unknown_neighbour(const CellMap& map, const Cell& c) {
   for (int y = c.y - 1; y <= c.y + 1; ++y) {
     for (int x = c.x - 1; x <= c.x + 1; ++x) {
-      if (map.at({x, y}) == CellState::kUnknown) return true;
+      const bool unknown = map.at({x, y}) == CellState::kUnknown;
+      if (unknown && !touches(map, {x, y}, CellState::kOccupied)) return true;
     }
   }
   return false;

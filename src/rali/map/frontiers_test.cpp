@@ -1,0 +1,230 @@
+#include "rali/map/frontiers.hpp"
+
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "rali/map/test_world.hpp"
+
+namespace rali::map {
+namespace {
+
+using geometry::Vec2;
+using test::look_around;
+using test::pose_at;
+using test::Room;
+
+/// A map from a picture, first line on top: '#' occupied, '.' free, ' ' unknown. Cells of 0.2 m,
+/// corner at the origin.
+CellMap drawn(const std::vector<std::string>& lines) {
+  CellMap map;
+  map.height = static_cast<int>(lines.size());
+  map.width = static_cast<int>(lines.front().size());
+  map.cells.resize(static_cast<std::size_t>(map.width * map.height));
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const char c =
+          lines[static_cast<std::size_t>(map.height - 1 - y)][static_cast<std::size_t>(x)];
+      map.cells[map.index({x, y})] = c == '#'   ? CellState::kOccupied
+                                     : c == '.' ? CellState::kFree
+                                                : CellState::kUnknown;
+    }
+  }
+  return map;
+}
+
+std::vector<FrontierArea> found(const CellMap& map, const Vec2& start,
+                                const FrontierSettings& settings, double radius_m = 0.0) {
+  const auto passable = passable_cells(map, radius_m);
+  const std::vector<PathField> from = {PathField(map, passable, start)};
+  return find_frontiers(map, passable, from, settings);
+}
+
+const std::vector<std::string> kCorridor = {
+    "####################", "#............       ", "#............       ", "#............       ",
+    "#............       ", "#............       ", "#............       ", "####################"};
+
+TEST(Frontiers, of_a_corridor_are_the_edge_of_what_is_known) {
+  const CellMap map = drawn(kCorridor);
+  const auto list = found(map, {0.5, 0.7}, FrontierSettings{});
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0].state, FrontierState::kOpen);
+  EXPECT_EQ(list[0].cells.size(), 6U);
+  EXPECT_NEAR(list[0].length_m, 1.2, 1e-9);
+  EXPECT_NEAR(list[0].centre_map_m.x(), 2.5, 1e-9);  // column 12
+  EXPECT_NEAR(list[0].size, 6.0, 1e-9);
+  EXPECT_NEAR(list[0].path_m, 2.0, 1e-6);  // ten cells from column 2
+}
+
+TEST(Frontiers, keep_away_from_obstacles_by_the_radius) {
+  const CellMap map = drawn(kCorridor);
+  const auto list = found(map, {0.5, 0.7}, FrontierSettings{}, 0.2);
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0].cells.size(), 4U);  // one cell less on each side
+  EXPECT_EQ(list[0].state, FrontierState::kTooSmall);
+}
+
+TEST(Frontiers, that_nobody_reaches_are_told_with_that_reason) {
+  const CellMap map = drawn({"##########", "#...#.....", "#...#.....", "#...#.....", "#...#.....",
+                             "#...#.....", "##########"});
+  const auto list = found(map, {0.5, 0.5}, FrontierSettings{});
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0].state, FrontierState::kUnreachable);
+}
+
+TEST(Frontiers, are_no_more_where_all_is_known) {
+  const CellMap map = drawn({"#####", "#...#", "#...#", "#####"});
+  EXPECT_TRUE(found(map, {0.5, 0.5}, FrontierSettings{}).empty());
+}
+
+TEST(Frontiers, of_a_bend_have_a_mean_in_the_wall_and_a_medoid_that_is_free) {
+  std::vector<std::string> lines(24, std::string(24, ' '));
+  for (std::size_t k = 0; k < 24; ++k) {
+    for (const std::size_t at : {0U, 1U}) lines[23 - at][k] = lines[k][at] = '.';
+  }
+  const CellMap map = drawn(lines);
+  FrontierSettings settings;
+  settings.centre = FrontierCentre::kMean;
+  const auto mean = found(map, {0.1, 0.1}, settings);
+  settings.centre = FrontierCentre::kMedoid;
+  const auto medoid = found(map, {0.1, 0.1}, settings);
+  ASSERT_EQ(mean.size(), 1U);
+  ASSERT_EQ(medoid.size(), 1U);
+  EXPECT_EQ(map.at(map.cell_at(mean[0].centre_map_m)), CellState::kUnknown);
+  EXPECT_EQ(map.at(map.cell_at(medoid[0].centre_map_m)), CellState::kFree);
+}
+
+TEST(Frontiers, unknown_area_behind_is_what_can_be_reached_through_the_unknown) {
+  const CellMap map =
+      drawn({"########", "#....  #", "#....  #", "#....  #", "#....  #", "#....  #", "########"});
+  FrontierSettings settings;
+  settings.size = FrontierSize::kUnknownArea;
+  const auto list = found(map, {0.5, 0.5}, settings);
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_NEAR(list[0].size, 10 * 0.04, 1e-9);
+}
+
+TEST(Frontiers, two_looks_into_a_closed_room_leave_none) {
+  ExploreGrid grid(ExploreSettings{});
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const auto s = look_around(Room{}, pose_at(5.0 + 3.0 * k, 5.0, 0.6, 0.4 * k), k, 900);
+    ASSERT_TRUE(grid.add({VehicleId{0}, k}, s.view()));
+  }
+  const auto map = grid.picture();
+  ASSERT_TRUE(map.has_value());
+  const auto list = found(*map, {8.0, 5.0}, FrontierSettings{}, 0.3);
+  for (const FrontierArea& f : list) {
+    EXPECT_NE(f.state, FrontierState::kOpen)
+        << f.centre_map_m.transpose() << " with " << f.cells.size() << " cells";
+  }
+}
+
+TEST(Frontiers, a_corridor_longer_than_sight_is_open_at_its_end) {
+  const Room corridor{{0.0, 0.0, 0.0}, {80.0, 2.4, 2.6}, {}};
+  ExploreGrid grid(ExploreSettings{});
+  for (std::uint32_t k = 0; k < 6; ++k) {
+    const auto s = look_around(corridor, pose_at(2.0 + k, 1.2, 0.6), k, 900);
+    ASSERT_TRUE(grid.add({VehicleId{0}, k}, s.view()));
+  }
+  const auto map = grid.picture();
+  ASSERT_TRUE(map.has_value());
+  std::vector<FrontierArea> open;
+  for (const FrontierArea& f : found(*map, {2.0, 1.2}, FrontierSettings{}, 0.3)) {
+    if (f.state == FrontierState::kOpen) open.push_back(f);
+  }
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_GT(open[0].centre_map_m.x(), 15.0);
+  EXPECT_LT(open[0].centre_map_m.x(), 28.0);
+  EXPECT_NEAR(open[0].centre_map_m.y(), 1.2, 0.9);
+}
+
+TEST(Frontiers, of_two_vehicles_are_one_if_they_are_close) {
+  const CellMap map = drawn(kCorridor);
+  CellMap beside = map;
+  beside.origin_map_m = {0.0, 2.9};  // nearest cells 2.9 - 1.0 = 1.9 m apart
+  CellMap away = map;
+  away.origin_map_m = {0.0, 10.0};
+  const FrontierSettings settings;
+  const auto one = found(map, {0.5, 0.7}, settings);
+  const auto lists = [&](const CellMap& other) {
+    return merge_frontiers(
+        std::vector<VehicleFrontiers>{{&map, one}, {&other, found(map, {0.5, 0.7}, settings)}},
+        settings);
+  };
+  const auto close = lists(beside);
+  ASSERT_EQ(close.size(), 1U);
+  EXPECT_NEAR(close[0].size, 12.0, 1e-9);
+  EXPECT_NEAR(close[0].centre_map_m.y(), 0.8 + 1.45, 1e-9);
+  EXPECT_EQ(lists(away).size(), 2U);
+}
+
+TEST(FrontierBook, gives_up_what_two_visits_did_not_change) {
+  const CellMap map = drawn(kCorridor);
+  FrontierBook book{FrontierSettings{}};
+  const auto look = [&] {
+    auto list = found(map, {0.5, 0.7}, FrontierSettings{});
+    book.name(list);
+    return list[0];
+  };
+  const FrontierArea first = look();
+  book.visited(first.centre_map_m + Vec2(0.5, 0.0));
+  EXPECT_EQ(look().state, FrontierState::kOpen);
+  book.visited(first.centre_map_m + Vec2(5.0, 0.0));  // somewhere else
+  EXPECT_EQ(look().state, FrontierState::kOpen);
+  book.visited(first.centre_map_m);
+  EXPECT_EQ(look().state, FrontierState::kExplored);
+  EXPECT_EQ(look().id, first.id);
+}
+
+TEST(FrontierBook, a_frontier_that_moves_on_keeps_its_name_and_its_visits_start_anew) {
+  CellMap map = drawn(kCorridor);
+  FrontierBook book{FrontierSettings{}};
+  auto list = found(map, {0.5, 0.7}, FrontierSettings{});
+  book.name(list);
+  const std::uint32_t id = list[0].id;
+  book.visited(list[0].centre_map_m);
+  map.origin_map_m.x() += 1.0;
+  list = found(map, {1.5, 0.7}, FrontierSettings{});
+  book.name(list);
+  EXPECT_EQ(list[0].id, id);
+  book.visited(list[0].centre_map_m);
+  book.name(list);
+  EXPECT_EQ(list[0].state, FrontierState::kOpen);
+}
+
+TEST(PathField, goes_around_a_wall_the_short_way) {
+  const CellMap map = drawn({".......", ".......", "..####.", ".......", "......."});
+  const auto passable = passable_cells(map, 0.0);
+  const PathField field(map, passable, {0.9, 0.3});  // cell 4, 1
+  // Up to row 3: three cells to the right end and round it (4,1)-(5,1)-(6,2)-(5,3)-(4,3).
+  EXPECT_NEAR(field.length_m({4, 3}), 0.2 * (2.0 + 2.0 * std::sqrt(2.0)), 1e-6);
+  const auto path = field.path_to({4, 3});
+  ASSERT_GE(path.size(), 3U);
+  EXPECT_EQ(path.front(), map.centre_m({4, 1}));
+  EXPECT_EQ(path.back(), map.centre_m({4, 3}));
+  EXPECT_FALSE(std::isfinite(field.length_m({3, 2})));
+  EXPECT_FALSE(std::isfinite(field.length_m({-1, 99})));
+  EXPECT_TRUE(field.path_to({3, 2}).empty());
+}
+
+TEST(PathField, leaves_the_shadow_of_a_wall_and_nothing_beyond) {
+  const CellMap map = drawn({"........", "........", "########", "        "});
+  const auto passable = passable_cells(map, 0.0);
+  EXPECT_TRUE(std::isfinite(PathField(map, passable, {0.5, 0.3}).length_m({7, 3})));
+  EXPECT_FALSE(std::isfinite(PathField(map, passable, {0.5, -9.0}).length_m({7, 3})));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(std::isfinite(PathField(map, passable, {nan, nan}).length_m({7, 3})));
+}
+
+TEST(SightShare, is_none_through_a_wall_and_half_through_the_unknown) {
+  const CellMap map =
+      drawn({"..........#.........", "..........#.........", "..........          "});
+  EXPECT_EQ(sight_share(map, {0.1, 0.5}, {1.9, 0.5}), 1.0);
+  EXPECT_EQ(sight_share(map, {0.1, 0.5}, {3.9, 0.5}), 0.0);
+  EXPECT_EQ(sight_share(map, {0.1, 0.1}, {3.9, 0.1}), 0.5);
+  EXPECT_EQ(sight_share(map, {1.9, 0.5}, {3.9, 0.5}), 1.0) << "an obstacle at the end is a vehicle";
+}
+
+}  // namespace
+}  // namespace rali::map
