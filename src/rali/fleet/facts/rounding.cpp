@@ -98,7 +98,7 @@ CovarianceCode<N> covariance_code(const SquareMatrix<N>& covariance) {
   CovarianceCode<N> code;
   for (int i = 0; i < N; ++i) {
     code.sigma[static_cast<std::size_t>(i)] =
-        static_cast<float>(std::sqrt(std::max(covariance(i, i), 0.0)));
+        static_cast<float>(rounded_float(std::sqrt(std::max(covariance(i, i), 0.0))));
   }
   std::size_t at = 0;
   for (int i = 1; i < N; ++i) {
@@ -137,7 +137,7 @@ template SquareMatrix<9> covariance_of<9>(const CovarianceCode<9>&);
 
 ScaledCode scaled_code(const Mat3& matrix) {
   ScaledCode code;
-  code.scale = static_cast<float>(matrix.cwiseAbs().maxCoeff());
+  code.scale = static_cast<float>(rounded_float(matrix.cwiseAbs().maxCoeff()));
   if (!(code.scale > 0.0F)) return code;
   for (int k = 0; k < 9; ++k) {
     const double part = matrix(k / 3, k % 3) / static_cast<double>(code.scale);
@@ -155,6 +155,11 @@ Mat3 scaled_of(const ScaledCode& code) {
         (static_cast<double>(code.entries[static_cast<std::size_t>(k)]) / kScaledSteps);
   }
   return matrix;
+}
+
+double rounded_float(double value) {
+  const volatile float narrow = static_cast<float>(value);
+  return static_cast<double>(narrow);
 }
 
 double rounded48(double value) {

@@ -39,7 +39,9 @@ bool sane(const SE3& T) {
          T.R.determinant() > 0.0;
 }
 
-Vec3 as_float(const Vec3& v) { return v.cast<float>().cast<double>(); }
+Vec3 as_float(const Vec3& v) {
+  return {rounded_float(v.x()), rounded_float(v.y()), rounded_float(v.z())};
+}
 
 Mat3 rounded(const Mat3& R) { return rotation_of(rotation_code(R, kPoseBits), kPoseBits); }
 
@@ -72,8 +74,8 @@ Fault round(graph::InertialFactor& f) {
     *m = scaled_of(scaled_code(*m));
   }
   f.covariance = covariance_of<9>(covariance_code<9>(f.covariance));
-  f.gyro_walk_radps_rts = static_cast<float>(f.gyro_walk_radps_rts);
-  f.accel_walk_mps2_rts = static_cast<float>(f.accel_walk_mps2_rts);
+  f.gyro_walk_radps_rts = rounded_float(f.gyro_walk_radps_rts);
+  f.accel_walk_mps2_rts = rounded_float(f.accel_walk_mps2_rts);
   f.T_body_imu.R = rounded(f.T_body_imu.R);
   return std::nullopt;
 }
@@ -138,8 +140,8 @@ Fault round(Loop& loop) {
   if (!ok) return kNoNumber;
   loop.T_from_to.R = rounded(loop.T_from_to.R);
   loop.information = rounded_information(loop.information);
-  loop.overlap = static_cast<float>(loop.overlap);
-  loop.rms_m = static_cast<float>(loop.rms_m);
+  loop.overlap = rounded_float(loop.overlap);
+  loop.rms_m = rounded_float(loop.rms_m);
   return std::nullopt;
 }
 
