@@ -209,10 +209,12 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   Result<drive::RangeOptions> ranges = range_options(fleet);
   if (!ranges) return tl::make_unexpected(ranges.error());
   job.ranges = std::move(*ranges);
-  job.clocks_separate = fleet.clock == config::Clock::kSeparate;
   for (std::size_t i = 0; i < fleet.vehicles.size(); ++i) {
     job.vehicles.push_back(vehicle_job(fleet, i, options));
   }
+  job.fleet = fleet.settings.fleet;
+  job.fleet.ranging = job.vehicles.front().settings.ranging;
+  job.known = fleet_knowledge(fleet);
   job.out_dir = options.out_dir;
   job.overwrite = options.overwrite;
   job.strict = options.strict;

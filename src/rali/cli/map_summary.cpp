@@ -1,6 +1,7 @@
 #include "rali/cli/map_summary.hpp"
 
 #include <algorithm>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -25,9 +26,36 @@ std::string joined(const MapSummary& summary, std::string_view separator,
   return fmt::format("{}", fmt::join(parts, separator));
 }
 
+/// "2 vehicles in one frame (v2 placed by the prior, sigma 0.04 m, 0.2 deg)".
 std::string vehicles_line(const MapSummary& summary) {
   if (summary.vehicles.size() == 1) return "1 vehicle";
-  return fmt::format("{} vehicles, each in a frame of its own", summary.vehicles.size());
+  const fleet::FleetEstimate& fleet = summary.fleet;
+  std::vector<std::string> placed;
+  for (const fleet::VehicleFrame& frame : fleet.frames) {
+    if (frame.decided_by.empty()) continue;
+    placed.push_back(fmt::format("{} placed by {}, sigma {:.2f} m, {:.1f} deg",
+                                 summary.vehicles[frame.vehicle.value].name, frame.decided_by,
+                                 frame.sigma_m, frame.sigma_rad * 180.0 / std::numbers::pi));
+  }
+  std::string line = fmt::format("{} vehicles", summary.vehicles.size());
+  if (fleet.groups.size() == 1) line += " in one frame";
+  if (fleet.groups.size() == summary.vehicles.size()) {
+    line += ", each in a frame of its own";
+  } else if (fleet.groups.size() > 1) {
+    line += fmt::format(" in {} frames", fleet.groups.size());
+  }
+  return placed.empty() ? line : fmt::format("{} ({})", line, fmt::join(placed, "; "));
+}
+
+/// ", 3 loops closed, 1 refused"; nothing where none was looked at.
+std::string loops_words(const MapSummary& summary) {
+  const auto& loops = summary.fleet.loops;
+  const auto closed = static_cast<std::size_t>(std::count_if(
+      loops.begin(), loops.end(), [](const fleet::LoopVerdict& l) { return l.accepted; }));
+  std::string text;
+  if (closed > 0) text += fmt::format(", {} closed", counted(closed, "loop"));
+  if (loops.size() > closed) text += fmt::format(", {} refused", loops.size() - closed);
+  return text;
 }
 
 std::string sigma_line(const MapSummary& summary) {
@@ -131,6 +159,7 @@ std::string summary_text(const MapSummary& summary, const std::string& page) {
                       counted(summary.map_points, "map point"));
   if (summary.removed_points > 0)
     text += fmt::format(", {} moving removed", summary.removed_points);
+  text += loops_words(summary);
   text += '\n' + blind_line(summary) + sigma_line(summary) + ranges_line(summary);
   text += gaps_line(summary);
   return text + '\n';
@@ -154,7 +183,7 @@ std::string input_text(const drive::InputReport& report) {
 }
 
 Result<std::vector<Requirement>> parse_requirements(const std::vector<std::string>& texts) {
-  const std::vector<std::string> known{"connected", "max_sigma_m"};
+  const std::vector<std::string> known{"connected", "max_sigma_m", "min_loops"};
   std::vector<Requirement> requirements;
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
@@ -164,7 +193,7 @@ Result<std::vector<Requirement>> parse_requirements(const std::vector<std::strin
                   fmt::format("'{}' is no condition", requirement.name.substr(0, 60)),
                   config::suggestion(requirement.name, known));
     }
-    const bool wants_value = requirement.name == "max_sigma_m";
+    const bool wants_value = requirement.name != "connected";
     const bool has_value =
         equals != std::string::npos &&
         config::parse_double(std::string_view(text).substr(equals + 1), requirement.limit) &&
@@ -172,7 +201,7 @@ Result<std::vector<Requirement>> parse_requirements(const std::vector<std::strin
     if (wants_value ? !has_value : equals != std::string::npos) {
       return fail(ErrorCode::kUsage, "--require",
                   fmt::format("'{}' is no condition", text.substr(0, 60)),
-                  "Write connected or max_sigma_m=0.5.");
+                  "Write connected, max_sigma_m=0.5 or min_loops=1.");
     }
     requirements.push_back(std::move(requirement));
   }
@@ -183,8 +212,17 @@ std::vector<std::string> broken_requirements(const std::vector<Requirement>& req
                                              const MapSummary& summary) {
   std::vector<std::string> broken;
   for (const Requirement& requirement : requirements) {
-    if (requirement.name == "connected" && summary.vehicles.size() > 1) {
+    if (requirement.name == "connected" && !drive::is_connected(summary.fleet)) {
       broken.push_back("required connected: the vehicles are not joined in one frame");
+    }
+    if (requirement.name == "min_loops") {
+      const auto& loops = summary.fleet.loops;
+      const auto closed = std::count_if(loops.begin(), loops.end(),
+                                        [](const fleet::LoopVerdict& l) { return l.accepted; });
+      if (static_cast<double>(closed) < requirement.limit) {
+        broken.push_back(fmt::format("required min_loops={}: {} closed", requirement.limit,
+                                     counted(static_cast<std::size_t>(closed), "loop")));
+      }
     }
     if (requirement.name != "max_sigma_m") continue;
     for (const VehicleSummary& vehicle : summary.vehicles) {
@@ -201,7 +239,7 @@ int exit_code_of(const MapSummary& summary, int signal_number) {
     return 128 + signal_number;
   }
   const bool gaps = summary.gaps || summary.status != drive::RunStatus::kComplete;
-  return gaps || summary.vehicles.size() > 1 ? kExitGaps : kExitDone;
+  return gaps ? kExitGaps : kExitDone;
 }
 
 }  // namespace rali::cli

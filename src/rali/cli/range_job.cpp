@@ -142,4 +142,35 @@ void set_ranging(const FleetConfig& fleet, std::size_t index, vehicle::VehicleSe
   }
 }
 
+fleet::FleetKnowledge fleet_knowledge(const FleetConfig& config) {
+  const auto id_of = [&](const std::string& name) {
+    std::size_t i = 0;
+    while (i < config.vehicles.size() && config.vehicles[i].name != name) ++i;
+    return VehicleId{static_cast<std::uint16_t>(i)};
+  };
+  fleet::FleetKnowledge known;
+  known.common_clock = config.clock != config::Clock::kSeparate;
+  for (const config::PriorConfig& prior : config.priors) {
+    fleet::GivenStart start;
+    start.relative_to =
+        id_of(prior.relative_to.empty() ? config.vehicles.front().name : prior.relative_to);
+    start.vehicle = id_of(prior.vehicle);
+    start.T_relative_vehicle.R = geometry::rotation_from_rpy(0.0, 0.0, prior.yaw_deg * kRadPerDeg);
+    start.T_relative_vehicle.p = prior.p_m;
+    start.sigma_m = prior.sigma_m;
+    start.sigma_rad = prior.sigma_deg * kRadPerDeg;
+    known.starts.push_back(start);
+  }
+  for (std::size_t b = 0; b < config.vehicles.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      const std::optional<double> bias_m =
+          bias_between(config.ranges, config.vehicles[a].name, config.vehicles[b].name);
+      if (!bias_m) continue;
+      known.biases.push_back({VehicleId{static_cast<std::uint16_t>(a)},
+                              VehicleId{static_cast<std::uint16_t>(b)}, *bias_m});
+    }
+  }
+  return known;
+}
+
 }  // namespace rali::cli

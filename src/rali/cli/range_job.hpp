@@ -5,6 +5,7 @@
 #include "rali/base/result.hpp"
 #include "rali/config/fleet_config.hpp"
 #include "rali/drive/ranges/range_options.hpp"
+#include "rali/fleet/centre/centre.hpp"
 #include "rali/vehicle/settings.hpp"
 
 namespace rali::cli {
@@ -18,5 +19,8 @@ namespace rali::cli {
 /// @param index of the vehicle in the fleet
 void set_ranging(const config::FleetConfig& fleet, std::size_t index,
                  vehicle::VehicleSettings& settings);
+
+/// What the user knows of the fleet as a whole: start poses, calibrated radios, clocks.
+[[nodiscard]] fleet::FleetKnowledge fleet_knowledge(const config::FleetConfig& fleet);
 
 }  // namespace rali::cli

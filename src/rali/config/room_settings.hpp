@@ -1,6 +1,7 @@
 #pragma once
 
 #include "rali/base/settings.hpp"
+#include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/map/settings.hpp"
 #include "rali/odometry/settings.hpp"
 #include "rali/ranging/settings.hpp"
@@ -28,6 +29,7 @@ struct RoomSettings {
   odometry::OdometrySettings odometry;
   map::MapSettings map;              ///< voxel and grid are set by fleet.yaml's `output:`
   ranging::RangingSettings ranging;  ///< sigma and limits are set by fleet.yaml's `ranges:`
+  fleet::FleetSettings fleet;        ///< its `ranging` is that of the room
   vehicle::VehicleSettings vehicle;  ///< its own fields; odometry and calibration come from above
 
   template <class V>
@@ -36,6 +38,7 @@ struct RoomSettings {
     v.group("odometry", odometry, "LiDAR-inertial odometry");
     v.group("map", map, "the merged map");
     v.group("ranging", ranging, "ranges between vehicles");
+    v.group("fleet", fleet, "the joint map of all vehicles");
     v.group("vehicle", vehicle, "one vehicle's step");
   }
 };

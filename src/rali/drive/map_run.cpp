@@ -7,6 +7,7 @@
 #include "rali/drive/fleet_loop.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
+#include "rali/drive/output/joint_path.hpp"
 #include "rali/drive/output/map_files.hpp"
 #include "rali/drive/output/metrics.hpp"
 #include "rali/drive/output/out_dir.hpp"
@@ -59,10 +60,12 @@ class MapRun {
   void forget_keyframes();
   Status start_vehicles();
   Status run_vehicles();
+  void join_fleet();
   Status finish_vehicle(std::size_t index, const FleetMember& member);
   Status judge_ends(const std::vector<FleetMember>& members);
   Status write_results();
   Status write_ranges();
+  [[nodiscard]] std::vector<const VehicleRun*> runs_of_map() const;
   Status write_map();
   Status close(const Status& so_far);
   void report(Finding finding);
@@ -174,16 +177,33 @@ Status MapRun::run_vehicles() {
     members[i].run = &runs_[i];
   }
   run_fleet(members, range_list_.samples, job_.ranges,
-            {threads_ > 1, job_.strict, job_.clocks_separate}, *executor_, range_log_, sink_,
+            {threads_ > 1, job_.strict, !job_.known.common_clock}, *executor_, range_log_, sink_,
             stop_);
+  log_.stage("odometry");
+  join_fleet();
+  log_.stage("fleet");
   Status status;
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Status finished = finish_vehicle(i, members[i]);
     if (status) status = finished;
   }
-  log_.stage("odometry");
   const Status ended = judge_ends(members);
   return ended ? status : ended;
+}
+
+/// One map of all that the vehicles told.
+void MapRun::join_fleet() {
+  Progress progress;
+  progress.stage = "fleet";
+  sink_.progress(progress);
+  fleet::Centre centre(job_.fleet, job_.known);
+  for (const VehicleRun& run : runs_) {
+    for (const auto& fact : run.facts()) centre.add(*fact);
+  }
+  summary_.fleet = centre.estimate(*executor_);
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    join_path(summary_.fleet, VehicleId{static_cast<std::uint16_t>(i)}, runs_[i]);
+  }
 }
 
 Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
@@ -238,11 +258,11 @@ Status MapRun::write_results() {
     summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;
     if (Status s = write_vehicle_files(runs_[i], job_.out_dir, names); !s) return s;
   }
-  if (runs_.size() > 1) {
-    report(not_joined_finding(runs_.size()));
+  if (!is_connected(summary_.fleet)) {
+    for (Finding& f : not_joined_findings(summary_.fleet, names)) report(std::move(f));
     summary_.gaps = true;
   }
-  if (Status s = write_fleet_files(runs_, job_); !s) return s;
+  if (Status s = write_fleet_files(runs_, summary_.fleet, job_); !s) return s;
   if (Status s = write_ranges(); !s) return s;
   log_.stage("trajectories");
   return write_map();
@@ -257,25 +277,34 @@ Status MapRun::write_ranges() {
   return range_log_.write(job_.out_dir + "/ranges.csv");
 }
 
+/// The vehicles of the largest group that has a map at all.
+std::vector<const VehicleRun*> MapRun::runs_of_map() const {
+  for (const std::vector<VehicleId>& group : summary_.fleet.groups) {
+    std::vector<const VehicleRun*> runs;
+    for (const VehicleId id : group) {
+      const VehicleRun& run = runs_[id.value];
+      const bool any = std::any_of(run.keyframes().begin(), run.keyframes().end(),
+                                   [](const KeyframeRecord& k) { return !k.diverged; });
+      if (any) runs.push_back(&run);
+    }
+    if (!runs.empty()) return runs;
+  }
+  return {};
+}
+
 Status MapRun::write_map() {
-  const auto largest =
-      std::max_element(runs_.begin(), runs_.end(), [](const VehicleRun& a, const VehicleRun& b) {
-        return a.keyframes().size() < b.keyframes().size();
-      });
-  const bool any = largest != runs_.end() &&
-                   std::any_of(largest->keyframes().begin(), largest->keyframes().end(),
-                               [](const KeyframeRecord& k) { return !k.diverged; });
-  if (!any) {
+  const std::vector<const VehicleRun*> mapped = runs_of_map();
+  if (mapped.empty()) {
     report(no_map_finding());
     summary_.gaps = true;
     return {};
   }
   Progress progress;
-  progress.vehicle = largest->name();
+  progress.vehicle = mapped.front()->name();
   progress.stage = "map";
   sink_.progress(progress);
   FindingList findings;
-  Result<MapNumbers> numbers = write_map_files(*largest, job_, *executor_, findings);
+  Result<MapNumbers> numbers = write_map_files(mapped, job_, *executor_, findings);
   for (Finding& f : findings) report(std::move(f));
   if (!numbers) return tl::make_unexpected(numbers.error());
   summary_.map_points = numbers->points;
@@ -348,6 +377,8 @@ Result<MapSummary> MapRun::run() {
 }
 
 }  // namespace
+
+bool is_connected(const fleet::FleetEstimate& estimate) { return estimate.groups.size() <= 1; }
 
 Result<MapSummary> run_map(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop) {
   if (job.vehicles.empty()) return fail(ErrorCode::kUsage, "", "no vehicle to map");

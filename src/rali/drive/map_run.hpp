@@ -10,6 +10,7 @@
 #include "rali/drive/input/input_report.hpp"
 #include "rali/drive/ranges/range_log.hpp"
 #include "rali/drive/ranges/range_options.hpp"
+#include "rali/fleet/centre/centre.hpp"
 #include "rali/map/settings.hpp"
 #include "rali/vehicle/settings.hpp"
 
@@ -32,10 +33,11 @@ struct MapJob {
   std::vector<VehicleJob> vehicles;
   std::string out_dir = "out";
   bool overwrite = false;
-  bool strict = false;           ///< the first gap ends the run
-  int threads = 0;               ///< 0: one per core; results do not depend on it
-  RangeOptions ranges;           ///< of all vehicles
-  bool clocks_separate = false;  ///< recorded on other days: no ranges between the vehicles
+  bool strict = false;          ///< the first gap ends the run
+  int threads = 0;              ///< 0: one per core; results do not depend on it
+  RangeOptions ranges;          ///< of all vehicles
+  fleet::FleetSettings fleet;   ///< of the joint map
+  fleet::FleetKnowledge known;  ///< start poses and radios, as users measured them
   std::vector<std::string> formats = {"pcd", "ply"};  ///< of map.*: pcd ply las
   map::MapSettings map;                               ///< voxel, removal of what moved, 2-D grid
   bool write_mcap = true;
@@ -85,11 +87,15 @@ struct VehicleSummary {
   double tilt_sigma_rad = 0.0;  ///< of T_map_odom about the horizontal axes
 };
 
+/// True if all vehicles share one frame.
+[[nodiscard]] bool is_connected(const fleet::FleetEstimate& estimate);
+
 /// What a run came to; the command line prints it.
 struct MapSummary {
   RunStatus status = RunStatus::kComplete;
   std::vector<VehicleSummary> vehicles;
   RangeTally ranges;
+  fleet::FleetEstimate fleet;  ///< groups, frames, loops and biases
   std::size_t map_points = 0;
   std::size_t removed_points = 0;
   double map_thickness_m = 0.0;
@@ -99,8 +105,9 @@ struct MapSummary {
   bool gaps = false;  ///< exit code 3
 };
 
-/// Runs the vehicles over their recordings and writes the outputs of docs/outputs. Each vehicle
-/// gets a frame of its own, levelled by gravity; `map.*` holds the one with the most keyframes.
+/// Runs the vehicles over their recordings, joins them, and writes the outputs of docs/outputs.
+/// Vehicles that cannot be joined keep frames of their own, levelled by gravity; `map.*` holds the
+/// largest group.
 /// @param stop set from outside: the run ends at the data time reached, outputs are finished.
 /// Errors: kUsage (folder not empty), kInput (unfit input), kMachine (disk); what is whole is kept.
 [[nodiscard]] Result<MapSummary> run_map(const MapJob& job, ProgressSink& sink,

@@ -39,13 +39,21 @@ Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps) {
   return f;
 }
 
-Finding not_joined_finding(std::size_t vehicles) {
-  Finding f;
-  f.id = "fleet.not_joined";
-  f.text = fmt::format("{} vehicles keep frames of their own: this version does not join them",
-                       vehicles);
-  f.effect = "map.* holds the vehicle with the most keyframes.";
-  return f;
+FindingList not_joined_findings(const fleet::FleetEstimate& estimate,
+                                const std::vector<std::string>& names) {
+  FindingList findings;
+  for (const fleet::VehicleFrame& frame : estimate.frames) {
+    if (frame.group == 0) continue;
+    Finding f;
+    f.id = "fleet.not_joined";
+    f.vehicle = names[frame.vehicle.value];
+    f.text = "is in a frame of its own";
+    if (estimate.groups[frame.group].size() > 1) f.text = "is not in the frame of the map";
+    if (!frame.waits_for.empty()) f.text += ": " + frame.waits_for;
+    f.effect = "map.* does not hold it.";
+    findings.push_back(std::move(f));
+  }
+  return findings;
 }
 
 Finding no_map_finding() {

@@ -8,6 +8,7 @@
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
 #include "rali/drive/vehicle_run.hpp"
+#include "rali/fleet/centre/estimate.hpp"
 
 namespace rali::drive {
 
@@ -17,7 +18,9 @@ namespace rali::drive {
 [[nodiscard]] std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& input);
 
 [[nodiscard]] Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps);
-[[nodiscard]] Finding not_joined_finding(std::size_t vehicles);
+/// One for each group but the largest, with what would join it.
+[[nodiscard]] FindingList not_joined_findings(const fleet::FleetEstimate& estimate,
+                                              const std::vector<std::string>& names);
 [[nodiscard]] Finding no_map_finding();
 
 /// A vehicle whose data could not be read to their end, while others could.

@@ -64,6 +64,8 @@ Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& finding
       if (use->used()) ++ranges_used_;
     } else if (const auto* gravity = std::get_if<vehicle::GravityEstimate>(&output)) {
       gravity_ = *gravity;
+    } else if (const auto* made = std::get_if<vehicle::FactMade>(&output)) {
+      facts_.push_back(made->fact);
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
       findings.push_back(*finding);
       findings.back().vehicle = name_;
@@ -129,13 +131,18 @@ geometry::SE3 VehicleRun::frame_so_far() const {
   return level_frame(gravity_ ? gravity_->g_odom_mps2 : kDown_mps2, poses_.front().T_odom_body);
 }
 
+void VehicleRun::join(const geometry::SE3& T_map_odom, KeyframeCorrections keyframes) {
+  T_map_odom_joint_ = T_map_odom;
+  corrections_ = std::move(keyframes);
+}
+
 Status VehicleRun::finish() {
   correct_path(corrections_, poses_, keyframes_);
   const WayLength way = way_length(poses_);
   path_m_ = way.path_m;
   blind_m_ = way.blind_m;
   held_m_ = way.held_m;
-  T_map_odom_ = frame_so_far();
+  T_map_odom_ = T_map_odom_joint_.value_or(frame_so_far());
   const geometry::Vec3 g_odom = gravity_ ? gravity_->g_odom_mps2 : kDown_mps2;
   if (gravity_ && g_odom.norm() > 0.0) {
     const geometry::Vec3 down = g_odom.normalized();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,9 +33,18 @@ class VehicleRun {
   /// LiDAR, sweeps for the session. Errors: kMachine.
   [[nodiscard]] Status see(const vehicle::Event& event);
 
+  /// What the fleet's joint estimate makes of this vehicle: its frame, and where its keyframes were
+  /// in odom. To be told before finish(); takes the place of what the vehicle alone knew.
+  void join(const geometry::SE3& T_map_odom, KeyframeCorrections keyframes);
+
   /// Closes the growing files, moves poses and keyframes to where ranges corrected them, and fixes
   /// the frame of the results. The files of the odometry keep what was told at the time.
   [[nodiscard]] Status finish();
+
+  /// What the vehicle told the fleet, in the order in which it did.
+  [[nodiscard]] const std::vector<std::shared_ptr<const fleet::Fact>>& facts() const {
+    return facts_;
+  }
 
   [[nodiscard]] const std::string& name() const { return name_; }
 
@@ -82,6 +92,8 @@ class VehicleRun {
   double path_m_ = 0.0, blind_m_ = 0.0, held_m_ = 0.0;
   std::size_t ranges_ = 0, ranges_used_ = 0;
   KeyframeCorrections corrections_;
+  std::optional<geometry::SE3> T_map_odom_joint_;
+  std::vector<std::shared_ptr<const fleet::Fact>> facts_;
   BlindHold hold_;
   GyroRatio gyro_ratio_;
   geometry::Vec3 gyro_turn_rad_ = geometry::Vec3::Zero();  ///< since the last pose

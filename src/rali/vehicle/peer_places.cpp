@@ -1,6 +1,6 @@
 #include "rali/vehicle/peer_places.hpp"
 
-#include <Eigen/Geometry>
+#include "rali/fleet/path/level.hpp"
 
 namespace rali::vehicle {
 
@@ -25,20 +25,9 @@ std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings) {
   return peers;
 }
 
-SE3 level_start(const SE3& T_odom_first, const Vec3& up_odom) {
-  const Vec3 forward = T_odom_first.R.col(0);
-  const Vec3 x = (forward - forward.dot(up_odom) * up_odom).normalized();
-  SE3 T;
-  T.R.col(0) = x;
-  T.R.col(1) = up_odom.cross(x);
-  T.R.col(2) = up_odom;
-  T.p = T_odom_first.p;
-  return T;
-}
-
 Vec3 place_of(const PeerPrior& prior, const Vec3& p_peer_m, const SE3& T_odom_first,
               const Vec3& up_odom) {
-  return level_start(T_odom_first, up_odom) * (prior.T_self_peer * p_peer_m);
+  return fleet::level_start(T_odom_first, up_odom) * (prior.T_self_peer * p_peer_m);
 }
 
 }  // namespace rali::vehicle

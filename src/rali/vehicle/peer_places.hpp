@@ -26,10 +26,6 @@ struct PeerWatch {
 /// All peers by their number.
 [[nodiscard]] std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings);
 
-/// Frame of priors: at the first pose, level, heading along x.
-[[nodiscard]] geometry::SE3 level_start(const geometry::SE3& T_odom_first,
-                                        const geometry::Vec3& up_odom);
-
 /// Where a point of the peer's body is in odom, as measured by hand before the start.
 [[nodiscard]] geometry::Vec3 place_of(const PeerPrior& prior, const geometry::Vec3& p_peer_m,
                                       const geometry::SE3& T_odom_first,

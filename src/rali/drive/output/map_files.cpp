@@ -69,10 +69,16 @@ Status write_grid_files(const map::OccupancyGrid& grid, const std::string& out_d
 
 }  // namespace
 
-Result<MapNumbers> write_map_files(const VehicleRun& run, const MapJob& job, Executor& executor,
-                                   FindingList& findings) {
-  const map::KeyframeStream stream =
-      keyframe_stream(job.out_dir, run.keyframes(), run.T_map_odom());
+Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs, const MapJob& job,
+                                   Executor& executor, FindingList& findings) {
+  const map::KeyframeStream stream = [&](const map::KeyframeVisitor& visit) -> Status {
+    for (const VehicleRun* run : runs) {
+      const Status status =
+          keyframe_stream(job.out_dir, run->keyframes(), run->T_map_odom())(visit);
+      if (!status) return status;
+    }
+    return {};
+  };
   const Result<map::MapResult> result = map::build_map(stream, job.map, executor, findings);
   if (!result) return tl::make_unexpected(result.error());
   if (Status s = write_clouds(*result, job); !s) return tl::make_unexpected(s.error());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "rali/base/executor.hpp"
 #include "rali/base/finding.hpp"
@@ -15,9 +16,10 @@ struct MapNumbers {
   double thickness_m = 0.0;
 };
 
-/// Renders the map of one vehicle from its keyframes on disk and writes map.*, removed.pcd,
-/// map_2d.pgm and map_2d.yaml. Errors: kMachine.
-[[nodiscard]] Result<MapNumbers> write_map_files(const VehicleRun& run, const MapJob& job,
-                                                 Executor& executor, FindingList& findings);
+/// Renders the map of vehicles that share a frame from their keyframes on disk and writes map.*,
+/// removed.pcd, map_2d.pgm and map_2d.yaml. Errors: kMachine.
+[[nodiscard]] Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs,
+                                                 const MapJob& job, Executor& executor,
+                                                 FindingList& findings);
 
 }  // namespace rali::drive

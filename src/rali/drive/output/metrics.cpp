@@ -93,6 +93,29 @@ Json ranges_json(const RangeTally& ranges, const MapJob& job) {
   return json;
 }
 
+/// Who shares a frame with whom, and what holds them together.
+Json fleet_json(const MapSummary& summary) {
+  const fleet::FleetEstimate& fleet = summary.fleet;
+  Json json{{"groups", Json::array()}, {"frames", Json::object()}};
+  for (const std::vector<VehicleId>& group : fleet.groups) {
+    Json names = Json::array();
+    for (const VehicleId id : group) names.push_back(summary.vehicles[id.value].name);
+    json["groups"].push_back(names);
+  }
+  for (const fleet::VehicleFrame& f : fleet.frames) {
+    json["frames"][summary.vehicles[f.vehicle.value].name] = {{"decided_by", f.decided_by},
+                                                              {"sigma_m", number(f.sigma_m)},
+                                                              {"sigma_rad", number(f.sigma_rad)},
+                                                              {"waits_for", f.waits_for}};
+  }
+  const auto accepted = std::count_if(fleet.loops.begin(), fleet.loops.end(),
+                                      [](const fleet::LoopVerdict& l) { return l.accepted; });
+  json["loops_accepted"] = accepted;
+  json["loops_refused"] = static_cast<std::ptrdiff_t>(fleet.loops.size()) - accepted;
+  json["rounds"] = 0;
+  return json;
+}
+
 std::string sentence(const Finding& f) {
   std::string text = f.text;
   for (const std::string* part : {&f.effect, &f.remedy}) {
@@ -135,12 +158,8 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
   json["t_begin_s"] = any ? number(t_begin.s(), 6) : Json(nullptr);
   json["t_end_s"] = any ? number(t_end.s(), 6) : Json(nullptr);
   json["vehicles"] = Json::object();
-  Json groups = Json::array();
-  for (const VehicleSummary& v : summary.vehicles) {
-    json["vehicles"][v.name] = vehicle_json(v);
-    groups.push_back(Json::array({v.name}));
-  }
-  json["fleet"] = {{"groups", groups}, {"loops_accepted", 0}, {"loops_refused", 0}, {"rounds", 0}};
+  for (const VehicleSummary& v : summary.vehicles) json["vehicles"][v.name] = vehicle_json(v);
+  json["fleet"] = fleet_json(summary);
   json["ranges"] = ranges_json(summary.ranges, job);
   json["map"] = {{"points", summary.map_points},
                  {"voxel_m", number(job.map.voxel_m)},

@@ -14,6 +14,7 @@ namespace rali::drive {
                                          const std::vector<std::string>& vehicles);
 
 /// keyframes.csv, graph.g2o, graph.pyfg, loops.csv. Errors: kMachine.
-[[nodiscard]] Status write_fleet_files(const std::vector<VehicleRun>& runs, const MapJob& job);
+[[nodiscard]] Status write_fleet_files(const std::vector<VehicleRun>& runs,
+                                       const fleet::FleetEstimate& estimate, const MapJob& job);
 
 }  // namespace rali::drive

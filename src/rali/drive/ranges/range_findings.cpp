@@ -60,7 +60,7 @@ FindingList range_findings(const RangeTally& tally, const MapJob& job,
                            "See rali info for its topics and types."));
   }
   if (tally.total == 0 || tally.used() > 0) return list;
-  if (job.clocks_separate) {
+  if (!job.known.common_clock) {
     list.push_back(finding("ranges.separate",
                            fmt::format("{} not used: the vehicles share no clock (clock: separate)",
                                        counted(tally.total, "range")),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,6 +22,7 @@ struct KeyframePose {
 /// How a vehicle hangs in the fleet's map.
 struct VehicleFrame {
   VehicleId vehicle;
+  std::uint32_t epoch = 0;
   /// Index in FleetEstimate::groups. Vehicles of one group share one map; its frame is that of the
   /// group's first vehicle: origin and heading of its first pose, z up.
   std::size_t group = 0;

@@ -25,11 +25,14 @@ class VehiclePath {
     Increment step;
   };
 
-  explicit VehiclePath(VehicleId vehicle) : vehicle_(vehicle) {}
+  explicit VehiclePath(VehicleId vehicle, std::uint32_t epoch = 0)
+      : vehicle_(vehicle), epoch_(epoch) {}
 
   void add(Time t, const FactBody& body);
 
   [[nodiscard]] VehicleId vehicle() const { return vehicle_; }
+
+  [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
 
   [[nodiscard]] const std::string& name() const { return start_.name; }
 
@@ -68,6 +71,7 @@ class VehiclePath {
   void add_ranges(const RangeBlock& block);
 
   VehicleId vehicle_;
+  std::uint32_t epoch_ = 0;
   EpochStart start_;
   std::vector<Node> nodes_;
   std::map<std::uint32_t, std::uint32_t> keyframes_;  ///< to the number of its node

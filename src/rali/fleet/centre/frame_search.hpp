@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/fleet/centre/fleet_settings.hpp"
+#include "rali/fleet/centre/joint_graph.hpp"
+#include "rali/fleet/centre/joint_ranges.hpp"
+#include "rali/fleet/frames/frame_solver.hpp"
+
+namespace rali::fleet {
+
+/// Looks for the frames of all paths (algorithms_fleet 7): by ranges, by start poses, and by what
+/// scans say where pieces of two paths look alike or a start pose tells where to look.
+/// @param paths at least one, each with a node
+[[nodiscard]] FrameSolver find_frames(std::span<const VehiclePath> paths,
+                                      std::span<const PathSubmap> submaps,
+                                      const JointRanges& ranges,
+                                      const std::vector<StartPrior>& starts,
+                                      const FleetSettings& settings, Executor& executor);
+
+}  // namespace rali::fleet

@@ -1,0 +1,228 @@
+#include "rali/fleet/centre/group_estimate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "rali/fleet/centre/scan_evidence.hpp"
+
+namespace rali::fleet {
+
+using geometry::Mat3;
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+
+namespace {
+
+/// Of (R_i^T R_j, R_i^T (p_j - p_i)): rotation in j, translation in i, from the joint covariance of
+/// both poses (algorithms_fleet 8.1).
+Mat6 relative_covariance(const SE3& T_i, const SE3& T_j,
+                         const Eigen::Matrix<double, 12, 12>& joint) {
+  const Mat3 R_ti = T_i.R.transpose();
+  Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
+  J.block<3, 3>(0, 0) = -T_j.R.transpose() * T_i.R;
+  J.block<3, 3>(0, 6).setIdentity();
+  J.block<3, 3>(3, 0) = geometry::skew(R_ti * (T_j.p - T_i.p));
+  J.block<3, 3>(3, 3) = -R_ti;
+  J.block<3, 3>(3, 9) = R_ti;
+  return J * joint * J.transpose();
+}
+
+/// One group on its way to an estimate.
+class Group {
+ public:
+  Group(const GroupInput& input, std::size_t group)
+      : in_(input), members_(input.frames.groups[group]), joint_(graph_of(input, group)) {
+    for (const StartPrior& start : in_.starts) {
+      if (has(start.path) && has(start.relative_to)) joint_.add(start);
+    }
+    joint_.add(in_.ranges, in_.bias_m);
+    joint_.solve();
+  }
+
+  void close_loops(Executor& executor);
+  void tell(std::size_t group, FleetEstimate& out);
+
+ private:
+  static JointGraph graph_of(const GroupInput& input, std::size_t group);
+
+  [[nodiscard]] bool has(std::size_t path) const {
+    return std::find(members_.begin(), members_.end(), path) != members_.end();
+  }
+
+  [[nodiscard]] std::optional<places::Guess> guess(std::size_t target, std::size_t source);
+  bool look_once(Executor& executor);
+  void judge(std::vector<LoopFound> found);
+  void tell_paths(std::size_t group, FleetEstimate& out);
+  void tell_loops(FleetEstimate& out);
+
+  const GroupInput& in_;
+  const std::vector<std::size_t>& members_;
+  JointGraph joint_;
+  std::set<std::pair<std::size_t, std::size_t>> compared_;
+  std::vector<LoopVerdict> loops_;
+  std::size_t closed_ = 0;
+};
+
+JointGraph Group::graph_of(const GroupInput& input, std::size_t group) {
+  std::vector<std::optional<SE3>> T_map_odom(input.paths.size());
+  for (const std::size_t path : input.frames.groups[group]) {
+    T_map_odom[path] = input.frames.T_map_odom[path];
+  }
+  return {input.paths, std::move(T_map_odom), input.settings.joint, input.settings.ranging};
+}
+
+/// As the graph has it; on top of it comes what the vehicles' own maps may be off by.
+std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source) {
+  const PathSubmap& t = in_.submaps[target];
+  const PathSubmap& s = in_.submaps[source];
+  if (!has(t.path) || !has(s.path)) return std::nullopt;
+  const SE3 T_t = joint_.T_map_body(t.path, t.node);
+  const SE3 T_s = joint_.T_map_body(s.path, s.node);
+  // Far beyond all doubt about the poses: no need to ask how large it is.
+  constexpr double kDoubtMost_m = 30.0;
+  if ((T_t.p - T_s.p).norm() > in_.settings.places.near.view_m + kDoubtMost_m) return std::nullopt;
+  Mat6 P = relative_covariance(
+      T_t, T_s, joint_.graph().covariance(joint_.seq(t.path, t.node), joint_.seq(s.path, s.node)));
+  const auto& of_t = in_.paths[t.path].nodes()[t.node].step.covariance;
+  const auto& of_s = in_.paths[s.path].nodes()[s.node].step.covariance;
+  if (t.path == s.path) {
+    P.diagonal() += (of_s - of_t).diagonal().cwiseAbs();
+  } else {
+    P.diagonal() += (of_s + of_t).diagonal().cwiseAbs();
+  }
+  // From the bodies to the submaps' frames: the origins are the same.
+  const Mat3 R_t = t.submap.T_ref_body().R;
+  const Mat3 R_s = s.submap.T_ref_body().R;
+  Mat6 turn = Mat6::Zero();
+  turn.topLeftCorner<3, 3>() = R_s;
+  turn.bottomRightCorner<3, 3>() = R_t;
+  places::Guess guess;
+  guess.T_target_source =
+      t.submap.T_ref_body() * (T_t.inverse() * T_s) * s.submap.T_ref_body().inverse();
+  guess.covariance = turn * P * turn.transpose();
+  return guess;
+}
+
+void Group::close_loops(Executor& executor) {
+  if (!in_.settings.loops.use) return;
+  for (int pass = 0; pass < in_.settings.loops.passes; ++pass) {
+    if (!look_once(executor)) return;
+    joint_.solve();
+  }
+}
+
+/// @return false if there was nothing new to compare
+bool Group::look_once(Executor& executor) {
+  const places::PlacesSettings& places = in_.settings.places;
+  std::vector<LoopCandidate> candidates = near_candidates(
+      in_.submaps, [this](std::size_t t, std::size_t s) { return guess(t, s); }, places.near,
+      in_.settings.loops);
+  std::erase_if(candidates, [this](const LoopCandidate& c) {
+    return !compared_.emplace(c.target, c.source).second;
+  });
+  if (candidates.empty()) return false;
+  judge(compare_all(in_.submaps, std::move(candidates), places.recognise, executor));
+  return true;
+}
+
+/// Each on its own against paths and ranges, before any may speak for another (the veto of 8.4).
+void Group::judge(std::vector<LoopFound> found) {
+  std::vector<graph::RelativePoseFactor> asked;
+  std::vector<Loop> loops;
+  std::vector<std::size_t> of_verdict;
+  for (const LoopFound& f : found) {
+    const PathSubmap& target = in_.submaps[f.candidate.target];
+    const PathSubmap& source = in_.submaps[f.candidate.source];
+    LoopVerdict verdict;
+    verdict.from = target.submap.middle();
+    verdict.to = source.submap.middle();
+    verdict.t_from = in_.paths[target.path].nodes()[target.node].t;
+    verdict.t_to = in_.paths[source.path].nodes()[source.node].t;
+    verdict.reason = f.recognition.found() ? "ambiguous" : "no_match";
+    if (f.recognition.usable()) {
+      const Loop loop = loop_of(in_.submaps, f);
+      verdict.T_from_to = loop.T_from_to;
+      verdict.information = loop.information;
+      verdict.score = loop.overlap;
+      of_verdict.push_back(loops_.size());
+      asked.push_back(
+          {*joint_.seq(loop.from), *joint_.seq(loop.to), loop.T_from_to, loop.information});
+      loops.push_back(loop);
+    }
+    loops_.push_back(verdict);
+  }
+  const std::vector<graph::LoopVerdict> judged = joint_.graph().judge(asked);
+  for (std::size_t k = 0; k < judged.size(); ++k) {
+    LoopVerdict& verdict = loops_[of_verdict[k]];
+    verdict.shift_m = (judged[k].T_i_j.p - verdict.T_from_to.p).norm();
+    verdict.reason = judged[k].vetoed() ? "veto" : "accepted";
+    verdict.accepted = !judged[k].vetoed();
+    if (verdict.accepted) joint_.add_loop(of_verdict[k], loops[k]);
+  }
+}
+
+void Group::tell(std::size_t group, FleetEstimate& out) {
+  tell_loops(out);
+  tell_paths(group, out);
+}
+
+/// The solver has the last word on a loop: it may have switched it off.
+void Group::tell_loops(FleetEstimate& out) {
+  for (const graph::LoopState& state : joint_.graph().loops()) {
+    LoopVerdict& verdict = loops_[state.id];
+    if (state.weight >= 0.5) {
+      ++closed_;
+      continue;
+    }
+    verdict.accepted = false;
+    verdict.reason = "contradicts_others";
+  }
+  out.loops.insert(out.loops.end(), loops_.begin(), loops_.end());
+  std::stable_sort(out.loops.begin(), out.loops.end(),
+                   [](const LoopVerdict& a, const LoopVerdict& b) {
+                     return std::max(a.t_from, a.t_to) < std::max(b.t_from, b.t_to);
+                   });
+}
+
+void Group::tell_paths(std::size_t group, FleetEstimate& out) {
+  std::vector<VehicleId> ids;
+  const bool changed = members_.size() > 1 || closed_ > 0;
+  for (const std::size_t path : members_) {
+    const VehiclePath& p = in_.paths[path];
+    ids.push_back(p.vehicle());
+    VehicleFrame& frame = out.frames[path];
+    frame.vehicle = p.vehicle();
+    frame.epoch = p.epoch();
+    frame.group = group;
+    frame.decided_by = in_.frames.decided_by[path];
+    frame.T_map_odom = joint_.T_map_body(path, 0) * p.nodes().front().step.T_odom_body.inverse();
+    const Mat6 P = joint_.covariance(path, 0);
+    frame.sigma_m = std::sqrt(std::max(0.0, P(3, 3) + P(4, 4)));
+    frame.sigma_rad = std::sqrt(std::max(0.0, P(2, 2)));
+    for (std::size_t k = 0; changed && k < p.nodes().size(); ++k) {
+      const Increment& step = p.nodes()[k].step;
+      if (!step.keyframe) continue;
+      out.keyframes[{p.vehicle(), *step.keyframe}] = {p.nodes()[k].t, joint_.T_map_body(path, k),
+                                                      joint_.covariance(path, k)};
+    }
+  }
+  out.groups.push_back(std::move(ids));
+  if (!changed) return;
+  for (const PairBias& bias : joint_.biases()) out.biases.push_back(bias);
+  for (const UsedRange& range : joint_.used_ranges()) out.ranges.push_back(range);
+}
+
+}  // namespace
+
+void estimate_group(const GroupInput& input, std::size_t group, Executor& executor,
+                    FleetEstimate& out) {
+  out.frames.resize(input.paths.size());
+  Group work(input, group);
+  work.close_loops(executor);
+  work.tell(group, out);
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,222 @@
+#include "rali/fleet/centre/joint_graph.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "rali/fleet/path/level.hpp"
+
+namespace rali::fleet {
+
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+using graph::Seq;
+
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+double inverse_square(double sigma) { return 1.0 / (sigma * sigma); }
+
+/// The state of a node, brought into the map.
+graph::KeyframeState state_in_map(const Increment& step, const SE3& T_map_odom) {
+  return {T_map_odom * step.T_odom_body, T_map_odom.R * step.v_odom_mps, step.gyro_bias_radps,
+          step.accel_bias_mps2};
+}
+
+}  // namespace
+
+JointGraph::JointGraph(std::span<const VehiclePath> paths,
+                       std::vector<std::optional<SE3>> T_map_odom, const JointSettings& settings,
+                       const ranging::RangingSettings& ranging)
+    : paths_(paths),
+      T_map_odom_(std::move(T_map_odom)),
+      settings_(settings),
+      ranging_(ranging),
+      graph_(std::make_unique<graph::GlobalGraph>(settings.graph)) {
+  std::size_t nodes = 0;
+  bool fixed = false;
+  for (std::size_t path = 0; path < paths_.size(); ++path) {
+    first_.push_back(nodes);
+    if (!T_map_odom_[path] || paths_[path].nodes().empty()) continue;
+    nodes += paths_[path].nodes().size();
+    add_path(path);
+    if (!fixed) graph_->fix(seq(path, 0));
+    fixed = true;
+  }
+  first_.push_back(nodes);
+}
+
+Seq JointGraph::seq(std::size_t path, std::size_t node) const {
+  return static_cast<Seq>(first_[path] + node);
+}
+
+bool JointGraph::has_speed(Seq seq) const {
+  return graph_->nodes()[static_cast<std::size_t>(seq)].dim == graph::kStateDim;
+}
+
+std::optional<Seq> JointGraph::seq(KeyframeId keyframe) const {
+  for (std::size_t path = 0; path < paths_.size(); ++path) {
+    if (paths_[path].vehicle() != keyframe.vehicle || !T_map_odom_[path]) continue;
+    const std::optional<std::size_t> node = paths_[path].node_of(keyframe.seq);
+    if (node) return seq(path, *node);
+  }
+  return std::nullopt;
+}
+
+/// Speed and biases are worth their unknowns only where the LiDAR is blind, and around there.
+std::vector<bool> JointGraph::inertial_nodes(const VehiclePath& path) const {
+  const auto& nodes = path.nodes();
+  const auto margin = static_cast<std::size_t>(settings_.inertial_margin);
+  std::vector<bool> inertial(nodes.size(), false);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    if (!nodes[k].step.blind) continue;
+    const std::size_t begin = k > margin ? k - margin : 0;
+    const std::size_t end = std::min(nodes.size(), k + margin + 1);
+    for (std::size_t i = begin; i < end; ++i) inertial[i] = nodes[i].step.levelled;
+  }
+  return inertial;
+}
+
+void JointGraph::add_path(std::size_t path) {
+  const auto& nodes = paths_[path].nodes();
+  const std::vector<bool> inertial = inertial_nodes(paths_[path]);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const graph::KeyframeState state = state_in_map(nodes[k].step, *T_map_odom_[path]);
+    if (inertial[k]) {
+      graph_->add_state(state);
+      const bool begins =
+          k == 0 || !inertial[k - 1] || !nodes[k].step.inertial || !paths_[path].ties_to_before(k);
+      if (begins) add_start_of_inertial(seq(path, k));
+    } else {
+      graph_->add_pose(state.T_odom_body);
+    }
+  }
+  add_steps(path);
+  add_tilt(path);
+}
+
+void JointGraph::add_start_of_inertial(Seq seq) {
+  graph::PriorFactor prior;
+  prior.i = seq;
+  prior.mean = graph_->state(seq);
+  const auto set = [&prior](int first, double sigma) {
+    prior.information.diagonal().segment<3>(first).setConstant(inverse_square(sigma));
+  };
+  set(graph::kVel, settings_.start_speed_sigma_mps);
+  set(graph::kGyroBias, settings_.start_gyro_bias_sigma_radps);
+  set(graph::kAccelBias, settings_.start_accel_bias_sigma_mps2);
+  graph_->add(prior);
+}
+
+void JointGraph::add_steps(std::size_t path) {
+  const auto& nodes = paths_[path].nodes();
+  for (std::size_t k = 1; k < nodes.size(); ++k) {
+    const Increment& before = nodes[k - 1].step;
+    const Increment& step = nodes[k].step;
+    graph::RelativePoseFactor shape;
+    shape.i = seq(path, k - 1);
+    shape.j = seq(path, k);
+    shape.T_i_j = before.T_odom_body.inverse() * step.T_odom_body;
+    const bool inertial =
+        paths_[path].ties_to_before(k) && step.inertial && has_speed(shape.i) && has_speed(shape.j);
+    if (step.begins) {
+      shape.information.diagonal().head<3>().setConstant(inverse_square(settings_.lost_rad));
+      shape.information.diagonal().tail<3>().setConstant(inverse_square(settings_.lost_m));
+    } else {
+      shape.information =
+          shape_information(step.lidar_information, before.T_odom_body, settings_.shape);
+      if (!inertial) loosen_gap(shape.information, settings_.shape);
+    }
+    graph_->add(shape);
+    if (inertial) {
+      graph::InertialFactor factor = *step.inertial;
+      factor.i = shape.i;
+      factor.j = shape.j;
+      factor.g_odom_mps2 = T_map_odom_[path]->R * step.g_odom_mps2;
+      graph_->add(factor);
+    }
+    if (!before.at_rest) continue;
+    graph::StandstillFactor rest;
+    rest.i = shape.i;
+    if (step.at_rest && !step.begins) rest.next = shape.j;
+    if (rest.next || has_speed(rest.i)) graph_->add(rest);
+  }
+}
+
+/// Gravity as the odometry of the vehicle knows it: its nodes' own errors of it are small and its
+/// common one is not, hence few of them count.
+void JointGraph::add_tilt(std::size_t path) {
+  const auto& nodes = paths_[path].nodes();
+  const Vec3 up_odom = paths_[path].up_odom();
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    if (k % static_cast<std::size_t>(settings_.tilt_every) != 0) continue;
+    const Increment& step = nodes[k].step;
+    if (!step.levelled && k > 0) continue;
+    graph::GravityFactor gravity;
+    gravity.i = seq(path, k);
+    gravity.up_body = step.T_odom_body.R.transpose() * up_odom;
+    gravity.sigma_rad =
+        kRadPerDeg * (step.levelled ? settings_.tilt_deg : settings_.tilt_unlevelled_deg);
+    graph_->add(gravity);
+  }
+}
+
+/// Bodies are not level where they start: the prior speaks of their level frames, and of the
+/// vertical axis alone.
+void JointGraph::add(const StartPrior& prior) {
+  if (!T_map_odom_[prior.relative_to] || !T_map_odom_[prior.path]) return;
+  const auto T_body_level = [this](std::size_t path) {
+    const SE3& T = paths_[path].nodes().front().step.T_odom_body;
+    return T.inverse() * level_start(T, paths_[path].up_odom());
+  };
+  graph::RelativePoseFactor factor;
+  factor.i = seq(prior.relative_to, 0);
+  factor.j = seq(prior.path, 0);
+  factor.T_i_j =
+      T_body_level(prior.relative_to) * prior.T_relative_path * T_body_level(prior.path).inverse();
+  const Vec3 up_body = paths_[prior.path].nodes().front().step.T_odom_body.R.transpose() *
+                       paths_[prior.path].up_odom();
+  factor.information.topLeftCorner<3, 3>() =
+      inverse_square(prior.sigma_rad) * up_body * up_body.transpose();
+  factor.information.diagonal().tail<3>().setConstant(inverse_square(prior.sigma_m));
+  graph_->add(factor);
+}
+
+void JointGraph::add_loop(std::uint64_t id, const Loop& loop) {
+  const std::optional<Seq> i = seq(loop.from);
+  const std::optional<Seq> j = seq(loop.to);
+  if (!i || !j) return;
+  graph_->add(graph::LoopFactor{id, {*i, *j, loop.T_from_to, loop.information}});
+}
+
+void JointGraph::solve() {
+  covariances_.clear();
+  for (int round = 0; round < settings_.rounds; ++round) {
+    if (graph_->loops().empty()) {
+      graph_->solve(settings_.iterations);
+    } else {
+      graph_->solve_full();
+    }
+    if (round + 1 < settings_.rounds) judge_again();
+  }
+}
+
+SE3 JointGraph::T_map_body(std::size_t path, std::size_t node) const {
+  return graph_->state(seq(path, node)).T_odom_body;
+}
+
+/// What the vehicle's own map is wrong by the graph does not know: it is taken from the filter,
+/// where the LiDAR sees.
+Mat6 JointGraph::covariance(std::size_t path, std::size_t node) {
+  const Increment& step = paths_[path].nodes()[node].step;
+  Mat6 turn = Mat6::Identity();
+  turn.bottomRightCorner<3, 3>() = T_map_odom_[path]->R;
+  const Mat6 share = known_share(step.lidar_information, settings_.shape);
+  const Mat6 of_map = turn * share * step.covariance * share.transpose() * turn.transpose();
+  if (covariances_.empty()) covariances_ = graph_->covariances();
+  return covariances_[first_[path] + node] + of_map;
+}
+
+}  // namespace rali::fleet

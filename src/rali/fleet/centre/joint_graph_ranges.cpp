@@ -1,0 +1,169 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "rali/fleet/centre/joint_graph.hpp"
+#include "rali/ranging/excess_watch.hpp"
+#include "rali/ranging/range_gate.hpp"
+#include "rali/ranging/range_thinning.hpp"
+
+namespace rali::fleet {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+graph::RangeEnd JointGraph::end_of(std::size_t path, const RangeEnd& end) const {
+  const auto& nodes = paths_[path].nodes();
+  graph::RangeEnd factor;
+  const std::size_t k = end.place.node;
+  factor.i = seq(path, k);
+  factor.p_i_m = nodes[k].step.T_odom_body.inverse() * end.p_odom_m;
+  if (k + 1 < nodes.size() && end.place.alpha > 0.0) {
+    factor.j = seq(path, k + 1);
+    factor.p_j_m = nodes[k + 1].step.T_odom_body.inverse() * end.p_odom_m;
+    factor.alpha = end.place.alpha;
+  }
+  return factor;
+}
+
+/// Between the nodes around it.
+Vec3 JointGraph::velocity_map(std::size_t path, const RangeEnd& end) const {
+  const auto& nodes = paths_[path].nodes();
+  const std::size_t k = end.place.node;
+  if (k + 1 >= nodes.size() || end.at_rest) return Vec3::Zero();
+  const double span_s = (nodes[k + 1].t - nodes[k].t).s();
+  const Vec3 step_m = nodes[k + 1].step.T_odom_body.p - nodes[k].step.T_odom_body.p;
+  return T_map_odom_[path]->R * (step_m / span_s);
+}
+
+void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<double>>& bias_m) {
+  pairs_ = joint.pairs;
+  const auto in_group = [&](const AntennaPair& pair) {
+    return T_map_odom_[pair.a.path] && T_map_odom_[pair.b.path];
+  };
+  // A bias somebody calibrated still wanders by some of what it was.
+  constexpr double kCalibratedShare = 0.2;
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    if (!in_group(pairs_[k])) continue;
+    const double share = bias_m[k] ? kCalibratedShare : 1.0;
+    graph_->add_bias(static_cast<int>(k), bias_m[k].value_or(0.0), share * ranging_.bias.sigma_m);
+  }
+  graph_->add_tau(0, 0.0, ranging_.bias.tau_sigma_s);
+  std::map<int, ranging::RangeThinning> thinning;
+  for (const JointRange& r : joint.ranges) {
+    const AntennaPair& pair = pairs_[static_cast<std::size_t>(r.pair)];
+    if (!in_group(pair)) continue;
+    Range range;
+    range.sigma_m = r.sigma_m;
+    graph::RangeFactor& f = range.factor;
+    static_cast<graph::RangeEnd&>(f) = end_of(pair.a.path, r.a);
+    f.other = end_of(pair.b.path, r.b);
+    f.id = next_range_++;
+    f.t = r.t;
+    f.bias = r.pair;
+    f.tau = 0;
+    const Vec3 between =
+        *T_map_odom_[pair.b.path] * r.b.p_odom_m - *T_map_odom_[pair.a.path] * r.a.p_odom_m;
+    f.range_rate_mps =
+        between.normalized().dot(velocity_map(pair.b.path, r.b) - velocity_map(pair.a.path, r.a));
+    f.range_m = r.range_m;
+    const auto watch = thinning.emplace(r.pair, ranging::RangeThinning(ranging_.slow)).first;
+    const double inflation = watch->second.inflation(r.t, r.sigma_m, r.a.at_rest && r.b.at_rest);
+    f.sigma_m = r.sigma_m * std::sqrt(inflation);
+    graph_->add(f);
+    ranges_.push_back(range);
+  }
+}
+
+/// Each range once more against the paths as they are known now, in the order of time: what did not
+/// fit wrong paths may fit the right ones, and the other way round.
+void JointGraph::judge_again() {
+  std::map<int, ranging::ExcessWatch> watches;
+  const double path_sigma_m = settings_.path_sigma_m;
+  for (Range& range : ranges_) {
+    auto& watch =
+        watches.emplace(*range.factor.bias, ranging::ExcessWatch(ranging_.excess)).first->second;
+    const double nu_m = -graph_->residual(range.factor);
+    const double S_m2 = range.sigma_m * range.sigma_m + path_sigma_m * path_sigma_m;
+    const auto verdict =
+        watch.look(range.factor.t, nu_m, range.sigma_m, path_sigma_m, path_sigma_m / 4);
+    const bool step =
+        verdict == ranging::ExcessVerdict::kExcess || verdict == ranging::ExcessVerdict::kWaiting;
+    const bool fits = !step && ranging::gate(nu_m, S_m2, range.sigma_m, true, ranging_.gate).inside;
+    if (fits == range.used) continue;
+    if (fits) {
+      range.factor.id = next_range_++;
+      graph_->add(range.factor);
+    } else {
+      graph_->remove_range(range.factor.id);
+    }
+    range.used = fits;
+  }
+}
+
+std::vector<PairBias> JointGraph::biases() {
+  std::vector<PairBias> biases(pairs_.size());
+  std::vector<double> squares(pairs_.size(), 0.0);
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    biases[k].a = paths_[pairs_[k].a.path].vehicle();
+    biases[k].b = paths_[pairs_[k].b.path].vehicle();
+    biases[k].antenna_a = pairs_[k].a.number;
+    biases[k].antenna_b = pairs_[k].b.number;
+    if (!T_map_odom_[pairs_[k].a.path] || !T_map_odom_[pairs_[k].b.path]) continue;
+    const graph::ScalarEstimate bias = graph_->bias(static_cast<int>(k));
+    biases[k].bias_m = bias.mean;
+    biases[k].sigma_m = std::sqrt(std::max(0.0, bias.variance));
+  }
+  for (const Range& range : ranges_) {
+    const auto k = static_cast<std::size_t>(*range.factor.bias);
+    ++biases[k].ranges;
+    if (!range.used) continue;
+    ++biases[k].used;
+    const double r_m = graph_->residual(range.factor);
+    squares[k] += r_m * r_m;
+  }
+  for (std::size_t k = 0; k < biases.size(); ++k) {
+    if (biases[k].used == 0) continue;
+    biases[k].residual_std_m = std::sqrt(squares[k] / static_cast<double>(biases[k].used));
+  }
+  std::erase_if(biases, [](const PairBias& bias) { return bias.ranges == 0; });
+  return biases;
+}
+
+std::vector<UsedRange> JointGraph::used_ranges() {
+  std::vector<UsedRange> out;
+  for (const Range& range : ranges_) {
+    if (!range.used) continue;
+    const AntennaPair& pair = pairs_[static_cast<std::size_t>(*range.factor.bias)];
+    const auto a = keyframe_near(pair.a.path, range.factor);
+    const auto b = keyframe_near(pair.b.path, *range.factor.other);
+    if (!a || !b) continue;
+    const auto antenna = [&](const Antenna& end, std::size_t node) {
+      return Vec3(T_map_body(end.path, node) * paths_[end.path].antennas_body_m()[end.number]);
+    };
+    UsedRange used;
+    used.t = range.factor.t;
+    used.a = {paths_[pair.a.path].vehicle(), *paths_[pair.a.path].nodes()[*a].step.keyframe};
+    used.b = {paths_[pair.b.path].vehicle(), *paths_[pair.b.path].nodes()[*b].step.keyframe};
+    // What the range would have been at the keyframes, with its own error kept.
+    used.range_m =
+        (antenna(pair.a, *a) - antenna(pair.b, *b)).norm() - graph_->residual(range.factor);
+    used.sigma_m = range.factor.sigma_m;
+    out.push_back(used);
+  }
+  return out;
+}
+
+/// The keyframe nearest in time to the node before an end; nothing if the path has none around.
+std::optional<std::size_t> JointGraph::keyframe_near(std::size_t path,
+                                                     const graph::RangeEnd& end) const {
+  const auto& nodes = paths_[path].nodes();
+  const auto at = static_cast<std::size_t>(end.i) - first_[path];
+  for (std::size_t off = 0; off < nodes.size(); ++off) {
+    if (off <= at && nodes[at - off].step.keyframe) return at - off;
+    if (at + off < nodes.size() && nodes[at + off].step.keyframe) return at + off;
+  }
+  return std::nullopt;
+}
+
+}  // namespace rali::fleet

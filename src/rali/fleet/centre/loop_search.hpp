@@ -1,0 +1,71 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/base/settings.hpp"
+#include "rali/fleet/centre/path_submaps.hpp"
+
+namespace rali::fleet {
+
+/// Where loops are looked for.
+struct LoopSettings {
+  bool use = true;
+  int passes = 2;
+  int per_submap = 3;
+  double apart_m = 25.0;
+  double sigma_min_m = 0.05;
+  int blind_tries = 8;
+  double veto_chi2 = 16.27;
+  double view_step_m = 2.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("use", use, "look for places seen twice");
+    v("passes", passes, 1, 10, "searches, each with what the last one taught");
+    v("per_submap", per_submap, 1, 100, "others that a piece of path is compared with, at most");
+    v("apart_m", apart_m, 1.0, 1000.0, "way between pieces of one path that are compared");
+    v("sigma_min_m", sigma_min_m, 0.0, 10.0, "pieces of one path that are known better are not");
+    v("blind_tries", blind_tries, 0, 1000, "pieces compared where nothing tells how paths lie");
+    v("veto_chi2", veto_chi2, 0.0, 1e6, "a loop that contradicts paths and ranges more is none");
+    v("view_step_m", view_step_m, 0.0, 100.0, "compared pieces of two paths differ by so much way");
+  }
+};
+
+/// Two pieces of path to compare, and how they should lie to each other where that is known.
+struct LoopCandidate {
+  std::size_t target = 0, source = 0;  ///< indices of submaps
+  std::optional<places::Guess> guess;
+};
+
+/// What came of comparing them.
+struct LoopFound {
+  LoopCandidate candidate;
+  places::Recognition recognition;
+};
+
+/// How submap `source` should lie in submap `target`, as the estimate has it; nothing: it does not
+/// know.
+using GuessOf = std::function<std::optional<places::Guess>(std::size_t target, std::size_t source)>;
+
+/// Pairs that may see the same by the guess: of each submap the few nearest others of each path.
+[[nodiscard]] std::vector<LoopCandidate> near_candidates(std::span<const PathSubmap> submaps,
+                                                         const GuessOf& guess_of,
+                                                         const places::NearSettings& near,
+                                                         const LoopSettings& settings);
+
+/// Pairs of two paths that look alike, best first.
+[[nodiscard]] std::vector<LoopCandidate> alike_candidates(
+    std::span<const PathSubmap> submaps, std::size_t path_a, std::size_t path_b,
+    const places::DescriptorSettings& descriptor, const LoopSettings& settings);
+
+/// Compares them all.
+[[nodiscard]] std::vector<LoopFound> compare_all(std::span<const PathSubmap> submaps,
+                                                 std::vector<LoopCandidate> candidates,
+                                                 const places::RecogniseSettings& settings,
+                                                 Executor& executor);
+
+}  // namespace rali::fleet

@@ -1,0 +1,95 @@
+#include "rali/fleet/centre/scan_evidence.hpp"
+
+#include <algorithm>
+
+#include "rali/fleet/centre/path_frames.hpp"
+#include "rali/fleet/path/level.hpp"
+
+namespace rali::fleet {
+
+using geometry::SE3;
+
+namespace {
+
+/// What odometry may be off by at the end of a way, per metre: for where to look, not for what is
+/// believed.
+constexpr double kDriftPerMetre = 0.01;
+constexpr double kTurnPerMetre_rad = 0.0005;
+
+SE3 T_level_body(const VehiclePath& path, const PathSubmap& submap) {
+  return T_level_odom(path) * path.nodes()[submap.node].step.T_odom_body;
+}
+
+}  // namespace
+
+void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+                       const LoopFound& found, int group, const InitSettings& settings,
+                       FrameSolver& solver) {
+  const PathSubmap& target = submaps[found.candidate.target];
+  const PathSubmap& source = submaps[found.candidate.source];
+  if (target.path == source.path) return;
+  const VehiclePath& of_target = paths[target.path];
+  const VehiclePath& of_source = paths[source.path];
+  for (const places::Placement& placement : found.recognition.placements) {
+    const places::BodyRelation relation =
+        places::between_bodies(placement.registration, target.submap, source.submap);
+    PoseEvidence evidence = keyframe_evidence(
+        stream_of(of_source), stream_of(of_target), T_level_body(of_source, source),
+        T_level_body(of_target, target), relation.T_target_source, relation.information, settings);
+    evidence.group = group;
+    solver.add_evidence(evidence);
+  }
+}
+
+GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+                         std::size_t relative_to, std::size_t path, const SE3& T_relative_path,
+                         double sigma_m, double sigma_rad) {
+  // Both submaps in the level frame of the one that the start is relative to.
+  const auto T_start_odom = [&](std::size_t p) {
+    const SE3& T_odom_first = paths[p].nodes().front().step.T_odom_body;
+    return level_start(T_odom_first, paths[p].up_odom()).inverse();
+  };
+  std::vector<SE3> T_common_odom(paths.size());
+  T_common_odom[relative_to] = T_start_odom(relative_to);
+  T_common_odom[path] = T_relative_path * T_start_odom(path);
+  return [submaps, T_common_odom, relative_to, path, T_relative_path, sigma_m, sigma_rad](
+             std::size_t target, std::size_t source) -> std::optional<places::Guess> {
+    const PathSubmap& t = submaps[target];
+    const PathSubmap& s = submaps[source];
+    const bool between =
+        (t.path == relative_to && s.path == path) || (t.path == path && s.path == relative_to);
+    if (!between) return std::nullopt;
+    const SE3 T_common_target = T_common_odom[t.path] * t.T_odom_ref;
+    const SE3 T_common_source = T_common_odom[s.path] * s.T_odom_ref;
+    places::Guess guess;
+    guess.T_target_source = T_common_target.inverse() * T_common_source;
+    const double way_m = t.way_m + s.way_m;
+    const double turn = sigma_rad + kTurnPerMetre_rad * way_m;
+    // An error of the start's heading swings what is far from the start.
+    const SE3& T_swung = t.path == path ? T_common_target : T_common_source;
+    const double lever_m = (T_swung.p - T_relative_path.p).norm();
+    const double place = sigma_m + turn * lever_m + kDriftPerMetre * way_m;
+    guess.covariance.setZero();
+    guess.covariance.diagonal().head<3>().setConstant(turn * turn);
+    guess.covariance.diagonal().tail<3>().setConstant(place * place);
+    return guess;
+  };
+}
+
+Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found) {
+  const PathSubmap& target = submaps[found.candidate.target];
+  const PathSubmap& source = submaps[found.candidate.source];
+  const places::Placement& best = found.recognition.placements.front();
+  const places::BodyRelation relation =
+      places::between_bodies(best.registration, target.submap, source.submap);
+  Loop loop;
+  loop.from = target.submap.middle();
+  loop.to = source.submap.middle();
+  loop.T_from_to = relation.T_target_source;
+  loop.information = relation.information;
+  loop.overlap = best.verdict.overlap();
+  loop.rms_m = best.registration.rms_m;
+  return loop;
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "rali/fleet/centre/loop_search.hpp"
+#include "rali/fleet/frames/frame_solver.hpp"
+#include "rali/fleet/path/vehicle_path.hpp"
+
+namespace rali::fleet {
+
+/// What a comparison of pieces of two paths says about their frames: each believable placement is
+/// an alternative, of which at most one holds. Nothing between pieces of one path.
+/// @param group number of the alternatives, never used before
+void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+                       const LoopFound& found, int group, const InitSettings& settings,
+                       FrameSolver& solver);
+
+/// How submaps of two paths lie to each other if the bodies of the paths' first nodes do so, with
+/// sigmas that grow by the way driven since.
+[[nodiscard]] GuessOf guess_from_start(std::span<const VehiclePath> paths,
+                                       std::span<const PathSubmap> submaps, std::size_t relative_to,
+                                       std::size_t path, const geometry::SE3& T_relative_path,
+                                       double sigma_m, double sigma_rad);
+
+/// A loop for the joint graph: between the bodies of the middle keyframes.
+[[nodiscard]] Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found);
+
+}  // namespace rali::fleet

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "rali/base/settings.hpp"
+#include "rali/fleet/path/shape.hpp"
+#include "rali/graph/settings.hpp"
+#include "rali/ranging/settings.hpp"
+
+namespace rali::fleet {
+
+/// The joint graph of the fleet (algorithms_fleet 8).
+struct JointSettings {
+  int rounds = 3;
+  int iterations = 30;
+  int inertial_margin = 3;
+  double lost_m = 5.0;
+  double lost_rad = 0.5;
+  double tilt_deg = 0.3;
+  double tilt_unlevelled_deg = 5.0;
+  int tilt_every = 20;
+  double start_speed_sigma_mps = 0.05;
+  double start_gyro_bias_sigma_radps = 0.002;
+  double start_accel_bias_sigma_mps2 = 0.05;
+  double path_sigma_m = 0.1;
+  ShapeSettings shape;
+  graph::GlobalGraphSettings graph;
+
+  template <class V>
+  void visit(V& v) {
+    v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
+    v("iterations", iterations, 1, 1000, "of each solution");
+    v("inertial_margin", inertial_margin, 0, 1000,
+      "nodes around a blind one whose speed is estimated too");
+    v("lost_m", lost_m, 1e-2, 1e3, "sigma of the step to a new map after the old one was lost");
+    v("lost_rad", lost_rad, 1e-3, 10.0, "the same of its turn");
+    v("tilt_deg", tilt_deg, 1e-3, 90.0, "sigma of roll and pitch that gravity gives");
+    v("tilt_unlevelled_deg", tilt_unlevelled_deg, 1e-3, 90.0, "the same without inertial data");
+    v("tilt_every", tilt_every, 1, 100000, "nodes between two looks at gravity");
+    v("start_speed_sigma_mps", start_speed_sigma_mps, 1e-4, 100.0, "where inertial nodes begin");
+    v("start_gyro_bias_sigma_radps", start_gyro_bias_sigma_radps, 1e-6, 1.0, "the same");
+    v("start_accel_bias_sigma_mps2", start_accel_bias_sigma_mps2, 1e-5, 10.0, "the same");
+    v("path_sigma_m", path_sigma_m, 0.0, 10.0, "doubt about the path when ranges are judged anew");
+    v.group("shape", shape, "what ties the nodes of a path together");
+    v.group("graph", graph, "the solver");
+  }
+};
+
+}  // namespace rali::fleet
