@@ -46,6 +46,7 @@ class Outliner {
         side_(2 * static_cast<std::size_t>(std::ceil(settings.range_m / settings.cell_m)) + 2),
         is_hit_(side_ * side_, 0) {
     nearest_m_.fill(std::numeric_limits<float>::infinity());
+    open_m_.fill(0.0F);
   }
 
   void collect(const Vec3& p_level_m, const Vec3& sensor_level_m, double below_m) {
@@ -95,13 +96,15 @@ class Outliner {
       const bool slopes = std::abs(rise_m) <= tan_slope_ * run_m + kNoise_m;
       const bool flat = is_flat(begin, end, low_m);
       const bool far = run_m > kGap_m && rise_m > settings_.step_m;
-      if (slopes && flat && far) continue;  // a ramp, or one ring on a wall: seen better later
+      // A ramp, or one ring on a wall: seen better later.
+      if (slopes && flat && far) continue;
       const bool is_ground = slopes && (flat || rise_m <= kLevel_m) && step + 1 < steps_;
       if (is_ground) ground = {range_m, low_m};
       if (!slopes && -rise_m > settings_.drop_m) mark_drop(begin, ground.z_m - low_m, range_m, out);
       const double floor_m = is_ground ? settings_.band_low_m : settings_.step_m;
       for (std::size_t i = begin; i < end; ++i) {
         const double height_m = static_cast<double>(sorted_[i].z_m) - ground.z_m;
+        look_along(sorted_[i], height_m);
         if (height_m >= std::min(floor_m, settings_.band_low_m) && height_m <= top_m_) {
           mark(sorted_[i].x_m, sorted_[i].y_m, static_cast<double>(sorted_[i].range_m), out);
         }
@@ -135,6 +138,19 @@ class Outliner {
     mark(sorted_[at].x_m * s, sorted_[at].y_m * s, range_m * share, out);
   }
 
+  /// How far a ray stays in the band, on its way to the floor, a wall or the ceiling: straight
+  /// ahead in a long corridor no ray ends within the band at all.
+  void look_along(const Sample& s, double end_height_m) {
+    const double begin_m = sensor_height_m_, low_m = settings_.band_low_m;
+    if (begin_m < low_m || begin_m > top_m_) return;
+    double share = 1.0;
+    if (end_height_m < low_m) share = (begin_m - low_m) / (begin_m - end_height_m);
+    if (end_height_m > top_m_) share = (top_m_ - begin_m) / (end_height_m - begin_m);
+    const double turn = turn_of(static_cast<double>(s.x_m), static_cast<double>(s.y_m));
+    float& open_m = open_m_[part_of(turn, ScanOutline::kSectors)];
+    open_m = std::max(open_m, static_cast<float>(share) * s.range_m);
+  }
+
   void mark(float x_m, float y_m, double range_m, ScanOutline& out) {
     const auto x = static_cast<double>(x_m), y = static_cast<double>(y_m);
     const std::size_t sector = part_of(turn_of(x, y), ScanOutline::kSectors);
@@ -154,8 +170,9 @@ class Outliner {
     const auto reach = static_cast<float>(settings_.range_m);
     std::vector<std::size_t> rays;
     for (std::size_t s = 0; s < ScanOutline::kSectors; ++s) {
-      if (!std::isfinite(nearest_m_[s])) continue;
-      out.free_m[s] = std::min(nearest_m_[s], reach);
+      if (!(open_m_[s] > 0.0F) && !std::isfinite(nearest_m_[s])) continue;
+      const bool ends = std::isfinite(nearest_m_[s]);
+      out.free_m[s] = std::min({nearest_m_[s], ends ? reach : open_m_[s], reach});
       rays.push_back(s);
     }
     constexpr double kSector_rad = 2.0 * std::numbers::pi / ScanOutline::kSectors;
@@ -176,7 +193,8 @@ class Outliner {
   double top_m_, tan_slope_, sensor_height_m_;
   std::size_t steps_, side_;
   std::vector<std::uint8_t> is_hit_;
-  std::array<float, ScanOutline::kSectors> nearest_m_{};
+  std::array<float, ScanOutline::kSectors> nearest_m_{};  ///< obstacle
+  std::array<float, ScanOutline::kSectors> open_m_{};     ///< farthest that a ray was in the band
   std::vector<Sample> samples_, sorted_;
   std::vector<std::uint32_t> begin_;
   std::vector<float> heights_;

@@ -27,9 +27,10 @@ struct ScanOutline {
 
 /// Flattens a keyframe (algorithms_fleet 9.5): the ground is grown outward from under the vehicle,
 /// sector by sector, as long as it rises and falls less than slope_max_deg, which bridges the gaps
-/// between rings; obstacles are points of the band above that ground, steps and near drops. Only
-/// rays to obstacles clear; in a sector the nearest one ends what is clear. Gaps between rays are
-/// clear as far as nothing wider than two cells fits between them.
+/// between rings; obstacles are points of the band above that ground, steps and near drops. Every
+/// ray that came back clears its way as far as it is inside the band; in a sector the nearest
+/// obstacle ends what is clear. Gaps between rays are clear as far as nothing wider than two cells
+/// fits between them.
 /// `below_m`: height of the body over the ground. Points that are not numbers are left out.
 [[nodiscard]] ScanOutline outline_of(const KeyframeView& keyframe, double below_m,
                                      const ExploreSettings& settings);

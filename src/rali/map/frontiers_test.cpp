@@ -129,14 +129,16 @@ TEST(Frontiers, a_corridor_longer_than_sight_is_open_at_its_end) {
   }
   const auto map = grid.picture();
   ASSERT_TRUE(map.has_value());
-  std::vector<FrontierArea> open;
+  FrontierArea largest;
   for (const FrontierArea& f : found(*map, {2.0, 1.2}, FrontierSettings{}, 0.3)) {
-    if (f.state == FrontierState::kOpen) open.push_back(f);
+    if (f.state != FrontierState::kOpen) continue;
+    // Behind the vehicle and beside it all is known.
+    EXPECT_GT(f.centre_map_m.x(), 15.0) << f.centre_map_m.transpose();
+    if (f.size > largest.size) largest = f;
   }
-  ASSERT_EQ(open.size(), 1U);
-  EXPECT_GT(open[0].centre_map_m.x(), 15.0);
-  EXPECT_LT(open[0].centre_map_m.x(), 28.0);
-  EXPECT_NEAR(open[0].centre_map_m.y(), 1.2, 0.9);
+  EXPECT_GE(largest.cells.size(), 8U);
+  EXPECT_NEAR(largest.centre_map_m.x(), 27.0, 1.0);  // 20 m ahead of the last keyframe
+  EXPECT_NEAR(largest.centre_map_m.y(), 1.2, 0.5);
 }
 
 TEST(Frontiers, of_two_vehicles_are_one_if_they_are_close) {
