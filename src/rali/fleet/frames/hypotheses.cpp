@@ -196,19 +196,36 @@ class Finder {
     return 0.5 * (out + out.transpose());
   }
 
+  /// With one who stands and no other evidence the heading is free: hypotheses that differ by it
+  /// alone are one family, and only the place that ranges tell tells them apart.
+  [[nodiscard]] bool same_but_heading(const FrameHypothesis& h, const FrameHypothesis& k) const {
+    if (out_.a_stands == out_.b_stands) return false;
+    for (const FrameHypothesis* each : {&h, &k}) {
+      const std::vector<int>& holds = each->solution.holds;
+      if (std::any_of(holds.begin(), holds.end(), [](int i) { return i >= 0; })) return false;
+    }
+    const Vec2& at = out_.a_stands ? out_.ranges.front().x_m : out_.ranges.front().y_m;
+    const Vec3 antenna(at.x(), at.y(), 0.0);
+    const Vec3 apart = out_.a_stands
+                           ? Vec3(h.T_b_a * antenna - k.T_b_a * antenna)
+                           : Vec3(h.T_b_a.inverse() * antenna - k.T_b_a.inverse() * antenna);
+    return apart.norm() < settings_.search.merge_m;
+  }
+
   /// Sorted hypotheses that are near to a cheaper one become part of it. One that is a minimum of
   /// its own and almost as good widens it: the truth may lie in either.
   void merge() {
     std::vector<FrameHypothesis> kept;
     for (FrameHypothesis& h : out_.all) {
       const auto same = std::find_if(kept.begin(), kept.end(), [&](const FrameHypothesis& k) {
-        return same_place(k, h, settings_.search);
+        return same_place(k, h, settings_.search) || same_but_heading(k, h);
       });
       if (same == kept.end()) {
         kept.push_back(std::move(h));
         continue;
       }
-      const bool rival = h.chi2 - same->chi2 < settings_.commit.gap_chi2;
+      const bool rival =
+          h.chi2 - same->chi2 < settings_.commit.gap_chi2 && same_place(*same, h, settings_.search);
       Vec4 apart;
       apart[0] = wrapped(h.T_b_a.yaw_rad - same->T_b_a.yaw_rad);
       apart.tail<3>() = h.place_b_m() - same->place_b_m();

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "rali/base/result.hpp"
+
+namespace rali::frames_bench {
+
+/// The Monte Carlo table of algorithms_fleet 7.2.
+[[nodiscard]] std::string geometry_table(int runs);
+
+/// Random starts of two or three vehicles until they are placed.
+[[nodiscard]] std::string start_table(int starts);
+
+/// Recorded fleets, their start frames unknown.
+[[nodiscard]] Result<std::string> recorded_table(const std::filesystem::path& folder);
+
+}  // namespace rali::frames_bench
