@@ -62,5 +62,99 @@ TEST(Exchange, all_vehicles_get_all_facts_once_through_loss_and_a_partition) {
   EXPECT_GT(worst, 1.0) << "every receiver needs one copy";
 }
 
+TEST(Exchange, over_a_good_link_each_fact_is_sent_once_to_each) {
+  LinkSettings link;
+  link.delay_s = 0.02;
+  TestFleet fleet(3, link, 1, {});
+  fleet.run_until(6.0);  // all have heard each other
+  for (int k = 0; k < 40; ++k) {
+    fleet.make_fact(VehicleId{0});
+    fleet.run_until(6.0 + 0.5 * (k + 1));
+  }
+  fleet.run_until(40.0);
+  EXPECT_TRUE(fleet.agree());
+  EXPECT_EQ(fleet.facts_sent(), 2U * 40U);
+}
+
+TEST(Exchange, a_third_vehicle_passes_on_what_two_cannot_tell_each_other) {
+  TestFleet fleet(3, LinkSettings{}, 1, {});
+  fleet.radio.cut(VehicleId{0}, VehicleId{2}, Time::from_s(0.0), Time::from_s(1000.0));
+  fleet.radio.cut(VehicleId{2}, VehicleId{0}, Time::from_s(0.0), Time::from_s(1000.0));
+  for (int k = 0; k < 20; ++k) {
+    fleet.make_fact(VehicleId{0});
+    fleet.make_fact(VehicleId{2});
+    fleet.run_until(0.5 * (k + 1));
+  }
+  fleet.run_until(40.0);
+  EXPECT_TRUE(fleet.agree());
+  EXPECT_EQ(fleet.store(2).size(), 40U);
+}
+
+TEST(Exchange, the_facts_of_a_dead_vehicle_come_from_those_who_have_them) {
+  TestFleet fleet(3, LinkSettings{}, 1, {});
+  fleet.radio.cut(VehicleId{0}, VehicleId{2}, Time::from_s(0.0), Time::from_s(1000.0));
+  fleet.radio.cut_off(VehicleId{2}, Time::from_s(0.0), Time::from_s(30.0));
+  for (int k = 0; k < 20; ++k) {
+    fleet.make_fact(VehicleId{0});
+    fleet.run_until(0.5 * (k + 1));
+  }
+  fleet.run_until(20.0);
+  EXPECT_EQ(fleet.store(1).size(), 20U);
+  EXPECT_EQ(fleet.store(2).size(), 0U);
+  fleet.radio.kill(VehicleId{0});
+  fleet.run_until(60.0);
+  EXPECT_EQ(fleet.store(2).size(), 20U);
+}
+
+TEST(Exchange, in_a_round_points_go_to_the_anchor_alone_and_to_all_after_it) {
+  LinkSettings link;
+  link.loss = 0.1;
+  TestFleet fleet(3, link, 1, {});
+  const VehicleId anchor{1};
+  for (std::uint16_t v = 0; v < 3; ++v) fleet.exchange(v).set_points_to(anchor);
+  fleet.run_until(6.0);
+  for (int k = 0; k < 30; ++k) {
+    fleet.make_fact(VehicleId{0});
+    fleet.run_until(6.0 + 0.5 * (k + 1));
+  }
+  fleet.run_until(60.0);
+  EXPECT_EQ(fleet.store(1).size(), 30U);
+  EXPECT_EQ(fleet.store(2).size(), 21U) << "of 30 facts 9 are points";
+  const std::uint64_t requests = fleet.radio.sent()[fleet::Kind::kRequest].messages;
+  fleet.run_until(90.0);
+  EXPECT_EQ(fleet.radio.sent()[fleet::Kind::kRequest].messages, requests)
+      << "points that are kept back are asked for again and again";
+  for (std::uint16_t v = 0; v < 3; ++v) fleet.exchange(v).set_points_to(std::nullopt);
+  fleet.run_until(120.0);
+  EXPECT_TRUE(fleet.agree());
+}
+
+TEST(Exchange, a_narrow_link_carries_the_estimate_before_the_points) {
+  LinkSettings narrow;
+  narrow.rate_Bps = 3000.0;
+  narrow.queue_bytes = 4000.0;
+  fleet::ExchangeSettings settings;
+  settings.rate_first_Bps = 2000.0;
+  TestFleet fleet(2, narrow, 1, settings);
+  for (int k = 0; k < 300; ++k) fleet.make_fact(VehicleId{0});
+  bool all_increments = false;
+  std::size_t points = 0;
+  while (fleet.now().s() < 600.0 && !all_increments) {
+    fleet.step();
+    std::size_t increments = 0;
+    points = 0;
+    fleet.store(1).for_each({VehicleId{0}, 0}, 0, 299, [&](const fleet::FactPtr& fact) {
+      increments += std::holds_alternative<fleet::Increment>(fact->body) ? 1 : 0;
+      points += std::holds_alternative<fleet::KeyframePoints>(fact->body) ? 1 : 0;
+      return true;
+    });
+    all_increments = increments == 100;
+  }
+  EXPECT_TRUE(all_increments);
+  EXPECT_LT(points, 99U) << "the points came as early as the increments";
+  while (fleet.now().s() < 1200.0 && !fleet.agree()) fleet.step();
+  EXPECT_TRUE(fleet.agree());
+}
+
 }  // namespace
 }  // namespace rali::drive
