@@ -1,0 +1,174 @@
+#include "rali/fleet/rounds/anchor_choice.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/rounds/assignment.hpp"
+#include "rali/fleet/rounds/plan_for_test.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::Vec2;
+using test::corridor_with_room;
+using test::id;
+
+const std::vector<AnchorCandidate> kThree = {
+    {id(1), {0.0, 0.0}}, {id(2), {24.0, 0.0}}, {id(3), {9.0, 6.0}}};
+const std::vector<FrontierSpot> kTwo = {{1, {30.0, 0.0}, 4.0}, {2, {10.0, 12.0}, 9.0}};
+
+// T22.
+TEST(NearestToLargest, is_v3_at_f2_as_worked_by_hand) {
+  const auto chosen = nearest_to_largest(kThree, kTwo);
+  ASSERT_TRUE(chosen.has_value());
+  EXPECT_EQ(chosen->vehicle, id(3));
+  EXPECT_EQ(chosen->frontier, 1U);
+  EXPECT_NEAR(chosen->distance_m, 6.083, 5e-4);
+  EXPECT_NEAR((kThree[0].place_map_m - kTwo[1].centre_map_m).norm(), 15.620, 5e-4);
+  EXPECT_NEAR((kThree[1].place_map_m - kTwo[1].centre_map_m).norm(), 18.439, 5e-4);
+}
+
+TEST(NearestToLargest, takes_the_lowest_number_of_equals_and_ways_if_given) {
+  const std::vector<AnchorCandidate> equal = {{id(7), {5.0, 0.0}}, {id(4), {-5.0, 0.0}}};
+  const std::vector<FrontierSpot> one = {{1, {0.0, 0.0}, 3.0}};
+  EXPECT_EQ(nearest_to_largest(equal, one)->vehicle, id(4));
+  const auto ways = [](std::size_t i, std::size_t) { return i == 0 ? 6.0 : 60.0; };
+  EXPECT_EQ(nearest_to_largest(equal, one, ways)->vehicle, id(7));
+  EXPECT_FALSE(nearest_to_largest(equal, {}).has_value());
+  EXPECT_FALSE(nearest_to_largest({}, one).has_value());
+}
+
+// T22.
+TEST(Assignment, of_two_vehicles_to_three_frontiers_costs_11) {
+  const auto chosen = assign({2, 3, {12, 7, 20, 9, 15, 4}});
+  ASSERT_EQ(chosen.size(), 2U);
+  EXPECT_EQ(chosen[0], std::optional<std::size_t>(1));
+  EXPECT_EQ(chosen[1], std::optional<std::size_t>(2));
+}
+
+TEST(Assignment, is_that_of_trying_all) {
+  Rng rng(7, "assignment");
+  for (int run = 0; run < 200; ++run) {
+    const std::size_t rows = 1 + rng.below(4), columns = 1 + rng.below(4);
+    CostTable table{rows, columns, {}};
+    for (std::size_t k = 0; k < rows * columns; ++k) table.cost.push_back(rng.uniform(-5.0, 9.0));
+    const auto chosen = assign(table);
+    double cost = 0.0;
+    std::size_t count = 0;
+    for (std::size_t r = 0; r < rows; ++r) {
+      cost += chosen[r] ? table.at(r, *chosen[r]) : 0.0;
+      count += chosen[r] ? 1 : 0;
+    }
+    EXPECT_EQ(count, std::min(rows, columns));
+    EXPECT_NEAR(cost, test::least_by_trying(table), 1e-9);
+  }
+}
+
+TEST(Assignment, leaves_out_what_is_not_allowed) {
+  const double no = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto chosen = assign({3, 2, {no, 5, no, 3, nan, no}});
+  EXPECT_FALSE(chosen[0].has_value());  // v2 takes the second for less
+  EXPECT_EQ(chosen[1], std::optional<std::size_t>(1));
+  EXPECT_FALSE(chosen[2].has_value());
+  EXPECT_TRUE(assign({0, 3, {}}).empty());
+  EXPECT_EQ(assign({2, 0, {}}).size(), 2U);
+}
+
+TEST(LinkChance, is_one_half_at_the_limit) {
+  const AnchorSettings settings;
+  EXPECT_NEAR(link_chance(60.0, settings), 0.5, 1e-12);
+  EXPECT_NEAR(link_chance(68.0, settings), 1.0 / (1.0 + std::exp(1.0)), 1e-12);
+  EXPECT_GT(link_chance(5.0, settings), 0.99);
+}
+
+TEST(PredictPlaces, are_every_two_metres_round_a_corner_and_at_the_end) {
+  const std::vector<Vec2> path = {{0, 0}, {3, 0}, {3, 4}};
+  const auto places = predict_places(path, {}, 2.0);
+  ASSERT_EQ(places.size(), 4U);  // at 2, 4, 6 and the end at 7
+  EXPECT_NEAR((places[0].place_map_m - Vec2(2, 0)).norm(), 0.0, 1e-9);
+  EXPECT_NEAR((places[1].place_map_m - Vec2(3, 1)).norm(), 0.0, 1e-9);
+  EXPECT_NEAR((places[2].place_map_m - Vec2(3, 3)).norm(), 0.0, 1e-9);
+  EXPECT_NEAR((places[3].place_map_m - Vec2(3, 4)).norm(), 0.0, 1e-9);
+}
+
+/// The corridor of 10.3: 16 places from 5 to 45 m, blind along it.
+std::vector<PredictedPlace> along_corridor() {
+  std::vector<PredictedPlace> out;
+  for (int k = 0; k < 16; ++k) {
+    out.push_back({{5.0 + 40.0 * k / 15.0, 0.0}, Vec2(1.0, 0.0)});
+  }
+  return out;
+}
+
+TEST(AnchorValue, is_for_one_place_as_worked_by_hand) {
+  const map::CellMap map = corridor_with_room();
+  const std::vector<PredictedPlace> one = {{{3.0, 0.4}, Vec2(1.0, 0.0)}};
+  // 3 m ahead and 0.4 m aside: c^2 = 9/9.16 saturates at 0.25.
+  const AnchorSettings settings;
+  EXPECT_NEAR(anchor_value({0.0, 0.0}, one, map, settings),
+              1.0 / (1.0 + std::exp((std::sqrt(9.16) - 60.0) / 8.0)), 1e-9);
+  // 0.1 m ahead and 0.4 m aside: c^2 = 0.01/0.17, 0.2353 of c_sat^2.
+  EXPECT_NEAR(anchor_value({2.9, 0.0}, one, map, settings), 0.01 / 0.17 / 0.25, 1e-3);
+}
+
+TEST(AnchorValue, belongs_on_the_blind_axis_with_sight_and_not_into_a_side_room) {
+  const map::CellMap map = corridor_with_room();
+  const AnchorSettings settings;
+  const auto places = along_corridor();
+  const double mouth = anchor_value({0.0, 0.0}, places, map, settings);
+  const double side_room = anchor_value({25.0, 8.0}, places, map, settings);
+  const double middle = anchor_value({25.0, 1.0}, places, map, settings);
+  EXPECT_GT(mouth, 14.0);  // nearly one for each of the 16
+  EXPECT_LT(side_room, 0.5);
+  EXPECT_GT(middle, 14.0);
+  std::vector<PredictedPlace> seen = places;
+  for (PredictedPlace& q : seen) q.blind_axis.reset();
+  EXPECT_EQ(anchor_value({0.0, 0.0}, seen, map, settings), 0.0);
+}
+
+TEST(RankAnchors, informed_takes_the_one_on_the_axis_where_the_paper_takes_the_nearest) {
+  const map::CellMap map = corridor_with_room();
+  const auto passable = map::passable_cells(map, 0.3);
+  // v1 in the side room is nearer to the frontier at the corridor's end than v2 at the mouth.
+  const std::vector<AnchorCandidate> candidates = {{id(1), {25.0, 9.0}}, {id(2), {1.0, 0.0}}};
+  const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};
+  AnchorSettings settings;
+  settings.near_m = 2.0;
+  const auto informed =
+      rank_anchors(candidates, frontiers, along_corridor(), map, passable, settings);
+  ASSERT_EQ(informed.size(), 2U);
+  EXPECT_EQ(informed[0].vehicle, id(2));
+  settings.choice = AnchorChoice::kPaper;
+  settings.distance = FrontierDistance::kEuclid;
+  const auto paper = rank_anchors(candidates, frontiers, along_corridor(), map, passable, settings);
+  EXPECT_EQ(paper[0].vehicle, id(1));
+  EXPECT_NEAR(-paper[0].score, std::hypot(20.0, 9.0), 1e-9);
+}
+
+TEST(RankAnchors, drives_out_of_the_side_room_if_that_is_near) {
+  const map::CellMap map = corridor_with_room();
+  const auto passable = map::passable_cells(map, 0.3);
+  const std::vector<AnchorCandidate> one = {{id(1), {25.0, 4.0}}};
+  const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};
+  const auto ranked =
+      rank_anchors(one, frontiers, along_corridor(), map, passable, AnchorSettings{});
+  ASSERT_EQ(ranked.size(), 1U);
+  EXPECT_LT(ranked[0].place_map_m.y(), 1.2) << "in the corridor";
+  EXPECT_GT(ranked[0].path_m, 2.0);
+  EXPECT_NEAR(ranked[0].score, ranked[0].value - 0.02 * ranked[0].path_m, 1e-12);
+}
+
+TEST(RankAnchors, where_nobody_is_blind_falls_back_to_the_nearest) {
+  const map::CellMap map = corridor_with_room();
+  const auto passable = map::passable_cells(map, 0.3);
+  const std::vector<AnchorCandidate> candidates = {{id(1), {1.0, 0.0}}, {id(2), {30.0, 0.0}}};
+  const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};
+  const auto ranked = rank_anchors(candidates, frontiers, {}, map, passable, AnchorSettings{});
+  EXPECT_EQ(ranked[0].vehicle, id(2));
+  EXPECT_EQ(ranked[0].path_m, 0.0);
+}
+
+}  // namespace
+}  // namespace rali::fleet

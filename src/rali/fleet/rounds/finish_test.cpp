@@ -1,0 +1,195 @@
+#include "rali/fleet/rounds/finish.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace rali::fleet {
+namespace {
+
+FinishInput at(double t_s) {
+  FinishInput in;
+  in.t = Time::from_s(t_s);
+  in.moves = true;
+  in.frontier_left = true;
+  return in;
+}
+
+TEST(FinishWatch, weak_radio_ends_the_round_by_the_median_of_two_seconds_and_for_good) {
+  FinishWatch watch{FinishSettings{}};
+  const double dbm[] = {-70, -90, -70, -90, -70};  // one weak packet, then another
+  for (int k = 0; k < 5; ++k) {
+    FinishInput in = at(0.4 * k);
+    in.rssi_dbm = dbm[k];
+    EXPECT_EQ(watch.step(in).reason, FinishReason::kNone) << k;
+  }
+  FinishView view;
+  for (int k = 5; k < 9; ++k) {
+    FinishInput in = at(0.4 * k);
+    in.rssi_dbm = -90.0;
+    view = watch.step(in);
+  }
+  EXPECT_EQ(view.reason, FinishReason::kSignal);
+  EXPECT_TRUE(view.latched);
+  for (int k = 9; k < 30; ++k) {
+    FinishInput in = at(0.4 * k);
+    in.rssi_dbm = -50.0;
+    EXPECT_EQ(watch.step(in).reason, FinishReason::kSignal) << "the edge must not start it again";
+  }
+  watch.new_round(Time::from_s(13.0));
+  EXPECT_EQ(watch.step(at(13.1)).reason, FinishReason::kNone);
+}
+
+TEST(FinishWatch, distance_is_that_of_a_fresh_range_and_else_of_the_estimates) {
+  FinishWatch watch{FinishSettings{}};
+  FinishInput in = at(0.0);
+  in.range_m = 40.0;
+  in.distance_m = 70.0;  // the estimate has drifted: the range knows better
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in = at(1.9);
+  in.distance_m = 70.0;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in.t = Time::from_s(2.1);
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
+  in = at(3.0);
+  in.range_m = 10.0;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
+}
+
+TEST(FinishWatch, warns_a_tenth_of_the_distance_and_five_decibels_before) {
+  FinishWatch watch{FinishSettings{}};
+  FinishInput in = at(0.0);
+  in.range_m = 53.9;
+  EXPECT_FALSE(watch.step(in).warn);
+  in = at(0.1);
+  in.range_m = 54.1;
+  EXPECT_TRUE(watch.step(in).warn);
+  FinishWatch radio{FinishSettings{}};
+  FinishView view;
+  for (int k = 0; k < 3; ++k) {
+    in = at(0.1 * k);
+    in.rssi_dbm = -81.0;
+    view = radio.step(in);
+  }
+  EXPECT_TRUE(view.warn);
+  EXPECT_EQ(view.reason, FinishReason::kNone);
+}
+
+TEST(FinishWatch, explored_holds_for_five_seconds_and_clears_with_a_new_frontier) {
+  FinishWatch watch{FinishSettings{}};
+  FinishInput in = at(0.0);
+  in.frontier_left.reset();  // no grid yet: "explored" at the start would be wrong
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in.t = Time::from_s(20.0);
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in.frontier_left = false;
+  in.t = Time::from_s(21.0);
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in.t = Time::from_s(25.9);
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in.t = Time::from_s(26.0);
+  const FinishView view = watch.step(in);
+  EXPECT_EQ(view.reason, FinishReason::kExplored);
+  EXPECT_FALSE(view.latched);
+  EXPECT_EQ(watch.step(at(27.0)).reason, FinishReason::kNone);
+}
+
+TEST(FinishWatch, ranges_lost_in_a_blind_stretch_first_send_it_back) {
+  FinishWatch watch{FinishSettings{}};
+  FinishInput in = at(0.0);
+  in.blind = true;
+  EXPECT_FALSE(watch.step(in).drive_back);
+  in.t = Time::from_s(4.9);
+  EXPECT_FALSE(watch.step(in).drive_back);
+  in.t = Time::from_s(5.0);
+  FinishView view = watch.step(in);
+  EXPECT_TRUE(view.drive_back);
+  EXPECT_EQ(view.reason, FinishReason::kNone);
+  in.t = Time::from_s(9.0);
+  in.moves = false;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone) << "it listens where it stands";
+  in.t = Time::from_s(10.0);
+  view = watch.step(in);
+  EXPECT_EQ(view.reason, FinishReason::kRangeLost);
+  EXPECT_FALSE(view.drive_back);
+  in.t = Time::from_s(11.0);
+  in.range_m = 30.0;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+}
+
+TEST(FinishWatch, where_the_lidar_sees_all_no_ranges_are_missed) {
+  FinishWatch watch{FinishSettings{}};
+  for (int k = 0; k < 100; ++k) {
+    const FinishView view = watch.step(at(k));
+    EXPECT_FALSE(view.drive_back);
+    EXPECT_EQ(view.reason, FinishReason::kNone);
+  }
+}
+
+TEST(FinishWatch, an_unsure_place_ends_it_and_clears_at_four_fifths) {
+  FinishWatch watch{FinishSettings{}};
+  FinishInput in = at(0.0);
+  in.sigma_m = 0.31;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kSigma);
+  in = at(1.0);
+  in.sigma_m = 0.25;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kSigma);
+  in = at(2.0);
+  in.sigma_m = 0.23;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+}
+
+TEST(FinishWatch, three_goals_missed_in_a_row_a_low_battery_and_the_operator_end_it) {
+  FinishWatch missed{FinishSettings{}};
+  for (int k = 0; k < 5; ++k) {
+    FinishInput in = at(k);
+    in.goal_missed = k != 2;
+    in.goal_reached = k == 2;  // two, a success, two: not three in a row
+    EXPECT_EQ(missed.step(in).reason, FinishReason::kNone) << k;
+  }
+  FinishInput in = at(5.0);
+  in.goal_missed = true;
+  EXPECT_EQ(missed.step(in).reason, FinishReason::kUnreachable);
+  FinishWatch battery{FinishSettings{}};
+  in = at(0.0);
+  in.battery_share = 0.05;
+  EXPECT_EQ(battery.step(in).reason, FinishReason::kBattery);
+  FinishWatch stopped{FinishSettings{}};
+  in = at(0.0);
+  in.operator_stop = true;
+  EXPECT_EQ(stopped.step(in).reason, FinishReason::kOperator);
+}
+
+TEST(FinishWatch, the_paper_knows_radio_distance_and_explored_only) {
+  FinishSettings settings;
+  settings.rule = FinishRule::kPaper;
+  FinishWatch watch(settings);
+  for (int k = 0; k < 30; ++k) {
+    FinishInput in = at(k);
+    in.blind = true;
+    in.sigma_m = 5.0;
+    in.battery_share = 0.01;
+    in.goal_missed = true;
+    const FinishView view = watch.step(in);
+    EXPECT_EQ(view.reason, FinishReason::kNone);
+    EXPECT_FALSE(view.drive_back);
+  }
+  FinishInput in = at(31.0);
+  in.range_m = 61.0;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
+}
+
+TEST(FinishWatch, numbers_that_are_none_and_late_inputs_change_nothing) {
+  FinishWatch watch{FinishSettings{}};
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  FinishInput in = at(10.0);
+  in.rssi_dbm = in.range_m = in.distance_m = in.battery_share = nan;
+  in.sigma_m = nan;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in = at(9.0);
+  in.range_m = 1e6;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+}
+
+}  // namespace
+}  // namespace rali::fleet
