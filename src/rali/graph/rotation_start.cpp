@@ -2,6 +2,7 @@
 
 #include <numeric>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
@@ -21,7 +22,7 @@ namespace {
 
 // What holds a position that no factor knows: sd 100 m, from the rotated path as it was.
 constexpr double kWeakInformationM2 = 1e-4;
-// Likewise of a rotation, against elements of a matrix: sd of about 6 degrees.
+// Likewise of a rotation, about an axis that no factor knows: sd of about 6 degrees.
 constexpr double kWeakInformationRad2 = 100.0;
 constexpr double kFloor = 1e-12;
 
@@ -30,7 +31,7 @@ struct Edge {
   int i = 0;  ///< places in window.keyframes
   int j = 0;
   SE3 T_i_j;
-  double rotation_information = 0.0;
+  Mat3 chord = Mat3::Zero();  ///< weight of a difference of rotation matrices, see chord_of()
   Mat6 root = Mat6::Zero();
 };
 
@@ -41,6 +42,15 @@ struct Anchor {
   double position_information = 0.0;
 };
 
+// D with |skew(theta) D|^2 = theta' Omega theta, as near as a real D can be: then (R_j - R_i R_i_j) D
+// weighs a turn as the information does. D D' = tr(Omega)/2 - Omega.
+Mat3 chord_of(const Mat3& information) {
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(
+      0.5 * information.trace() * Mat3::Identity() - 0.5 * (information + information.transpose()));
+  const Vec3 roots = eigen.eigenvalues().cwiseMax(kWeakInformationRad2).cwiseSqrt();
+  return eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
 SE3 between(const Window& window, int i, int j) {
   const auto& T = [&](int k) -> const SE3& {
     return window.keyframes[static_cast<std::size_t>(k)].x.T_odom_body;
@@ -49,9 +59,9 @@ SE3 between(const Window& window, int i, int j) {
 }
 
 Edge edge_of(const Window& window, const RelativeTerm& term, double weight) {
-  Edge e{window.find(term.f.i), window.find(term.f.j), term.f.T_i_j, 0.0, term.root};
+  Edge e{window.find(term.f.i), window.find(term.f.j), term.f.T_i_j, Mat3::Zero(), term.root};
   e.root *= std::sqrt(weight);
-  e.rotation_information = e.root.leftCols<3>().squaredNorm() / 3.0;
+  e.chord = chord_of(e.root.leftCols<3>().transpose() * e.root.leftCols<3>());
   return e;
 }
 
@@ -62,11 +72,11 @@ std::vector<Edge> edges_of(const Window& window) {
     if (loop.weight > 0.0) edges.push_back(edge_of(window, loop.term, loop.weight));
   }
   for (const InertialTerm& term : window.inertial) {
-    Edge e{window.find(term.f.i), window.find(term.f.j), {}, 0.0, Mat6::Zero()};
+    Edge e{window.find(term.f.i), window.find(term.f.j), {}, Mat3::Zero(), Mat6::Zero()};
     e.T_i_j = between(window, e.i, e.j);
     const Mat3& R_body_imu = term.f.T_body_imu.R;
     e.T_i_j.R = R_body_imu * term.f.dR * R_body_imu.transpose();
-    e.rotation_information = term.root.leftCols<3>().squaredNorm() / 3.0;
+    e.chord = chord_of(term.root.leftCols<3>().transpose() * term.root.leftCols<3>());
     edges.push_back(e);
   }
   for (const StandstillFactor& f : window.standstill) {
@@ -74,12 +84,11 @@ std::vector<Edge> edges_of(const Window& window) {
     Edge e{window.find(f.i),
            window.find(*f.next),
            {},
-           1.0 / (f.sigma_rad * f.sigma_rad),
+           chord_of(Mat3::Identity() / (f.sigma_rad * f.sigma_rad)),
            Mat6::Zero()};
     e.root.diagonal().tail<3>().setConstant(1.0 / f.sigma_m);
     edges.push_back(e);
   }
-  for (Edge& e : edges) e.rotation_information += kWeakInformationRad2;
   return edges;
 }
 
@@ -219,9 +228,8 @@ bool solve_rotations(const Window& window, const std::vector<Edge>& edges,
     return poses[static_cast<std::size_t>(k)].R.transpose();
   };
   for (const Edge& e : edges) {
-    const double root = std::sqrt(e.rotation_information);
-    equations.add(e.i, Mat3(-root * e.T_i_j.R.transpose()), e.j, Mat3(root * Mat3::Identity()),
-                  Mat3(Mat3::Zero()), known);
+    equations.add(e.i, Mat3(-e.chord * e.T_i_j.R.transpose()), e.j, e.chord, Mat3(Mat3::Zero()),
+                  known);
   }
   for (const Anchor& a : anchors) {
     const double root = std::sqrt(a.rotation_information);

@@ -5,12 +5,20 @@
 
 namespace rali::graph {
 
+namespace {
+
+// INTEL's information spans eleven decades.
+constexpr double kLambdaMinLocal = 1e-9;
+constexpr double kLambdaMinGlobal = 1e-15;
+
+}  // namespace
+
 LevenbergMarquardtSettings steps_of(const LocalGraphSettings& s) {
-  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m};
+  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinLocal, false};
 }
 
 LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& s) {
-  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m};
+  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinGlobal, true};
 }
 
 double farthest_m(const Window& window, const Eigen::VectorXd& step) {

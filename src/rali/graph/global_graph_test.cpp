@@ -1,0 +1,304 @@
+#include "rali/graph/global_graph.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rali/base/internal_error.hpp"
+#include "rali/graph/chain_for_test.hpp"
+#include "rali/graph/window_for_test.hpp"
+
+namespace rali::graph {
+namespace {
+
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+
+SE3 at(double x, double y = 0.0, double z = 0.0) { return {geometry::Mat3::Identity(), {x, y, z}}; }
+
+// Step along x known with `information_x`, else well.
+RelativePoseFactor step(Seq i, Seq j, double x_m, double information_x) {
+  geometry::Vec6 information;
+  information << 1e6, 1e6, 1e6, information_x, 1e4, 1e4;
+  return {i, j, at(x_m), information.asDiagonal()};
+}
+
+RangeFactor range_to(std::uint64_t id, Seq i, const Vec3& p_map_m, double range_m, double sigma_m) {
+  RangeFactor f;
+  f.id = id;
+  f.i = i;
+  f.p_fixed_odom_m = p_map_m;
+  f.range_m = range_m;
+  f.sigma_m = sigma_m;
+  return f;
+}
+
+// T19 of algorithms_fleet.md: a boundary is not a fixed node.
+TEST(global_graph, boundary_of_a_round_gives_way_as_worked_by_hand) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  for (int k = 0; k < 3; ++k) graph.add_pose(at(k));
+  graph.fix(0);
+  graph.add(step(0, 1, 1.0, 100.0));
+  graph.add(step(1, 2, 1.0, 100.0));
+  graph.solve(10);
+  graph.marginalise({1});
+  EXPECT_FALSE(graph.contains(Seq{1}));
+  EXPECT_NEAR(1.0 / graph.covariance(2)(3, 3), 50.0, 1e-6);
+  graph.add(step(0, 2, 2.2, 100.0));
+  graph.solve(10);
+  EXPECT_NEAR(graph.pose(2).p.x(), 2.1333, 1e-4);
+}
+
+// T20: odometry 0.5 m, range 0.1 m.
+TEST(global_graph, counts_a_range_once_and_refuses_it_the_second_time) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  graph.fix(graph.add_pose(at(0)));
+  graph.add_pose(at(1));
+  graph.add(step(0, 1, 1.0, 4.0));
+  const RangeFactor range = range_to(9, 1, {100.0, 0.0, 0.0}, 99.0, 0.1);
+  graph.add(range);
+  EXPECT_NEAR(std::sqrt(graph.covariance(1)(3, 3)), 0.0981, 5e-5);
+  EXPECT_TRUE(graph.contains_range(9));
+  EXPECT_THROW(graph.add(range), InternalError) << "0.0700 m would be claimed";
+  EXPECT_TRUE(graph.remove_range(9));
+  EXPECT_THROW(graph.add(range), InternalError) << "removed, but used";
+}
+
+// T17.
+TEST(blind_information, agrees_with_the_numbers_worked_by_hand) {
+  const double a = 20.0 * M_PI / 180.0;
+  const geometry::Mat3 I = blind_information({std::cos(a), std::sin(a), 0.0}, 0.02, 1.0);
+  EXPECT_NEAR(I(0, 0), 293.327, 1e-3);
+  EXPECT_NEAR(I(0, 1), -803.163, 1e-3);
+  EXPECT_NEAR(I(1, 1), 2207.673, 1e-3);
+  EXPECT_NEAR(I(2, 2), 2500.0, 1e-9);
+}
+
+// Node 1 is known to 1 m, the range to 1 m: they meet halfway, and the bias takes its share.
+TEST(global_graph, range_between_two_vehicles_shares_its_error_with_the_bias) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  graph.fix(graph.add_pose(at(0)));
+  graph.add_pose(at(10));
+  geometry::Vec6 information;
+  information << 1e6, 1e6, 1e6, 1.0, 1e4, 1e4;
+  graph.add_pose_prior(1, at(10), information.asDiagonal());
+  graph.add_bias(0, 0.0, 1.0);
+  RangeFactor f = range_to(1, 0, Vec3::Zero(), 10.9, 1.0);
+  f.other.emplace();
+  f.other->i = 1;
+  f.bias = 0;
+  EXPECT_NEAR(graph.predict(f).variance_m2, 2.0, 1e-6);
+  EXPECT_NEAR(graph.residual(f), -0.9, 1e-12);
+  graph.add(f);
+  graph.solve(20);
+  EXPECT_NEAR(graph.pose(1).p.x(), 10.3, 1e-6);
+  EXPECT_NEAR(graph.bias(0).mean, 0.3, 1e-6);
+  EXPECT_NEAR(graph.bias(0).variance, 2.0 / 3.0, 1e-6);
+  EXPECT_NEAR(graph.covariance(1)(3, 3), 2.0 / 3.0, 1e-6);
+}
+
+TEST(global_graph, gravity_levels_a_pose_and_leaves_its_heading_open) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  const Seq seq = graph.add_pose({geometry::so3_exp({0.05, -0.03, 0.7}), {1.0, 2.0, 3.0}});
+  GravityFactor gravity;
+  gravity.i = seq;
+  graph.add(gravity);
+  graph.solve(20);
+  EXPECT_NEAR((graph.pose(seq).R.col(2) - Vec3::UnitZ()).norm(), 0.0, 1e-6);
+  const Mat6 P = graph.covariance(seq);
+  EXPECT_NEAR(std::sqrt(P(0, 0)), 8.7266e-3, 1e-6);
+  EXPECT_GT(P(2, 2), 1e6) << "heading";
+}
+
+// A fleet of two: 20 nodes each, ranges between them, one loop, one bias.
+struct Fleet {
+  GlobalGraph graph{GlobalGraphSettings{}};
+
+  explicit Fleet(int seed) {
+    Rng rng(static_cast<std::uint64_t>(seed), "fleet");
+    graph.add_bias(0, 0.0, 0.15);
+    for (Seq k = 0; k < 40; ++k) {
+      const double x = k % 20;
+      const double y = k < 20 ? 0.0 : 4.0;
+      graph.add_pose({geometry::so3_exp(random_vec3(rng, 0.02)),
+                      Vec3(x, y + std::sin(0.4 * x), 0.0) + random_vec3(rng, 0.05)});
+      if (k % 20 == 0) {
+        graph.add_pose_prior(k, at(x, y), 1e4 * Mat6::Identity());
+        continue;
+      }
+      RelativePoseFactor f = step(k - 1, k, 1.0, 400.0);
+      f.T_i_j.p.y() = std::sin(0.4 * x) - std::sin(0.4 * (x - 1.0)) + 0.02 * rng.normal();
+      graph.add(f);
+    }
+    for (Seq k = 0; k < 20; ++k) {
+      RangeFactor f = range_to(k, k, Vec3::Zero(), 4.0 + 0.1 * rng.normal(), 0.1);
+      f.other.emplace();
+      f.other->i = 20 + k;
+      f.bias = 0;
+      graph.add(f);
+    }
+    LoopFactor loop;
+    loop.id = 1;
+    loop.pose = step(3, 23, 0.0, 400.0);
+    loop.pose.T_i_j.p.y() = 4.0;
+    graph.add(loop);
+    graph.solve_full();
+  }
+};
+
+TEST(global_graph, covariances_of_all_nodes_are_those_of_each) {
+  Fleet fleet(1);
+  const std::vector<Mat6> all = fleet.graph.covariances();
+  ASSERT_EQ(all.size(), 40U);
+  for (Seq k = 0; k < 40; k += 7) {
+    EXPECT_LT((all[k] - fleet.graph.covariance(k)).norm(), 1e-9 * all[k].norm()) << k;
+  }
+}
+
+TEST(global_graph, joint_covariance_of_two_nodes_holds_their_own_and_what_they_share) {
+  Fleet fleet(2);
+  const auto P = fleet.graph.covariance(7, 30);
+  EXPECT_LT((P.topLeftCorner<6, 6>() - fleet.graph.covariance(7)).norm(), 1e-12);
+  EXPECT_LT((P.bottomRightCorner<6, 6>() - fleet.graph.covariance(30)).norm(), 1e-12);
+  EXPECT_GT((P.topRightCorner<6, 6>().norm()), 1e-5);
+  fleet.graph.fix(7);
+  const auto held = fleet.graph.covariance(7, 30);
+  EXPECT_EQ((held.leftCols<6>().norm()), 0.0);
+  EXPECT_LT(held(10, 10), P(10, 10)) << "what is tied to a fixed node is known better";
+}
+
+TEST(global_graph, marginalised_nodes_leave_means_and_covariances_of_the_others) {
+  Fleet fleet(3);
+  GlobalGraph& graph = fleet.graph;
+  graph.solve(50);
+  const GlobalGraph full = graph;
+  GlobalGraph before = full;
+  std::vector<Seq> round;
+  for (Seq k = 0; k < 40; ++k) {
+    if (k % 20 < 15 && k != 23) round.push_back(k);
+  }
+  graph.marginalise(round);
+  EXPECT_EQ(graph.nodes().size(), 40 - round.size());
+  EXPECT_TRUE(graph.contains_range(0)) << "marginalised, but used";
+  EXPECT_NEAR(graph.cost(), before.cost(), 1e-6 * before.cost());
+  for (const Seq k : {Seq{23}, Seq{18}, Seq{39}}) {
+    const Mat6 P = before.covariance(k);
+    EXPECT_LT((graph.covariance(k) - P).norm(), 1e-6 * P.norm()) << k;
+  }
+  EXPECT_NEAR(graph.bias(0).variance, before.bias(0).variance, 1e-8);
+  graph.solve(10);
+  EXPECT_LT(geometry::boxminus(graph.pose(39), before.pose(39)).norm(), 1e-4);
+}
+
+TEST(global_graph, marginalises_what_is_left_of_a_blind_path_without_inventing_knowledge) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  for (int k = 0; k < 3; ++k) graph.add_pose(at(k));
+  graph.fix(0);
+  graph.add(step(0, 1, 1.0, 0.0));
+  graph.add(step(1, 2, 1.0, 100.0));
+  graph.marginalise({1});
+  EXPECT_GT(graph.covariance(2)(3, 3), 1e6) << "nothing knows x of node 1, so nothing x of 2";
+  EXPECT_LT(graph.covariance(2)(4, 4), 0.1);
+}
+
+// The same window in both graphs: nodes with velocity and biases, held by a prior of all 15.
+TEST(global_graph, gives_what_the_graph_of_one_vehicle_gives) {
+  Rng rng(5, "both");
+  LocalGraphSettings local_settings;
+  local_settings.cost_change_min = 0.0;
+  LocalGraph local{local_settings};
+  GlobalGraph global{GlobalGraphSettings{}};
+  const auto both = [&](const auto& factor) {
+    local.add(factor);
+    global.add(factor);
+  };
+  for (Seq k = 0; k < 12; ++k) {
+    KeyframeState x;
+    x.T_odom_body.p = Vec3(k, 0.0, 0.0) + random_vec3(rng, 0.1);
+    x.v_odom_mps = {1.0, 0.0, 0.0};
+    local.add_keyframe(k, Time::from_s(k), x);
+    ASSERT_EQ(global.add_state(x), k);
+    if (k == 0) {
+      both(pose_prior(0, x, 0.01, Vec3::Constant(0.01)));
+      continue;
+    }
+    InertialFactor inertial;
+    inertial.i = k - 1;
+    inertial.j = k;
+    inertial.duration_s = 1.0;
+    inertial.dv_mps = Vec3(0.0, 0.0, 9.81) + random_vec3(rng, 0.01);
+    inertial.dp_m = Vec3(0.0, 0.0, 4.905) + random_vec3(rng, 0.01);
+    inertial.d_velocity_d_accel = -geometry::Mat3::Identity();
+    inertial.d_position_d_accel = -0.5 * geometry::Mat3::Identity();
+    inertial.covariance *= 1e-4;
+    both(inertial);
+    both(relative(k - 1, k, {1.0, 0.0, 0.0}, {0.0, 0.01, 0.01}));
+    both(fixed_range(k, k, {-20.0, 3.0, 1.0}, 20.3 + k, 0.1));
+  }
+  local.solve(50);
+  global.solve(50);
+  for (Seq k = 0; k < 12; ++k) {
+    EXPECT_LT(boxminus(local.state(k), global.state(k)).norm(), 1e-6) << k;
+    const Mat6 P = local.covariance(k);
+    EXPECT_LT((global.covariance(k) - P).norm(), 1e-4 * P.norm()) << k;
+  }
+}
+
+// A node with velocity on its way between two poses.
+TEST(global_graph, mixes_poses_with_nodes_that_have_a_velocity) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  graph.fix(graph.add_pose(at(0)));
+  KeyframeState x;
+  x.T_odom_body = at(1);
+  graph.add_state(x);
+  x.T_odom_body = at(2);
+  graph.add_state(x);
+  graph.add_pose(at(3));
+  for (Seq k = 0; k < 3; ++k) graph.add(step(k, k + 1, 1.0, 1e4));
+  InertialFactor inertial;
+  inertial.i = 1;
+  inertial.j = 2;
+  inertial.duration_s = 0.5;
+  inertial.dv_mps = {0.0, 0.0, 4.905};
+  inertial.dp_m = {0.0, 0.0, 1.22625};
+  inertial.covariance *= 1e-4;
+  graph.add(inertial);
+  EXPECT_TRUE(graph.solve(20).converged);
+  EXPECT_NEAR(graph.state(1).v_odom_mps.x(), 2.0, 1e-3);
+  EXPECT_NEAR(graph.pose(3).p.x(), 3.0, 1e-6);
+  inertial.j = 3;
+  EXPECT_THROW(graph.add(inertial), InternalError) << "a pose has no velocity";
+}
+
+TEST(global_graph, same_calls_give_the_same_bytes) {
+  Fleet a(4);
+  Fleet b(4);
+  for (Seq k = 0; k < 40; ++k) {
+    EXPECT_EQ(a.graph.pose(k).p, b.graph.pose(k).p);
+    EXPECT_EQ(a.graph.pose(k).R, b.graph.pose(k).R);
+  }
+  EXPECT_EQ(a.graph.covariances(), b.graph.covariances());
+}
+
+TEST(global_graph, refuses_what_would_be_silently_wrong) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  graph.add_pose(at(0));
+  graph.add_pose(at(1));
+  EXPECT_THROW(graph.add(step(0, 7, 1.0, 1.0)), InternalError);
+  RangeFactor range = range_to(1, 0, Vec3::Zero(), 1.0, 0.1);
+  range.other.emplace();
+  EXPECT_THROW(graph.add(range), InternalError) << "both ends on one node";
+  EXPECT_FALSE(graph.contains_range(1)) << "refused, so not used";
+  range.other->i = 1;
+  range.range_m = std::nan("");
+  EXPECT_THROW(graph.add(range), InternalError);
+  StandstillFactor still;
+  EXPECT_THROW(graph.add(still), InternalError) << "a pose alone cannot stand";
+  LoopFactor loop{1, step(0, 1, 1.0, 1.0)};
+  graph.add(loop);
+  EXPECT_THROW(graph.add(loop), InternalError);
+  EXPECT_THROW(graph.marginalise({0, 1}), InternalError) << "nothing would be left";
+  EXPECT_EQ(GlobalGraph(GlobalGraphSettings{}).solve_full().iterations, 0) << "nothing to solve";
+}
+
+}  // namespace
+}  // namespace rali::graph

@@ -1,0 +1,220 @@
+#include "rali/graph/loops.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+#include "rali/graph/global_graph.hpp"
+
+namespace rali::graph {
+namespace {
+
+using geometry::Vec3;
+
+// T18 of algorithms_fleet.md.
+TEST(gnc_weight, agrees_with_the_numbers_worked_by_hand) {
+  constexpr double kGate = 11.345;
+  const double r2[] = {5.0, 12.0, 30.0, 100.0};
+  const std::pair<double, std::array<double, 4>> rows[] = {{0.1, {0.3996, 0.2225, 0.1040, 0.0117}},
+                                                           {1.0, {1.0, 0.3751, 0.0, 0.0}},
+                                                           {10.0, {1.0, 0.1978, 0.0, 0.0}}};
+  for (const auto& [mu, weights] : rows) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      EXPECT_NEAR(gnc_weight(r2[k] / kGate, mu), weights[k], 5e-5) << mu << " " << r2[k];
+    }
+  }
+  EXPECT_EQ(loop_chi2_gate(3), kGate);
+  EXPECT_EQ(gnc_first_mu(1.0), std::nullopt) << "all fit";
+  EXPECT_NEAR(*gnc_first_mu(3.0), 0.2, 1e-12);
+}
+
+constexpr int kNodes = 40;
+
+// Two vehicles side by side in a corridor along x, 3 m apart, whose steps of 1 m are known to 6 cm
+// along and 1 cm across, with ranges between them (0.1 m) at each step. The second one's start is
+// known to 0.1 m like the first one's.
+struct Corridor {
+  GlobalGraph graph;
+  std::vector<Vec3> truth;
+  Rng rng{7, "corridor"};
+  std::uint64_t id = 0;
+
+  explicit Corridor(const GlobalGraphSettings& settings) : graph(settings) {
+    for (int v = 0; v < 2; ++v) {
+      geometry::SE3 T;
+      for (int k = 0; k < kNodes; ++k) {
+        truth.emplace_back(k, 3.0 * v, 0.0);
+        if (k == 0) T.p = truth.back();
+        Vec3 step(1.0 + 0.06 * rng.normal(), 0.01 * rng.normal(), 0.01 * rng.normal());
+        if (k > 0) T.p += step;
+        const Seq seq = graph.add_pose(T);
+        if (k == 0) {
+          graph.add_pose_prior(seq, T, information(0.1, 0.1, 0.01));
+          continue;
+        }
+        RelativePoseFactor odometry{seq - 1, seq, {}, information(0.06, 0.01, 0.001)};
+        odometry.T_i_j.p = step;
+        graph.add(odometry);
+      }
+    }
+    for (Seq k = 0; k < kNodes; ++k) {
+      for (const Seq other : {k, k + 7}) {
+        if (other >= kNodes) continue;
+        RangeFactor range;
+        range.id = id++;
+        range.i = k;
+        range.other.emplace();
+        range.other->i = kNodes + other;
+        range.range_m = (truth[k] - truth[kNodes + other]).norm() + 0.1 * rng.normal();
+        range.sigma_m = 0.1;
+        graph.add(range);
+      }
+    }
+  }
+
+  static geometry::Mat6 information(double along_m, double across_m, double turn_rad) {
+    geometry::Vec6 sigma;
+    sigma << Vec3::Constant(turn_rad), along_m, across_m, across_m;
+    return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  }
+
+  // Node i of vehicle 0 sees node j of vehicle 1, `shift_m` too far along.
+  LoopFactor loop(Seq i, Seq j, double shift_m) {
+    LoopFactor f;
+    f.id = id++;
+    f.pose = {i, kNodes + j, {}, information(0.05, 0.05, 0.01)};
+    f.pose.T_i_j.p = truth[kNodes + j] - truth[i] + Vec3(shift_m + 0.05 * rng.normal(), 0.0, 0.0);
+    return f;
+  }
+
+  [[nodiscard]] double rmse_m() const {
+    double sum = 0.0;
+    for (const KeyframeNode& n : graph.nodes()) {
+      sum += (n.x.T_odom_body.p - truth[n.seq]).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(truth.size()));
+  }
+};
+
+struct Outcome {
+  double rmse_m = 0.0;
+  int true_kept = 0;
+  int wrong_kept = 0;
+};
+
+// 8 true loops and 12 wrong ones that agree among each other: doors that repeat every 6 m.
+Outcome outcome(LoopGuard guard) {
+  GlobalGraphSettings settings;
+  settings.guard = guard;
+  Corridor c(settings);
+  std::vector<bool> is_true;
+  for (Seq k = 0; k < 20; ++k) {
+    is_true.push_back(k % 5 < 2);
+    c.graph.add(c.loop(2 * k, 2 * k, is_true.back() ? 0.0 : 6.0));
+  }
+  c.graph.solve_full();
+  Outcome out{c.rmse_m(), 0, 0};
+  const std::vector<LoopState> loops = c.graph.loops();
+  for (std::size_t k = 0; k < loops.size(); ++k) {
+    if (loops[k].weight > 0.5) ++(is_true[k] ? out.true_kept : out.wrong_kept);
+  }
+  return out;
+}
+
+TEST(loop_guard, gnc_keeps_true_loops_and_drops_wrong_ones_that_agree_with_each_other) {
+  const Outcome gnc = outcome(LoopGuard::kGnc);
+  EXPECT_EQ(gnc.wrong_kept, 0);
+  EXPECT_GE(gnc.true_kept, 7);
+  EXPECT_LT(gnc.rmse_m, 0.3);
+}
+
+TEST(loop_guard, dcs_does_so_from_a_start_without_loops) {
+  const Outcome dcs = outcome(LoopGuard::kDcs);
+  EXPECT_EQ(dcs.wrong_kept, 0);
+  EXPECT_LT(dcs.rmse_m, 0.3);
+}
+
+TEST(loop_guard, none_and_huber_are_bent_by_wrong_loops) {
+  const double gnc = outcome(LoopGuard::kGnc).rmse_m;
+  const double huber = outcome(LoopGuard::kHuber).rmse_m;
+  const double none = outcome(LoopGuard::kNone).rmse_m;
+  EXPECT_GT(none, 1.0);
+  EXPECT_LT(huber, none);
+  EXPECT_GT(huber, 2.0 * gnc);
+}
+
+TEST(loop_guard, a_loop_once_rejected_returns_when_the_graph_has_learnt_better) {
+  Corridor c({});
+  c.graph.add(c.loop(10, 10, 6.0));
+  c.graph.solve_full();
+  EXPECT_EQ(c.graph.loops()[0].weight, 0.0);
+  for (Seq k = 0; k < 2 * kNodes; ++k) {  // and now it turns out that the wrong loop was right
+    geometry::SE3 T;
+    T.p = c.truth[k] + Vec3(k >= kNodes ? 6.0 : 0.0, 0.0, 0.0);
+    c.graph.add_pose_prior(k, T, 1e6 * geometry::Mat6::Identity());
+  }
+  c.graph.solve_full();
+  EXPECT_EQ(c.graph.loops()[0].weight, 1.0);
+}
+
+// Chain of one step known to 0.3 m along x; a loop that knows it to 0.4 m.
+struct OneStep {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  RelativePoseFactor loop;
+
+  OneStep() {
+    graph.fix(graph.add_pose({}));
+    geometry::SE3 T;
+    T.p.x() = 5.0;
+    graph.add_pose(T);
+    graph.add(RelativePoseFactor{0, 1, T, Corridor::information(0.3, 0.1, 0.01)});
+    loop = {0, 1, T, Corridor::information(0.4, 0.1, 0.01)};
+  }
+
+  LoopVerdict judge(double shift_m) {
+    loop.T_i_j.p.x() = 5.0 + shift_m;
+    return graph.judge({loop}).front();
+  }
+};
+
+TEST(loop_veto, is_the_rise_of_the_minimum_as_worked_by_hand) {
+  OneStep step;
+  const LoopVerdict small = step.judge(1.0);  // 1/(0.09 + 0.16)
+  EXPECT_NEAR(small.chi2, 4.0, 1e-6);
+  EXPECT_EQ(small.dof, 6);
+  EXPECT_FALSE(small.exact);
+  EXPECT_FALSE(small.vetoed());
+  EXPECT_NEAR(small.covariance(3, 3), 0.09, 1e-6);
+  EXPECT_NEAR(small.T_i_j.p.x(), 5.0, 1e-9);
+  const LoopVerdict large = step.judge(2.5);
+  EXPECT_TRUE(large.exact);
+  EXPECT_NEAR(large.chi2, 25.0, 1e-4);
+  EXPECT_TRUE(large.vetoed());
+}
+
+TEST(loop_veto, asks_only_in_the_directions_that_the_loop_claims) {
+  OneStep step;
+  step.loop.information.row(3).setZero();
+  step.loop.information.col(3).setZero();
+  const LoopVerdict blind = step.judge(100.0);
+  EXPECT_EQ(blind.dof, 5);
+  EXPECT_NEAR(blind.chi2, 0.0, 1e-9);
+}
+
+TEST(loop_veto, does_not_let_loops_in_the_graph_speak_for_each_other) {
+  OneStep step;
+  const double alone = step.judge(2.0).chi2;
+  for (std::uint64_t k = 0; k < 10; ++k) step.graph.add(LoopFactor{k, step.loop});
+  EXPECT_NEAR(step.judge(2.0).chi2, alone, 1e-6);
+  EXPECT_EQ(step.graph.loops().size(), 10U) << "the graph keeps what it has";
+}
+
+TEST(loop_veto, parts_wrong_loops_from_true_ones_in_a_corridor) {
+  Corridor c({});
+  std::vector<RelativePoseFactor> candidates;
+  for (Seq k = 0; k < 10; ++k) candidates.push_back(c.loop(3 * k, 3 * k, k < 5 ? 0.0 : 6.0).pose);
+  const std::vector<LoopVerdict> verdicts = c.graph.judge(candidates);
+  for (std::size_t k = 0; k < 10; ++k) EXPECT_EQ(verdicts[k].vetoed(), k >= 5) << k;
+}
+
+}  // namespace
+}  // namespace rali::graph
