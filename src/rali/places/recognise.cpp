@@ -23,12 +23,14 @@ int agreeing(const Placement& p) {
   return std::min(p.verdict.source_in_target.agree, p.verdict.target_in_source.agree);
 }
 
-/// Contradictions weigh more than agreement is worth: a wrong place agrees too, on its walls.
+/// Contradictions weigh more than agreement is worth: a wrong place agrees too, on its walls. What
+/// faces along the way is rare and decides.
 double merit(const Placement& p) {
-  constexpr double kContradiction = 5.0;
-  const Agreement& a = p.verdict.source_in_target;
-  const Agreement& b = p.verdict.target_in_source;
-  return a.agree + b.agree - kContradiction * (a.conflict + b.conflict);
+  constexpr double kContradiction = 5.0, kFacing = 3.0;
+  const Verdict& v = p.verdict;
+  return v.source_in_target.agree + v.target_in_source.agree +
+         kFacing * (v.along_in_target.agree + v.along_in_source.agree) -
+         kContradiction * (v.source_in_target.conflict + v.target_in_source.conflict);
 }
 
 /// What is added to the placements is believable and new, or better than the one it is like.
@@ -43,9 +45,39 @@ void keep(Placement&& placement, const RecogniseSettings& s, std::vector<Placeme
   kept.push_back(std::move(placement));
 }
 
-bool rivals(const Placement& best, const Placement& other, const RecogniseSettings& s) {
-  return other.verdict.conflict_share() < best.verdict.conflict_share() + s.rival_conflict &&
-         agreeing(other) > s.rival_overlap * agreeing(best);
+/// The horizontal direction along which two placements differ; the least known one if they are
+/// turned against each other.
+Vec3 difference(const Placement& best, const Placement& other, const RecogniseSettings& s) {
+  const SE3& T = best.registration.T_target_source;
+  Vec3 d = other.registration.T_target_source.p - T.p;
+  d.z() = 0.0;
+  const bool shifted = turned(T, other.registration.T_target_source) < s.apart_deg * kDegree;
+  return shifted && d.norm() > 0.5 * s.apart_m ? d.normalized()
+                                               : best.registration.directions[0].direction_odom;
+}
+
+int facing(const Submap& target, const Submap& source, const SE3& T, const Vec3& axis,
+           const VerifySettings& s) {
+  const SE3 back = T.inverse();
+  return agreement_along(target, source, T, axis, s).agree +
+         agreement_along(source, target, back, back.R * axis, s).agree;
+}
+
+/// Whether the other could be the place as well.
+bool rivals(const Submap& target, const Submap& source, const Placement& best,
+            const Placement& other, const RecogniseSettings& s) {
+  if (other.verdict.conflict_share() >= best.verdict.conflict_share() + s.rival_conflict ||
+      agreeing(other) <= s.rival_overlap * agreeing(best)) {
+    return false;
+  }
+  const Vec3 axis = difference(best, other, s);
+  const int here = facing(target, source, best.registration.T_target_source, axis, s.verify);
+  const int there = facing(target, source, other.registration.T_target_source, axis, s.verify);
+  return here < 2 * s.facing_min || there > s.rival_facing * here;
+}
+
+bool holds(const Agreement& along, const RecogniseSettings& s) {
+  return along.agree >= s.facing_min && along.overlap() >= s.facing_share;
 }
 
 /// The line through the best placement that all rivals are on, if there is one.
@@ -54,7 +86,7 @@ std::optional<Vec3> common_axis(const Placement& best, std::span<const SE3> riva
   const SE3& T = best.registration.T_target_source;
   Vec3 farthest = Vec3::Zero();
   for (const SE3& rival : rivals) {
-    const Vec3 d = rival.p - T.p;
+    const Vec3 d(rival.p.x() - T.p.x(), rival.p.y() - T.p.y(), 0.0);
     if (d.norm() > farthest.norm()) farthest = d;
   }
   if (farthest.norm() < 1e-6) return {};
@@ -67,23 +99,36 @@ std::optional<Vec3> common_axis(const Placement& best, std::span<const SE3> riva
   return axis;
 }
 
+void leave_open(const Vec3& axis, Recognition& out) {
+  out.certainty = Certainty::kAlongAxis;
+  out.axis_target = axis;
+  forget_direction(out.placements.front().registration, axis);
+}
+
 /// Compares the best placement with the others and takes from it what it must not claim.
-void judge(const RecogniseSettings& s, Recognition& out) {
+void judge(const Submap& target, const Submap& source, const RecogniseSettings& s, bool guided,
+           Recognition& out) {
   if (out.placements.empty()) return;
-  Placement& best = out.placements.front();
+  const Placement& best = out.placements.front();
   std::vector<SE3> others;
   for (std::size_t k = 1; k < out.placements.size(); ++k) {
-    if (rivals(best, out.placements[k], s)) {
+    if (rivals(target, source, best, out.placements[k], s)) {
       others.push_back(out.placements[k].registration.T_target_source);
     }
   }
+  const Verdict& v = best.verdict;
+  const bool held = holds(v.along_in_target, s) && holds(v.along_in_source, s);
+  const int stations = std::min(v.along_in_target.stations, v.along_in_source.stations);
   out.certainty = Certainty::kUnique;
-  if (others.empty()) return;
-  const auto axis = common_axis(best, others, s);
-  out.certainty = axis ? Certainty::kAlongAxis : Certainty::kAmbiguous;
-  if (!axis) return;
-  out.axis_target = *axis;
-  forget_direction(best.registration, *axis);
+  if (!guided && (!held || stations < s.stations_min)) {
+    out.certainty = Certainty::kAmbiguous;
+  } else if (!others.empty()) {
+    const auto axis = common_axis(best, others, s);
+    if (axis) leave_open(*axis, out);
+    if (!axis) out.certainty = Certainty::kAmbiguous;
+  } else if (!held) {
+    leave_open(best.registration.directions[0].direction_odom, out);
+  }
 }
 
 }  // namespace
@@ -102,7 +147,7 @@ Recognition recognise_from(const Submap& target, const Submap& source, std::span
   }
   std::stable_sort(out.placements.begin(), out.placements.end(),
                    [](const Placement& a, const Placement& b) { return merit(a) > merit(b); });
-  judge(s, out);
+  judge(target, source, s, guess.has_value(), out);
   return out;
 }
 

@@ -30,6 +30,14 @@ struct RecogniseSettings {
   /// Another placement rivals the best one only if its contradictions are not this much more.
   double rival_conflict = 0.03;
   double rival_overlap = 0.4;  ///< and its agreeing points at least this share of the best one's
+  /// Walls along a corridor agree everywhere: only what faces along it tells places apart. The
+  /// best placement must have so many such points agree, this share of those that were seen.
+  int facing_min = 15;
+  double facing_share = 0.6;
+  double rival_facing = 0.4;  ///< and a rival at least this share of the best one's
+  /// Without a guess the other end of a corridor would do as well: only several things along the
+  /// way, in both views, are beyond doubt.
+  int stations_min = 3;
 
   template <class V>
   void visit(V& v) {
@@ -43,6 +51,10 @@ struct RecogniseSettings {
     v("along_m", along_m, 0.05, 5.0, "others so near to a line are along an axis");
     v("rival_conflict", rival_conflict, 0.0, 1.0, "more contradictions are no rival");
     v("rival_overlap", rival_overlap, 0.0, 1.0, "share of agreeing points that makes a rival");
+    v("facing_min", facing_min, 0, 10000, "agreeing points that face along the weakest direction");
+    v("facing_share", facing_share, 0.0, 1.0, "their share of those that the other saw");
+    v("rival_facing", rival_facing, 0.0, 1.0, "their share that makes a rival");
+    v("stations_min", stations_min, 0, 100, "places along the way where they are, without a guess");
   }
 };
 
@@ -56,7 +68,7 @@ struct Recognition {
   /// Believable ones, best first (fewest contradictions for their agreement), at most peaks_max.
   std::vector<Placement> placements;
   Certainty certainty = Certainty::kAmbiguous;           ///< of the first one
-  geometry::Vec3 axis_target = geometry::Vec3::UnitX();  ///< if along an axis, unit
+  geometry::Vec3 axis_target = geometry::Vec3::UnitX();  ///< if along an axis, horizontal, unit
   int tried = 0;
 
   [[nodiscard]] bool found() const { return !placements.empty(); }

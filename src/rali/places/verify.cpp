@@ -1,7 +1,9 @@
 #include "rali/places/verify.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace rali::places {
 
@@ -10,7 +12,7 @@ using geometry::Vec3;
 
 namespace {
 
-enum class Answer { kAgrees, kContradicts, kSilent };
+enum class Answer { kAgrees, kContradicts, kDiffers, kSilent };
 
 Answer ask(const Submap& target, const Vec3& x, const Vec3& n, double cos_min, double agree_m) {
   const bool on_plane = n.squaredNorm() > 0.0;
@@ -28,7 +30,23 @@ Answer ask(const Submap& target, const Vec3& x, const Vec3& n, double cos_min, d
   const Sight sight = target.free_space().look(x);
   if (sight == Sight::kHit && !on_plane) return Answer::kAgrees;
   // Beside a surface a small error of the pose is enough to be in front of it.
-  return sight == Sight::kFree && !near_surface ? Answer::kContradicts : Answer::kSilent;
+  if (sight == Sight::kFree && !near_surface) return Answer::kContradicts;
+  return near_surface || sight != Sight::kUnknown ? Answer::kDiffers : Answer::kSilent;
+}
+
+/// Groups of at least kSeveral values, apart by more than kApart_m.
+int stations_of(std::vector<double>& along_m) {
+  constexpr double kApart_m = 0.5;
+  constexpr std::size_t kSeveral = 3;
+  std::sort(along_m.begin(), along_m.end());
+  int stations = 0;
+  std::size_t begin = 0;
+  for (std::size_t k = 1; k <= along_m.size(); ++k) {
+    if (k < along_m.size() && along_m[k] - along_m[k - 1] < kApart_m) continue;
+    stations += k - begin >= kSeveral ? 1 : 0;
+    begin = k;
+  }
+  return stations;
 }
 
 }  // namespace
@@ -47,12 +65,36 @@ Agreement agreement(const Submap& target, const Submap& source, const SE3& T,
   return out;
 }
 
+Agreement agreement_along(const Submap& target, const Submap& source, const SE3& T,
+                          const Vec3& axis_target, const VerifySettings& s) {
+  constexpr double kFaces = 0.6;  // less than 53 degrees off the axis
+  const double cos_min = std::cos(s.agree_deg * std::numbers::pi / 180.0);
+  Agreement out;
+  std::vector<double> along_m;
+  for (const CheckPoint& check : source.checks()) {
+    const Vec3 n = T.R * check.n;
+    if (std::abs(n.dot(axis_target)) < kFaces) continue;
+    const Vec3 x = T * check.p_m;
+    const Answer answer = ask(target, x, n, cos_min, s.agree_m);
+    out.asked += answer != Answer::kSilent ? 1 : 0;
+    out.agree += answer == Answer::kAgrees ? 1 : 0;
+    out.conflict += answer == Answer::kContradicts ? 1 : 0;
+    if (answer == Answer::kAgrees) along_m.push_back(x.dot(axis_target));
+  }
+  out.stations = stations_of(along_m);
+  return out;
+}
+
 Verdict verify(const Submap& target, const Submap& source, const Registration& r,
                const VerifySettings& s) {
   Verdict out;
   if (!r.converged || !r.T_target_source.p.allFinite()) return out;
   out.source_in_target = agreement(target, source, r.T_target_source, s);
-  out.target_in_source = agreement(source, target, r.T_target_source.inverse(), s);
+  const SE3 back = r.T_target_source.inverse();
+  out.target_in_source = agreement(source, target, back, s);
+  const Vec3 axis = r.directions[0].direction_odom;
+  out.along_in_target = agreement_along(target, source, r.T_target_source, axis, s);
+  out.along_in_source = agreement_along(source, target, back, back.R * axis, s);
   if (r.rms_m > s.rms_max_m) {
     out.refusal = Refusal::kResiduals;
   } else if (out.overlap() < s.overlap_min || out.source_in_target.agree < s.upright_min ||

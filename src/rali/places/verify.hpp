@@ -31,6 +31,7 @@ struct Agreement {
   int asked = 0;
   int agree = 0;
   int conflict = 0;  ///< where the other's rays went through
+  int stations = 0;  ///< places along the axis with several that agree, if an axis was asked for
 
   [[nodiscard]] double overlap() const {
     return asked > 0 ? static_cast<double>(agree) / asked : 0.0;
@@ -50,6 +51,8 @@ inline constexpr ChoiceNames<5> kRefusalNames{"none", "not_converged", "residual
 struct Verdict {
   Refusal refusal = Refusal::kNotConverged;
   Agreement source_in_target, target_in_source;
+  /// Of what faces along the least known horizontal direction, both ways.
+  Agreement along_in_target, along_in_source;
 
   [[nodiscard]] bool believable() const { return refusal == Refusal::kNone; }
 
@@ -61,6 +64,13 @@ struct Verdict {
     return std::max(source_in_target.overlap(), target_in_source.overlap());
   }
 };
+
+/// The same, only of points on planes that face along `axis_target` (unit): those decide the place
+/// along it. `asked` are those at which the other submap could have said something.
+[[nodiscard]] Agreement agreement_along(const Submap& target, const Submap& source,
+                                        const geometry::SE3& T_target_source,
+                                        const geometry::Vec3& axis_target,
+                                        const VerifySettings& settings);
 
 [[nodiscard]] Agreement agreement(const Submap& target, const Submap& source,
                                   const geometry::SE3& T_target_source,
