@@ -1,0 +1,449 @@
+// The state table of README.md, row by row, with L = 5 s and a heartbeat of 1 s.
+#include "rali/fleet/roles/role_machine.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/roles/role_fleet_for_test.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using test::durable_of;
+using test::id;
+
+const RoleSettings kSettings;
+constexpr double kPromise_s = 5.0 * 1.02 / 0.98;  // 5.204
+
+Time at(double t_s) { return Time::from_s(t_s); }
+
+/// A vehicle of a fleet of three that has stood since long before time 0.
+class Vehicle {
+ public:
+  explicit Vehicle(int self, const DurableRole& durable = durable_of(3), double now_s = 0.0)
+      : state(start_role(id(self), durable, kSettings, at(now_s))) {
+    state.standing_since = at(now_s - 100.0);
+  }
+
+  RoleStep give(double t_s, const RoleEvent& event) {
+    RoleStep step = role_step(state, kSettings, event, at(t_s));
+    EXPECT_EQ(step.save, !(step.state.durable == state.durable));
+    state = step.state;
+    return step;
+  }
+
+  RoleStep hear(double t_s, int from, RoleOp op, std::uint64_t term, int candidate = 0,
+                double echo_s = 0.0) {
+    RoleMessage m;
+    m.op = op;
+    m.term = term;
+    m.candidate = id(candidate);
+    m.t_send = at(t_s);
+    m.t_echo = at(echo_s);
+    return give(t_s, RoleHeard{id(from), m});
+  }
+
+  RoleStep tick(double t_s) { return give(t_s, RoleTick{}); }
+
+  RoleState state;
+};
+
+std::vector<RoleOp> ops(const RoleStep& step) {
+  std::vector<RoleOp> out;
+  for (const RoleSend& s : step.messages) out.push_back(s.message.op);
+  return out;
+}
+
+bool has(const RoleStep& step, RoleActionKind kind) {
+  for (const RoleAction& a : step.actions) {
+    if (a.kind == kind) return true;
+  }
+  return false;
+}
+
+using Ops = std::vector<RoleOp>;
+
+/// v0 as anchor of term 1 since t = 0, with the vote of v1.
+Vehicle anchor_of_three() {
+  Vehicle v(0);
+  v.give(0.0, RoleClaim{});
+  v.hear(0.1, 1, RoleOp::kGrant, 1, 0, 0.0);
+  EXPECT_EQ(v.state.mode, RoleMode::kAnchor);
+  return v;
+}
+
+/// v1 as tag of anchor v0 in term 1 since t = 0.
+Vehicle tag_of_three() {
+  Vehicle v(1);
+  v.hear(0.0, 0, RoleOp::kCommit, 1);
+  return v;
+}
+
+TEST(RoleTag, answers_a_heartbeat_with_both_stamps_and_promises) {
+  Vehicle v = tag_of_three();
+  RoleMessage beat;
+  beat.op = RoleOp::kHeartbeat;
+  beat.term = 1;
+  beat.t_send = at(777.0);  // of another clock
+  const RoleStep step = v.give(2.0, RoleHeard{id(0), beat});
+  ASSERT_EQ(ops(step), Ops{RoleOp::kAck});
+  EXPECT_EQ(step.messages[0].to, std::optional(id(0)));
+  EXPECT_EQ(step.messages[0].message.t_echo, at(777.0));
+  EXPECT_EQ(step.messages[0].message.t_heard, at(2.0));
+  EXPECT_EQ(v.state.promise_until, at(2.0) + Duration::from_s(kPromise_s));
+  EXPECT_FALSE(must_stand(v.state));
+}
+
+TEST(RoleTag, tells_its_finish_at_once_and_with_every_heartbeat_until_it_clears) {
+  Vehicle v = tag_of_three();
+  RoleStep step = v.give(1.0, RoleFinished{FinishReason::kExplored});
+  ASSERT_EQ(ops(step), Ops{RoleOp::kFinished});
+  EXPECT_EQ(step.messages[0].message.reason, FinishReason::kExplored);
+  EXPECT_TRUE(must_stand(v.state));
+  step = v.hear(2.0, 0, RoleOp::kHeartbeat, 1);
+  EXPECT_EQ(ops(step), (Ops{RoleOp::kAck, RoleOp::kFinished}));
+  step = v.give(3.0, RoleFinished{FinishReason::kNone});
+  ASSERT_EQ(ops(step), Ops{RoleOp::kFinished});
+  EXPECT_EQ(step.messages[0].message.reason, FinishReason::kNone);
+  EXPECT_EQ(ops(v.hear(4.0, 0, RoleOp::kHeartbeat, 1)), Ops{RoleOp::kAck});
+}
+
+TEST(RoleTag, is_an_orphan_when_the_lease_is_over_and_takes_over_after_two_if_it_stands) {
+  Vehicle v = tag_of_three();
+  v.give(5.0, RoleLink{id(2)});
+  EXPECT_FALSE(has(v.tick(5.1), RoleActionKind::kOrphaned));
+  EXPECT_TRUE(has(v.tick(5.3), RoleActionKind::kOrphaned));
+  EXPECT_TRUE(must_stand(v.state));
+  v.tick(10.1);
+  EXPECT_EQ(v.state.mode, RoleMode::kTag) << "2 L (1 + 0.02) = 10.2 s have not passed";
+  v.give(15.0, RoleSelf{std::nullopt, 0});
+  v.give(15.0, RoleLink{id(2)});
+  v.tick(15.3);  // at the latest, with all of its jitter
+  EXPECT_EQ(v.state.mode, RoleMode::kTag) << "it moves";
+  v.give(16.0, RoleSelf{at(12.0), 0});
+  const RoleStep step = v.tick(16.0);
+  EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
+  EXPECT_EQ(v.state.durable.term, 2U);
+  EXPECT_EQ(v.state.durable.granted_to, std::optional(id(1)));
+  EXPECT_EQ(ops(step), Ops{RoleOp::kPropose});
+  EXPECT_TRUE(step.save);
+}
+
+TEST(RoleTag, without_any_link_does_not_raise_the_term) {
+  Vehicle v = tag_of_three();
+  for (double t = 1.0; t < 100.0; t += 1.0) v.tick(t);
+  EXPECT_EQ(v.state.durable.term, 1U);
+  EXPECT_TRUE(v.state.orphan);
+}
+
+TEST(RoleTag, becomes_candidate_when_named_and_only_when_it_has_stood) {
+  Vehicle v = tag_of_three();
+  v.give(1.0, RoleSelf{at(0.0), 0});
+  v.hear(1.0, 0, RoleOp::kSeal, 1);
+  EXPECT_TRUE(must_stand(v.state));
+  v.hear(2.0, 0, RoleOp::kHandover, 2, 1);
+  EXPECT_EQ(v.state.mode, RoleMode::kTag) << "has stood for 2 s only";
+  v.hear(2.5, 0, RoleOp::kHandover, 2, 2);
+  const RoleStep step = v.hear(3.0, 0, RoleOp::kHandover, 2, 1);
+  EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
+  EXPECT_EQ(v.state.durable.term, 2U);
+  EXPECT_EQ(ops(step), Ops{RoleOp::kPropose});
+}
+
+TEST(RoleTag, does_not_take_a_handover_of_an_old_anchor_while_another_acts) {
+  Vehicle v(1);
+  v.hear(0.0, 2, RoleOp::kCommit, 2);
+  v.hear(1.0, 0, RoleOp::kHandover, 3, 1);
+  EXPECT_EQ(v.state.mode, RoleMode::kTag) << "v2 acts until 5.2 s at least";
+  v.hear(5.3, 0, RoleOp::kHandover, 3, 1);
+  EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
+}
+
+TEST(RoleVote, is_given_once_per_term_after_the_seal_or_the_promise) {
+  Vehicle v = tag_of_three();
+  EXPECT_EQ(ops(v.hear(1.0, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(v.state.durable.term, 1U);
+  v.hear(2.0, 0, RoleOp::kSeal, 1);
+  const RoleStep step = v.hear(2.1, 2, RoleOp::kPropose, 2, 2);
+  ASSERT_EQ(ops(step), Ops{RoleOp::kGrant});
+  EXPECT_TRUE(step.save) << "on disk before it leaves";
+  EXPECT_EQ(v.state.durable.granted_to, std::optional(id(2)));
+  EXPECT_EQ(ops(v.hear(2.2, 0, RoleOp::kPropose, 2, 0)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(v.hear(2.3, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kGrant})
+      << "the first was lost";
+  EXPECT_EQ(ops(v.hear(3.0, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kRefuse})
+      << "v2 may be anchor by now";
+  EXPECT_EQ(ops(v.hear(7.6, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kGrant});
+}
+
+TEST(RoleVote, for_somebody_else_is_refused) {
+  Vehicle v(1);
+  EXPECT_EQ(ops(v.hear(1.0, 2, RoleOp::kPropose, 1, 0)), Ops{RoleOp::kRefuse});
+}
+
+TEST(RoleVote, survives_a_restart_and_so_does_the_promise) {
+  Vehicle v = tag_of_three();
+  v.hear(2.0, 0, RoleOp::kSeal, 1);
+  v.hear(2.1, 2, RoleOp::kPropose, 2, 2);
+  Vehicle again(1, v.state.durable, 3.0);
+  EXPECT_EQ(again.state.durable.term, 2U);
+  EXPECT_EQ(ops(again.hear(3.1, 0, RoleOp::kPropose, 2, 0)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(again.hear(3.2, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(again.hear(3.0 + kPromise_s, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kGrant});
+}
+
+TEST(RoleVote, is_not_given_where_the_disk_may_have_forgotten_one) {
+  DurableRole unreadable = durable_of(3);
+  unreadable.confirmed = false;
+  Vehicle v(1, unreadable);
+  EXPECT_EQ(ops(v.hear(10.0, 2, RoleOp::kPropose, 1, 2)), Ops{RoleOp::kRefuse});
+  EXPECT_TRUE(has(v.give(11.0, RoleClaim{}), RoleActionKind::kRefused));
+  EXPECT_TRUE(v.give(12.0, RoleConfirm{}).save);
+  EXPECT_EQ(ops(v.hear(13.0, 2, RoleOp::kPropose, 1, 2)), Ops{RoleOp::kGrant});
+}
+
+TEST(RoleCandidate, commits_with_a_majority_of_the_fleet_and_not_of_those_that_answer) {
+  DurableRole five = durable_of(5);
+  Vehicle v(0, five);
+  v.give(0.0, RoleClaim{});
+  v.hear(0.1, 1, RoleOp::kGrant, 1, 0);
+  v.hear(0.2, 1, RoleOp::kGrant, 1, 0);  // the same one twice
+  v.hear(0.3, 2, RoleOp::kGrant, 9, 0);  // another term
+  v.hear(0.3, 3, RoleOp::kGrant, 1, 4);  // for another
+  v.hear(0.4, 7, RoleOp::kGrant, 1, 0);  // not of the fleet
+  EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
+  const RoleStep step = v.hear(0.5, 4, RoleOp::kGrant, 1, 0);
+  EXPECT_EQ(v.state.mode, RoleMode::kAnchor);
+  EXPECT_TRUE(has(step, RoleActionKind::kBecameAnchor));
+  EXPECT_EQ(ops(step), Ops{RoleOp::kCommit});
+  EXPECT_TRUE(may_publish(v.state, at(4.9)));
+  EXPECT_FALSE(may_publish(v.state, at(5.0))) << "the lease counts from the question";
+}
+
+TEST(RoleCandidate, repeats_itself_gives_up_after_two_leases_and_backs_off) {
+  Vehicle v(0);
+  v.give(0.0, RoleClaim{});
+  EXPECT_EQ(ops(v.tick(0.5)), Ops{});
+  EXPECT_EQ(ops(v.tick(1.0)), Ops{RoleOp::kPropose});
+  v.tick(9.9);
+  EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
+  v.tick(10.0);
+  EXPECT_EQ(v.state.mode, RoleMode::kTag);
+  EXPECT_GE(v.state.takeover_at, at(15.0));
+  EXPECT_LE(v.state.takeover_at, at(25.0));
+}
+
+TEST(RoleCandidate, that_moves_is_none_and_that_hears_a_commit_follows) {
+  Vehicle moved(0);
+  moved.give(0.0, RoleClaim{});
+  moved.give(1.0, RoleSelf{std::nullopt, 0});
+  EXPECT_EQ(moved.state.mode, RoleMode::kTag);
+  Vehicle late(0);
+  late.give(0.0, RoleClaim{});
+  const RoleStep step = late.hear(1.0, 2, RoleOp::kCommit, 2);
+  EXPECT_EQ(late.state.mode, RoleMode::kTag);
+  EXPECT_TRUE(has(step, RoleActionKind::kFollows));
+  EXPECT_EQ(ops(step), Ops{RoleOp::kAck});
+}
+
+TEST(RoleAnchor, acts_as_long_as_a_majority_answers_and_then_stands_as_an_orphan) {
+  Vehicle v = anchor_of_three();
+  EXPECT_EQ(ops(v.tick(1.1)), Ops{RoleOp::kHeartbeat});
+  EXPECT_EQ(v.hear(1.3, 2, RoleOp::kAck, 1, 0, 1.1).messages.size(), 0U);
+  EXPECT_TRUE(may_publish(v.state, at(6.0)));
+  EXPECT_FALSE(may_publish(v.state, at(6.1)));
+  v.hear(2.0, 2, RoleOp::kAck, 1, 0, 50.0);  // of a clock of before a restart
+  v.hear(2.0, 2, RoleOp::kAck, 9, 0, 1.9);   // of another term
+  const RoleStep step = v.tick(6.1);
+  EXPECT_EQ(v.state.mode, RoleMode::kTag);
+  EXPECT_TRUE(has(step, RoleActionKind::kStoppedAnchoring));
+  EXPECT_TRUE(must_stand(v.state));
+}
+
+TEST(RoleAnchor, seals_when_all_that_are_present_have_finished) {
+  Vehicle v = anchor_of_three();
+  v.hear(1.0, 1, RoleOp::kAck, 1, 0, 0.9);
+  v.hear(1.0, 2, RoleOp::kAck, 1, 0, 0.9);
+  RoleMessage done;
+  done.op = RoleOp::kFinished;
+  done.term = 1;
+  done.reason = FinishReason::kDistance;
+  done.t_send = at(20.0);
+  v.give(1.1, RoleHeard{id(1), done});
+  v.tick(1.2);
+  EXPECT_EQ(v.state.mode, RoleMode::kAnchor) << "v2 is on its way";
+  done.t_send = at(30.0);
+  v.give(1.3, RoleHeard{id(2), done});
+  done.reason = FinishReason::kNone;
+  done.t_send = at(29.0);  // an older word that came late
+  v.give(1.4, RoleHeard{id(2), done});
+  const RoleStep step = v.tick(1.5);
+  EXPECT_EQ(v.state.mode, RoleMode::kSealed);
+  EXPECT_TRUE(has(step, RoleActionKind::kSealed));
+  EXPECT_EQ(ops(step), Ops{RoleOp::kSeal});
+  EXPECT_FALSE(may_publish(v.state, at(1.5)));
+}
+
+TEST(RoleAnchor, that_is_pushed_seals_at_once) {
+  Vehicle v = anchor_of_three();
+  const RoleStep step = v.give(1.0, RoleSelf{std::nullopt, 0});
+  EXPECT_EQ(v.state.mode, RoleMode::kSealed);
+  EXPECT_EQ(ops(step), Ops{RoleOp::kSeal});
+}
+
+TEST(RoleAnchor, whose_term_was_spent_by_a_lost_election_takes_a_new_one_in_the_same_round) {
+  Vehicle v = anchor_of_three();
+  RoleStep step = v.hear(1.0, 2, RoleOp::kRefuse, 4, 0);
+  EXPECT_EQ(v.state.durable.term, 5U);
+  EXPECT_EQ(ops(step), Ops{RoleOp::kPropose});
+  EXPECT_FALSE(may_publish(v.state, at(1.0)));
+  step = v.hear(1.1, 1, RoleOp::kGrant, 5, 0, 1.0);
+  EXPECT_TRUE(has(step, RoleActionKind::kRenewedTerm));
+  EXPECT_FALSE(has(step, RoleActionKind::kBecameAnchor));
+  // The tag sees the same round.
+  Vehicle tag = tag_of_three();
+  tag.give(0.5, RoleFinished{FinishReason::kSignal});
+  EXPECT_EQ(ops(tag.hear(1.0, 0, RoleOp::kPropose, 5, 0)), Ops{RoleOp::kGrant});
+  EXPECT_FALSE(has(tag.hear(1.2, 0, RoleOp::kCommit, 5), RoleActionKind::kFollows));
+  EXPECT_EQ(tag.state.finished, FinishReason::kSignal);
+}
+
+TEST(RoleSealed, names_the_best_then_the_next_and_in_the_end_itself) {
+  Vehicle v = anchor_of_three();
+  v.give(1.0, RoleEndRound{});
+  v.give(1.5, RoleChoice{{id(2), id(1)}});
+  RoleStep step = v.tick(2.0);
+  ASSERT_EQ(ops(step), (Ops{RoleOp::kSeal, RoleOp::kHandover}));
+  EXPECT_EQ(step.messages[1].to, std::optional(id(2)));
+  EXPECT_EQ(step.messages[1].message.term, 2U);
+  step = v.tick(16.5);  // 3 L later
+  ASSERT_EQ(ops(step), (Ops{RoleOp::kSeal, RoleOp::kHandover}));
+  EXPECT_EQ(step.messages[1].to, std::optional(id(1)));
+  EXPECT_EQ(step.messages[1].message.term, 3U);
+  step = v.tick(31.5);
+  EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
+  EXPECT_EQ(v.state.durable.term, 4U);
+}
+
+TEST(RoleSealed, votes_for_its_successor_and_stands_until_ten_ranges_tie_it_in) {
+  Vehicle v = anchor_of_three();
+  v.give(1.0, RoleEndRound{});
+  v.give(1.1, RoleChoice{{id(2)}});
+  EXPECT_EQ(ops(v.hear(2.0, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kGrant});
+  v.hear(2.5, 2, RoleOp::kCommit, 2);
+  EXPECT_TRUE(must_stand(v.state));
+  v.give(3.0, RoleSelf{at(-100.0), 9});
+  EXPECT_TRUE(must_stand(v.state));
+  EXPECT_TRUE(has(v.give(3.1, RoleSelf{at(-100.0), 10}), RoleActionKind::kMayLeave));
+  EXPECT_FALSE(must_stand(v.state));
+}
+
+TEST(RoleFleet, the_survivor_of_two_waits_for_the_operators_word) {
+  Vehicle v(0, durable_of(2));
+  v.hear(0.0, 1, RoleOp::kCommit, 1);
+  EXPECT_TRUE(has(v.give(1.0, RoleFleet{{id(0)}}), RoleActionKind::kRefused)) << "v1 may act";
+  for (double t = 6.0; t < 60.0; t += 1.0) v.tick(t);
+  EXPECT_NE(v.state.mode, RoleMode::kAnchor);
+  EXPECT_TRUE(has(v.give(60.0, RoleFleet{{id(1)}}), RoleActionKind::kRefused)) << "without itself";
+  const RoleStep step = v.give(61.0, RoleFleet{{id(0)}});
+  EXPECT_EQ(v.state.mode, RoleMode::kAnchor);
+  EXPECT_TRUE(step.save);
+  EXPECT_TRUE(may_publish(v.state, at(61.0)));
+  for (double t = 62.0; t < 90.0; t += 1.0) v.tick(t);
+  EXPECT_TRUE(may_publish(v.state, at(90.0))) << "alone it is a majority at any time";
+}
+
+TEST(RoleTable, is_taken_from_the_anchor_of_the_term_and_never_older) {
+  Vehicle v = tag_of_three();
+  EXPECT_TRUE(accept_table(v.state, id(0), 1, 3));
+  EXPECT_TRUE(accept_table(v.state, id(0), 1, 3)) << "another part of it";
+  EXPECT_FALSE(accept_table(v.state, id(0), 1, 2));
+  EXPECT_FALSE(accept_table(v.state, id(2), 1, 9));
+  EXPECT_FALSE(accept_table(v.state, id(0), 2, 9));
+  v.hear(1.0, 2, RoleOp::kCommit, 2);
+  EXPECT_TRUE(accept_table(v.state, id(2), 2, 0));
+}
+
+TEST(RoleMessages, of_lower_terms_are_told_the_own_term) {
+  Vehicle v(1);
+  v.hear(0.0, 0, RoleOp::kCommit, 7);
+  for (const RoleOp op : {RoleOp::kHeartbeat, RoleOp::kCommit, RoleOp::kPropose}) {
+    const RoleStep step = v.hear(1.0, 2, op, 6, 2);
+    ASSERT_EQ(ops(step), Ops{RoleOp::kRefuse});
+    EXPECT_EQ(step.messages[0].message.term, 7U);
+    EXPECT_EQ(step.messages[0].message.candidate, id(2));
+  }
+}
+
+TEST(RoleMessages, that_are_rubbish_change_nothing) {
+  Vehicle v = tag_of_three();
+  const RoleState before = v.state;
+  const std::uint64_t huge = std::numeric_limits<std::uint64_t>::max();
+  for (const RoleOp op : {RoleOp::kHeartbeat, RoleOp::kAck, RoleOp::kFinished, RoleOp::kSeal,
+                          RoleOp::kHandover, RoleOp::kPropose, RoleOp::kGrant, RoleOp::kRefuse,
+                          RoleOp::kCommit, static_cast<RoleOp>(0), static_cast<RoleOp>(200)}) {
+    EXPECT_TRUE(v.hear(1.0, 2, op, huge, 1).messages.empty());
+    EXPECT_TRUE(v.hear(1.0, 99, op, 5, 1).messages.empty()) << "nobody of the fleet";
+    EXPECT_TRUE(v.hear(1.0, 1, op, 5, 1).messages.empty()) << "its own echo";
+  }
+  EXPECT_EQ(v.state.durable, before.durable);
+  EXPECT_EQ(v.state.promise_until, before.promise_until);
+}
+
+TEST(RoleMessages, of_two_anchors_in_one_term_are_reported) {
+  Vehicle v = tag_of_three();
+  EXPECT_TRUE(has(v.hear(1.0, 2, RoleOp::kHeartbeat, 1), RoleActionKind::kConflict));
+  EXPECT_EQ(v.state.durable.anchor, std::optional(id(0)));
+}
+
+TEST(RoleFleetOfThree, goes_through_rounds_with_every_vehicle_in_turn) {
+  test::RoleFleetSim sim(3, 5);
+  sim.give(0, RoleClaim{});
+  sim.run(2.0);
+  ASSERT_EQ(sim.acting_anchor(), std::optional(0));
+  for (int round = 0; round < 6; ++round) {
+    const int anchor = *sim.acting_anchor();
+    for (int v = 0; v < 3; ++v) {
+      if (v != anchor) sim.give(v, RoleFinished{FinishReason::kDistance});
+    }
+    sim.run(8.0);
+    ASSERT_EQ(sim.acting_anchor(), std::optional((anchor + 1) % 3));
+    sim.run(10.0);
+    EXPECT_EQ(sim.acting_anchor(), std::optional((anchor + 1) % 3)) << "finished was of the old";
+  }
+  EXPECT_EQ(sim.commits.size(), 7U);
+}
+
+TEST(RoleFleetOfThree, replaces_a_dead_anchor_within_half_a_minute) {
+  test::RoleFleetSim sim(3, 6);
+  sim.give(0, RoleClaim{});
+  sim.run(5.0);
+  sim.kill(0);
+  sim.run(5.5);
+  EXPECT_FALSE(sim.acting_anchor().has_value());
+  sim.run(25.0);
+  ASSERT_TRUE(sim.acting_anchor().has_value());
+  EXPECT_NE(*sim.acting_anchor(), 0);
+  sim.restart(0);
+  sim.run(5.0);
+  EXPECT_EQ(sim.node(0).state.mode, RoleMode::kTag);
+  EXPECT_FALSE(sim.node(0).state.orphan);
+}
+
+TEST(RoleFleetOfFour, split_in_halves_has_no_anchor_until_it_is_whole_again) {
+  test::RoleFleetSim sim(4, 7);
+  sim.give(0, RoleClaim{});
+  sim.run(5.0);
+  sim.node(2).side = sim.node(3).side = 1;
+  sim.run(60.0);
+  EXPECT_FALSE(sim.acting_anchor().has_value());
+  for (int v = 0; v < 4; ++v) EXPECT_TRUE(must_stand(sim.node(v).state)) << v;
+  sim.node(2).side = sim.node(3).side = 0;
+  sim.run(40.0);
+  EXPECT_TRUE(sim.acting_anchor().has_value());
+  EXPECT_EQ(sim.overlaps, 0);
+}
+
+}  // namespace
+}  // namespace rali::fleet
