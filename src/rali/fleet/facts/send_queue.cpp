@@ -17,7 +17,8 @@ constexpr std::size_t kJudgedBytesMin = 4000;
 constexpr double kCameShareMin = 0.5;
 constexpr double kRateGrowth = 1.5;
 constexpr double kBurst_s = 0.5;
-constexpr double kBurstMin_bytes = 20000.0;
+/// A larger fact goes out as well, and what comes after it waits the longer.
+constexpr double kBurstMin_bytes = 3000.0;
 
 int class_of(const Fact& fact) {
   switch (kind_of(fact)) {
