@@ -1,9 +1,11 @@
 // Cost of the local pose graph: a drive in a tunnel with one keyframe per second and ranges to a
-// vehicle that stands. Arguments: keyframes in the window, ranges in the window.
+// vehicle that stands. Arguments: keyframes in the window, ranges in the window. And of the global
+// graph: vehicles that follow each other with one node and one range to each of the others per
+// second, every fourth stretch of 20 nodes blind and inertial. Arguments: vehicles, nodes of each.
 #include <benchmark/benchmark.h>
 
 #include "rali/base/rng.hpp"
-#include "rali/graph/local_graph.hpp"
+#include "rali/graph/global_graph.hpp"
 
 namespace rali::graph {
 namespace {
@@ -109,6 +111,107 @@ void worst_range(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(graph.largest_nis_range());
 }
 
+constexpr int kStretch = 20;
+constexpr int kBlindEach = 4;
+
+bool is_blind(int k) { return (k / kStretch) % kBlindEach == kBlindEach - 1; }
+
+// One vehicle's nodes: poses, and states where the next or last step is blind.
+void add_path(GlobalGraph& graph, int vehicle, int nodes, Rng& rng) {
+  const double y = 3.0 * vehicle;
+  KeyframeState x;
+  x.T_odom_body.p = {0.0, y, 0.0};
+  x.v_odom_mps = {1.0, 0.0, 0.0};
+  for (int k = 0; k < nodes; ++k) {
+    const bool state = is_blind(k) || is_blind(k + 1);
+    const bool blind = is_blind(k);
+    RelativePoseFactor lidar;
+    lidar.T_i_j.p = {1.0 + 0.01 * rng.normal(), 0.005 * rng.normal(), 0.005 * rng.normal()};
+    lidar.information.diagonal() << 8e6, 8e6, 8e6, blind ? 0.0 : 1e4, 4e4, 4e4;
+    if (k > 0) x.T_odom_body = x.T_odom_body * lidar.T_i_j;
+    const Seq seq = state ? graph.add_state(x) : graph.add_pose(x.T_odom_body);
+    if (k == 0) {
+      graph.add_pose_prior(seq, x.T_odom_body, 1e4 * geometry::Mat6::Identity());
+      continue;
+    }
+    lidar.i = seq - 1;
+    lidar.j = seq;
+    graph.add(lidar);
+    if (blind) graph.add(even_second(seq - 1, rng));
+  }
+}
+
+GlobalGraph fleet(int vehicles, int nodes) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  Rng rng(3, "fleet");
+  for (int v = 0; v < vehicles; ++v) add_path(graph, v, nodes, rng);
+  std::uint64_t id = 0;
+  for (int a = 0; a < vehicles; ++a) {
+    for (int b = 0; b < a; ++b) {
+      const auto pair = static_cast<int>(id);
+      graph.add_bias(pair, 0.0, 0.15);
+      for (int k = 0; k < nodes; ++k) {
+        RangeFactor f;
+        f.id = id++;
+        f.i = static_cast<Seq>(a * nodes + k);
+        f.other.emplace();
+        f.other->i = static_cast<Seq>(b * nodes + k);
+        f.range_m = 3.0 * (a - b) + 0.1 * rng.normal();
+        f.bias = pair;
+        graph.add(f);
+      }
+    }
+  }
+  return graph;
+}
+
+GlobalGraph fleet(const benchmark::State& state) {
+  return fleet(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+}
+
+void solve_fleet(benchmark::State& state) {
+  int iterations = 0;
+  const GlobalGraph start = fleet(state);
+  for (auto _ : state) {
+    state.PauseTiming();
+    GlobalGraph graph = start;
+    state.ResumeTiming();
+    iterations = graph.solve_full().iterations;
+  }
+  state.counters["iterations"] = iterations;
+}
+
+void covariances_of_all(benchmark::State& state) {
+  GlobalGraph graph = fleet(state);
+  graph.solve_full();
+  for (auto _ : state) {
+    state.PauseTiming();
+    GlobalGraph fresh = graph;
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(fresh.covariances());
+  }
+}
+
+void judge_loops_of_fleet(benchmark::State& state) {
+  GlobalGraph graph = fleet(state);
+  graph.solve_full();
+  std::vector<RelativePoseFactor> loops(100);
+  for (std::size_t k = 0; k < loops.size(); ++k) {
+    loops[k].i = static_cast<Seq>(k);
+    loops[k].j = static_cast<Seq>(k + 300);
+    loops[k].T_i_j = graph.pose(loops[k].i).inverse() * graph.pose(loops[k].j);
+    loops[k].information = 400.0 * geometry::Mat6::Identity();
+  }
+  for (auto _ : state) benchmark::DoNotOptimize(graph.judge(loops));
+}
+
+BENCHMARK(solve_fleet)
+    ->Args({4, 200})
+    ->Args({4, 600})
+    ->Args({4, 1800})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(covariances_of_all)->Args({4, 500})->Unit(benchmark::kMillisecond);
+BENCHMARK(judge_loops_of_fleet)->Args({4, 600})->Unit(benchmark::kMillisecond);
 BENCHMARK(solve_window)
     ->Args({20, 150})
     ->Args({40, 300})

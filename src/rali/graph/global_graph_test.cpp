@@ -15,6 +15,14 @@ using geometry::Vec3;
 
 SE3 at(double x, double y = 0.0, double z = 0.0) { return {geometry::Mat3::Identity(), {x, y, z}}; }
 
+// Settings that stop only where nothing moves.
+GlobalGraphSettings to_the_end() {
+  GlobalGraphSettings settings;
+  settings.cost_change_min = 0.0;
+  settings.step_min_m = 1e-9;
+  return settings;
+}
+
 // Step along x known with `information_x`, else well.
 RelativePoseFactor step(Seq i, Seq j, double x_m, double information_x) {
   geometry::Vec6 information;
@@ -97,7 +105,7 @@ TEST(global_graph, range_between_two_vehicles_shares_its_error_with_the_bias) {
 }
 
 TEST(global_graph, gravity_levels_a_pose_and_leaves_its_heading_open) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+  GlobalGraph graph{to_the_end()};
   const Seq seq = graph.add_pose({geometry::so3_exp({0.05, -0.03, 0.7}), {1.0, 2.0, 3.0}});
   GravityFactor gravity;
   gravity.i = seq;
@@ -205,8 +213,9 @@ TEST(global_graph, gives_what_the_graph_of_one_vehicle_gives) {
   Rng rng(5, "both");
   LocalGraphSettings local_settings;
   local_settings.cost_change_min = 0.0;
+  local_settings.step_min_m = 1e-9;
   LocalGraph local{local_settings};
-  GlobalGraph global{GlobalGraphSettings{}};
+  GlobalGraph global{to_the_end()};
   const auto both = [&](const auto& factor) {
     local.add(factor);
     global.add(factor);
@@ -245,7 +254,7 @@ TEST(global_graph, gives_what_the_graph_of_one_vehicle_gives) {
 
 // A node with velocity on its way between two poses.
 TEST(global_graph, mixes_poses_with_nodes_that_have_a_velocity) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+  GlobalGraph graph{to_the_end()};
   graph.fix(graph.add_pose(at(0)));
   KeyframeState x;
   x.T_odom_body = at(1);

@@ -18,13 +18,14 @@ struct LevenbergMarquardtSettings {
   /// A step that made it worse is given up only if a second one from there does not mend it: very
   /// stiff factors bend the valley, and a straight step leaves it by its square.
   bool second_step = false;
+  double lever_m = 0.0;  ///< a turn of a node counts as what it moves at this distance
 };
 
 [[nodiscard]] LevenbergMarquardtSettings steps_of(const LocalGraphSettings& settings);
 [[nodiscard]] LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& settings);
 
-/// The farthest that a position, landmark or range bias moves [m].
-[[nodiscard]] double farthest_m(const Window& window, const Eigen::VectorXd& step);
+/// The farthest that a position, landmark or range bias moves [m], turns counted at `lever_m`.
+[[nodiscard]] double farthest_m(const Window& window, const Eigen::VectorXd& step, double lever_m);
 
 /// The values of a window, to go back to. Factors stay.
 struct SavedValues {
@@ -91,7 +92,7 @@ SolveReport levenberg_marquardt(Window& window, Equations& equations,
         saved.restore(window);
       }
       // A step too small to matter ends it, even when rounding lets the cost rise.
-      if (step.allFinite() && farthest_m(window, step) < settings.step_min_m) {
+      if (step.allFinite() && farthest_m(window, step, settings.lever_m) < settings.step_min_m) {
         report.converged = true;
       }
     }

@@ -10,23 +10,27 @@ namespace {
 // INTEL's information spans eleven decades.
 constexpr double kLambdaMinLocal = 1e-9;
 constexpr double kLambdaMinGlobal = 1e-15;
+constexpr double kLeverM = 10.0;
 
 }  // namespace
 
 LevenbergMarquardtSettings steps_of(const LocalGraphSettings& s) {
-  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinLocal, false};
+  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinLocal, false,
+          0.0};
 }
 
 LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& s) {
-  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinGlobal, true};
+  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinGlobal,
+          true,       kLeverM};
 }
 
-double farthest_m(const Window& window, const Eigen::VectorXd& step) {
+double farthest_m(const Window& window, const Eigen::VectorXd& step, double lever_m) {
   double farthest = 0.0;
   Eigen::Index at = 0;
   for (const KeyframeNode& keyframe : window.keyframes) {
     if (keyframe.fixed) continue;
-    farthest = std::max(farthest, step.segment<3>(at + kPos).norm());
+    const double turn_m = lever_m * step.segment<3>(at + kTheta).norm();
+    farthest = std::max(farthest, step.segment<3>(at + kPos).norm() + turn_m);
     at += keyframe.dim;
   }
   for (const GlobalNode& global : window.globals) {
