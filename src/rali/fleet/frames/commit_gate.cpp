@@ -25,7 +25,7 @@ bool verified(const ScanCheck& check, const ScanToMapSettings& settings) {
 bool needs_prior(const HypothesisSet& set, const InitSettings& settings) {
   if (!set.has_prior) return false;
   const FrameHypothesis& best = set.all.front();
-  const Mat4 without = best.information - best.prior_information;
+  const Mat4 without = best.drift_information - best.prior_information;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
       scaled_planar_information(without, settings.commit), Eigen::EigenvaluesOnly);
   if (solver.eigenvalues()[0] < settings.commit.information_min) return true;

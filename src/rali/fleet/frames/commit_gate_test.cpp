@@ -14,7 +14,7 @@ HypothesisSet two(double chi2_best, double chi2_second, int dof = 12) {
   for (std::size_t k = 0; k < 2; ++k) {
     FrameHypothesis& h = set.all[k];
     h.T_b_a.t_m.x() = 2.0 * static_cast<double>(k);
-    h.information = Mat4::Identity() * 1e5;
+    h.information = h.drift_information = h.offset_information = Mat4::Identity() * 1e5;
     h.chi2 = h.solution.fit_chi2 = k == 0 ? chi2_best : chi2_second;
     h.solution.dof = dof;
   }

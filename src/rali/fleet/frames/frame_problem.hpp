@@ -70,7 +70,8 @@ struct FrameSolution {
   /// Of (yaw, place of the pivot) of all frames but the first; all else is integrated out, what no
   /// observation tells is zero.
   Eigen::MatrixXd information;
-  Eigen::MatrixXd offset_information;  ///< the same if the offsets of the radios were known
+  Eigen::MatrixXd offset_information;  ///< the same if odometry and offsets of radios were exact
+  Eigen::MatrixXd drift_information;   ///< the same if odometry alone were exact
   Eigen::MatrixXd prior_information;   ///< the part of it that is the user's
   std::vector<int> holds;              ///< per group of evidence
   double chi2 = 0.0;                   ///< of all, for comparison with rivals

@@ -212,27 +212,15 @@ class Normal {
   std::vector<double> row_;
 };
 
-/// Frames' part of H with all else integrated out.
-Eigen::MatrixXd marginal(const Eigen::MatrixXd& H, Eigen::Index frames) {
-  const Eigen::Index rest = H.rows() - frames;
+/// Frames' part of H with the first `integrated` of the other unknowns integrated out and the rest
+/// held.
+Eigen::MatrixXd marginal(const Eigen::MatrixXd& H, Eigen::Index frames, Eigen::Index integrated) {
   Eigen::MatrixXd out = H.topLeftCorner(frames, frames);
-  if (rest > 0) {
-    const Eigen::MatrixXd cross = H.bottomLeftCorner(rest, frames);
-    out -= cross.transpose() * H.bottomRightCorner(rest, rest).ldlt().solve(cross);
+  if (integrated > 0) {
+    const Eigen::MatrixXd cross = H.block(frames, 0, integrated, frames);
+    out -= cross.transpose() * H.block(frames, frames, integrated, integrated).ldlt().solve(cross);
   }
   return 0.5 * (out + out.transpose());
-}
-
-Eigen::MatrixXd with_offsets_known(const FrameProblem& p, const Eigen::MatrixXd& H) {
-  const Eigen::Index from = p.frame_size();
-  const Eigen::Index to = from + p.bias_size();
-  const Eigen::Index rest = H.rows() - to;
-  Eigen::MatrixXd held(from + rest, from + rest);
-  held.topLeftCorner(from, from) = H.topLeftCorner(from, from);
-  held.topRightCorner(from, rest) = H.topRightCorner(from, rest);
-  held.bottomLeftCorner(rest, from) = H.bottomLeftCorner(rest, from);
-  held.bottomRightCorner(rest, rest) = H.bottomRightCorner(rest, rest);
-  return marginal(held, from);
 }
 
 /// Directions of (x, y, yaw) of all frames of which nothing is known.
@@ -251,8 +239,10 @@ int rank_of(const PoseEvidence& e) {
 
 /// What the chosen alternatives cost besides their residuals, and what the fit is judged by.
 void settle(const FrameProblem& p, double cost, Normal& normal, FrameSolution& s) {
-  s.information = marginal(normal.H, p.frame_size());
-  s.offset_information = with_offsets_known(p, normal.H);
+  const Eigen::Index frames = p.frame_size();
+  s.information = marginal(normal.H, frames, p.size() - frames);
+  s.drift_information = marginal(normal.H, frames, p.bias_size());
+  s.offset_information = marginal(normal.H, frames, 0);
   s.chi2 = s.fit_chi2 = cost;
   s.prior_chi2 = 0.0;
   s.dof = static_cast<int>(p.ranges.size()) - 3 * (static_cast<int>(p.keys.size()) - 1) +
@@ -277,7 +267,7 @@ void settle(const FrameProblem& p, double cost, Normal& normal, FrameSolution& s
     if (is_prior) s.prior_chi2 += own;
   }
   normal.build_evidence(s.values, priors);
-  s.prior_information = normal.H.topLeftCorner(p.frame_size(), p.frame_size());
+  s.prior_information = normal.H.topLeftCorner(frames, frames);
 }
 
 bool finite(const FrameValues& v) {

@@ -172,6 +172,7 @@ class Finder {
     h.chi2 = s.chi2;
     h.prior_chi2 = s.prior_chi2;
     h.information = rigid(s.information, s);
+    h.drift_information = rigid(s.drift_information, s);
     h.offset_information = rigid(s.offset_information, s);
     h.prior_information = rigid(s.prior_information, s);
     h.solution = std::move(s);

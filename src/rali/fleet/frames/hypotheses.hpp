@@ -21,7 +21,8 @@ struct FrameHypothesis {
   /// of this point in b), all else integrated out. Zero eigenvalues: not known at all.
   geometry::Vec3 pivot_a_m = geometry::Vec3::Zero();
   Mat4 information = Mat4::Zero();
-  Mat4 offset_information = Mat4::Zero();  ///< the same if the offsets of the radios were known
+  Mat4 drift_information = Mat4::Zero();   ///< the same if odometry were exact: the geometry's
+  Mat4 offset_information = Mat4::Zero();  ///< and if offsets of the radios were known besides
   Mat4 prior_information = Mat4::Zero();   ///< the part of it that the user gave
   double chi2 = 0.0;                       ///< for comparison with rivals
   double prior_chi2 = 0.0;                 ///< the user's part of it

@@ -22,6 +22,8 @@ constexpr double kSpread_m = 1.0;
 constexpr double kParallelSine = 0.2;
 /// Share of heading in the weakest direction from which it is called that.
 constexpr double kDominates = 0.5;
+/// Less scaled information than this is none.
+constexpr double kNothing = 1e-9;
 
 /// The principal line of one end's path.
 struct Line {
@@ -110,6 +112,19 @@ Advice why_weak(const HypothesisSet& set, const Observability& seen, const Line&
   return by_offset ? Advice::kOffset : Advice::kNotYet;
 }
 
+/// What drift leaves: sigma of yaw, and of the worse axis of the place.
+void set_sigmas(const Mat4& information, const CommitSettings& settings, Observability& seen) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      scaled_planar_information(information, settings));
+  const Eigen::Vector3d variances = solver.eigenvalues().cwiseMax(kNothing).cwiseInverse();
+  const Eigen::Matrix3d C =
+      solver.eigenvectors() * variances.asDiagonal() * solver.eigenvectors().transpose();
+  seen.yaw_sigma_rad = settings.yaw_unit_deg * kDegree * std::sqrt(C(0, 0));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> place(
+      Eigen::Matrix2d(C.bottomRightCorner<2, 2>()), Eigen::EigenvaluesOnly);
+  seen.place_sigma_m = settings.place_unit_m * std::sqrt(place.eigenvalues()[1]);
+}
+
 }  // namespace
 
 Eigen::Matrix3d scaled_planar_information(const Mat4& information, const CommitSettings& settings) {
@@ -129,14 +144,18 @@ Observability observability(const HypothesisSet& set, const InitSettings& settin
   if (set.all.empty()) return seen;
   const FrameHypothesis& best = set.all.front();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
-      scaled_planar_information(best.information, settings.commit));
+      scaled_planar_information(best.drift_information, settings.commit));
   seen.eigenvalues = solver.eigenvalues();
   seen.eigenvectors = solver.eigenvectors();
   // Information on z given all else bounds sigma from below; ranges hardly tie z to the rest.
   seen.z_sigma_m = best.information(3, 3) > 0.0 ? 1.0 / std::sqrt(best.information(3, 3))
                                                 : std::numeric_limits<double>::infinity();
+  set_sigmas(best.information, settings.commit, seen);
   const double least = settings.commit.information_min;
-  seen.sufficient = seen.eigenvalues[0] >= least && seen.z_sigma_m <= settings.commit.z_sigma_max_m;
+  const bool exact = seen.yaw_sigma_rad <= settings.commit.yaw_sigma_max_deg * kDegree &&
+                     seen.place_sigma_m <= settings.commit.place_sigma_max_m;
+  seen.sufficient =
+      seen.eigenvalues[0] >= least && exact && seen.z_sigma_m <= settings.commit.z_sigma_max_m;
   // Yaw alone, whatever else is open: its variance is finite only if no open direction turns.
   seen.heading_known = true;
   for (int k = 0; k < 3; ++k) {
@@ -157,6 +176,8 @@ Observability observability(const HypothesisSet& set, const InitSettings& settin
     seen.advice = why_rivals(set, x, y, settings);
   } else if (seen.eigenvalues[0] < least) {
     seen.advice = why_weak(set, seen, x, y, settings);
+  } else if (!exact) {
+    seen.advice = Advice::kDrift;
   } else {
     seen.advice = seen.sufficient ? Advice::kEnough : Advice::kHeight;
   }
@@ -213,6 +234,10 @@ std::string advice_text(Advice advice, const Observability& seen, const std::str
     case Advice::kSmallMap:
       return fmt::format("{}: waiting for keyframes (at least {})", a,
                          settings.commit.min_keyframes);
+    case Advice::kDrift:
+      return fmt::format(
+          "{}: odometry drifts too much: place against {} known to {:.0f} deg and {:.1f} m only", a,
+          b, seen.yaw_sigma_rad / kDegree, seen.place_sigma_m);
   }
   return {};
 }

@@ -24,15 +24,17 @@ enum class Advice {
   kTooGood,         ///< residuals far smaller than their sigmas: the sigmas are wrong
   kNotVerified,     ///< scans do not overlap where they should
   kNoPrior,         ///< preset paper needs a start pose
-  kSmallMap         ///< preset paper waits for keyframes
+  kSmallMap,        ///< preset paper waits for keyframes
+  kDrift            ///< enough, were it not for the drift of odometry
 };
 
-/// What is known of a transform, in units of CommitSettings (1 deg, 0.1 m).
+/// What is known of a transform. The eigenvalues, in units of CommitSettings (1 deg, 0.1 m), say
+/// what the geometry tells if odometry is exact; the sigmas contain its drift.
 struct Observability {
   int ranges = 0;
   Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();   ///< of (yaw, x, y), ascending
   Eigen::Matrix3d eigenvectors = Eigen::Matrix3d::Zero();  ///< columns; scaled units
-  double z_sigma_m = 0.0;
+  double yaw_sigma_rad = 0.0, place_sigma_m = 0.0, z_sigma_m = 0.0;
   bool heading_known = false;
   bool sufficient = false;
   int rivals = 0;  ///< besides the best that are not yet refuted

@@ -120,6 +120,8 @@ struct CommitSettings {
   double yaw_unit_deg = 1.0;
   double place_unit_m = 0.1;
   double z_sigma_max_m = 0.5;
+  double yaw_sigma_max_deg = 10.0;
+  double place_sigma_max_m = 1.0;
 
   template <class V>
   void visit(V& v) {
@@ -132,10 +134,14 @@ struct CommitSettings {
     v("new_ranges", new_ranges, 1, 1000, "after so many the hypotheses are sought anew");
     v("fit_min", fit_min, 0.0, 1.0, "least chi2 per degree of freedom of the best");
     v("fit_max", fit_max, 1.0, 100.0, "largest chi2 per degree of freedom of the best");
-    v("information_min", information_min, 0.0, 100.0, "least eigenvalue in the units below");
+    v("information_min", information_min, 0.0, 100.0,
+      "least eigenvalue in the units below, were odometry exact");
     v("yaw_unit_deg", yaw_unit_deg, 0.01, 180.0, "unit of heading for it");
     v("place_unit_m", place_unit_m, 0.001, 100.0, "unit of place for it");
     v("z_sigma_max_m", z_sigma_max_m, 0.001, 100.0, "largest sigma of the height of a frame");
+    v("yaw_sigma_max_deg", yaw_sigma_max_deg, 0.01, 180.0,
+      "largest sigma of its heading, drift of odometry included");
+    v("place_sigma_max_m", place_sigma_max_m, 0.001, 100.0, "and of its place, the worse axis");
   }
 };
 
