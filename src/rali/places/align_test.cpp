@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "rali/places/world_for_test.hpp"
@@ -64,6 +64,89 @@ TEST(align, knows_nothing_along_a_smooth_tunnel_and_stays_there) {
   EXPECT_EQ(r.directions[0].category, degeneracy::Category::kNone);
   EXPECT_LT((error - axis * error.dot(axis)).norm(), 0.02);
   EXPECT_NEAR(error.dot(axis), 0.5, 0.1);
+}
+
+TEST(align, is_as_good_as_it_says_over_fifty_pairs) {
+  const test::World world = test::room();
+  constexpr int kPairs = 50;
+  double sum = 0.0;
+  int beyond = 0;
+  for (int k = 0; k < kPairs; ++k) {
+    Rng rng(static_cast<std::uint64_t>(100 + k));
+    const SE3 a = at(rng.uniform(4.0, 5.0), rng.uniform(3.5, 4.5), rng.uniform(0.0, 360.0));
+    const SE3 b = at(rng.uniform(5.5, 6.5), rng.uniform(3.0, 5.0), rng.uniform(0.0, 360.0));
+    const Submap target = test::map_of(world, path(a, 3), rng, 0.005);
+    const Submap source = test::map_of(world, path(b, 3), rng, 0.005);
+    const SE3 truth = a.inverse() * b;
+    const Registration r = align(target, source, truth, AlignSettings{});
+    ASSERT_TRUE(r.converged);
+    const Vec6 e = geometry::boxminus(truth, r.T_target_source);
+    const double nees = e.dot(r.information * e);
+    sum += nees / 6.0;
+    beyond += nees > 22.46 ? 1 : 0;  // chi2 of 6, 99.9 %
+  }
+  EXPECT_LT(sum / kPairs, 1.3);
+  EXPECT_GT(sum / kPairs, 0.02);
+  EXPECT_EQ(beyond, 0);
+}
+
+TEST(align, never_claims_more_than_the_errors_a_submap_shares) {
+  Rng rng(5);
+  const test::World world = test::room();
+  test::Sensor dense;
+  dense.rings = 64;
+  dense.spacing_m = 0.1;
+  const Submap target = test::map_of(world, path(at(4.0, 4.0, 0.0), 5), rng, 0.0, dense);
+  const Submap source = test::map_of(world, path(at(5.0, 4.0, 0.0), 5), rng, 0.0, dense);
+  AlignSettings s;
+  const Registration r = align(target, source, at(1.0, 0.0, 0.0), s);
+  ASSERT_TRUE(r.converged);
+  const Mat6 P = r.information.inverse();
+  for (int k = 3; k < 6; ++k) EXPECT_GE(std::sqrt(P(k, k)), s.shared_sigma_m);
+  for (int k = 0; k < 3; ++k) EXPECT_GE(std::sqrt(P(k, k)), s.shared_sigma_deg * kDegree);
+}
+
+TEST(align, forgetting_a_direction_leaves_the_rest_as_it_was) {
+  Registration r;
+  Vec6 d;
+  d << 1e4, 1e4, 1e4, 2500.0, 2500.0, 2500.0;
+  r.information = d.asDiagonal();
+  forget_direction(r, Vec3::UnitX());
+  EXPECT_NEAR(r.information(3, 3), 0.0, 1e-9);
+  EXPECT_NEAR(r.information(4, 4), 2500.0, 1e-9);
+  EXPECT_NEAR(r.information(0, 0), 1e4, 1e-6);
+}
+
+TEST(align, one_wall_alone_is_never_full_rank) {
+  Rng rng(6);
+  const test::World world{{{5.0, -20.0, -2.0}, {5.2, 20.0, 4.0}}};
+  const Submap target = test::map_of(world, path(at(0.0, 0.0, 0.0), 2), rng);
+  const Submap source = test::map_of(world, path(at(0.5, 0.3, 3.0), 2), rng);
+  const Registration r = align(target, source, at(0.5, 0.3, 3.0), AlignSettings{});
+  EXPECT_FALSE(r.full_rank());
+  EXPECT_TRUE(r.information.allFinite());
+}
+
+TEST(align, answers_a_start_that_is_no_number_with_nothing) {
+  Rng rng(7);
+  const Submap map = test::map_of(test::room(), path(at(4.0, 4.0, 0.0), 1), rng);
+  SE3 start;
+  start.p.x() = std::numeric_limits<double>::quiet_NaN();
+  const Registration r = align(map, map, start, AlignSettings{});
+  EXPECT_FALSE(r.converged);
+  EXPECT_TRUE(r.information.isZero());
+}
+
+TEST(align, between_bodies_turns_information_into_their_axes) {
+  Rng rng(8);
+  const Submap a = test::map_of(test::room(), path(at(4.0, 4.0, 0.0), 1), rng);
+  Registration r;
+  r.T_target_source = at(1.0, 2.0, 30.0);
+  r.information = Mat6::Identity();
+  const BodyRelation body = between_bodies(r, a, a);
+  // The bodies stand upright: nothing turns.
+  EXPECT_LT(off_m(body.T_target_source, r.T_target_source), 1e-9);
+  EXPECT_TRUE(body.information.isApprox(Mat6::Identity(), 1e-9));
 }
 
 }  // namespace

@@ -73,14 +73,16 @@ bool rivals(const Submap& target, const Submap& source, const Placement& best,
   const Vec3 axis = difference(best, other, s);
   const int here = facing(target, source, best.registration.T_target_source, axis, s.verify);
   const int there = facing(target, source, other.registration.T_target_source, axis, s.verify);
-  return here < 2 * s.facing_min || there > s.rival_facing * here;
+  return here < s.facing_decides || there > s.rival_facing * here;
 }
 
-bool holds(const Agreement& along, const RecogniseSettings& s) {
-  return along.agree >= s.facing_min && along.overlap() >= s.facing_share;
+bool is_held(const Verdict& v, const RecogniseSettings& s) {
+  const int agree = v.along_in_target.agree + v.along_in_source.agree;
+  const int asked = v.along_in_target.asked + v.along_in_source.asked;
+  return agree >= s.facing_min && agree >= s.facing_share * asked;
 }
 
-/// The line through the best placement that all rivals are on, if there is one.
+/// The horizontal line through the best placement that all rivals are on, if there is one.
 std::optional<Vec3> common_axis(const Placement& best, std::span<const SE3> rivals,
                                 const RecogniseSettings& s) {
   const SE3& T = best.registration.T_target_source;
@@ -117,7 +119,7 @@ void judge(const Submap& target, const Submap& source, const RecogniseSettings& 
     }
   }
   const Verdict& v = best.verdict;
-  const bool held = holds(v.along_in_target, s) && holds(v.along_in_source, s);
+  const bool held = is_held(v, s);
   const int stations = std::min(v.along_in_target.stations, v.along_in_source.stations);
   out.certainty = Certainty::kUnique;
   if (!guided && (!held || stations < s.stations_min)) {

@@ -31,9 +31,11 @@ struct RecogniseSettings {
   double rival_conflict = 0.03;
   double rival_overlap = 0.4;  ///< and its agreeing points at least this share of the best one's
   /// Walls along a corridor agree everywhere: only what faces along it tells places apart. The
-  /// best placement must have so many such points agree, this share of those that were seen.
-  int facing_min = 15;
-  double facing_share = 0.6;
+  /// best placement must have so many such points agree, this share of those that were seen, in
+  /// both views together.
+  int facing_min = 12;
+  double facing_share = 0.3;
+  int facing_decides = 30;    ///< fewer are too few to prefer one placement to another
   double rival_facing = 0.4;  ///< and a rival at least this share of the best one's
   /// Without a guess the other end of a corridor would do as well: only several things along the
   /// way, in both views, are beyond doubt.
@@ -53,6 +55,7 @@ struct RecogniseSettings {
     v("rival_overlap", rival_overlap, 0.0, 1.0, "share of agreeing points that makes a rival");
     v("facing_min", facing_min, 0, 10000, "agreeing points that face along the weakest direction");
     v("facing_share", facing_share, 0.0, 1.0, "their share of those that the other saw");
+    v("facing_decides", facing_decides, 0, 10000, "fewer do not decide between two placements");
     v("rival_facing", rival_facing, 0.0, 1.0, "their share that makes a rival");
     v("stations_min", stations_min, 0, 100, "places along the way where they are, without a guess");
   }

@@ -45,7 +45,10 @@ Guess guess_of(const SE3& T, double sigma_m, double sigma_deg) {
 
 TEST(recognise, finds_a_room_again_without_any_guess) {
   const Two two(test::room(), at(4.0, 4.0, 10.0), at(6.5, 3.5, 200.0), 3);
-  const Recognition r = recognise(two.target, two.source, RecogniseSettings{});
+  RecogniseSettings settings;
+  EXPECT_FALSE(recognise(two.target, two.source, settings).usable());  // only two ends are seen
+  settings.stations_min = 2;
+  const Recognition r = recognise(two.target, two.source, settings);
   ASSERT_TRUE(r.found());
   EXPECT_EQ(r.certainty, Certainty::kUnique);
   EXPECT_TRUE(r.placements.front().registration.full_rank());
@@ -92,6 +95,45 @@ TEST(recognise, leaves_the_place_along_the_corridor_open_where_doors_repeat_with
                                                                 I.topRightCorner<3, 3>();
   EXPECT_LT(r.axis_target.dot(rest * r.axis_target), 1e-6 * rest.trace());
   EXPECT_NEAR(std::abs(r.axis_target.x()), 1.0, 0.01);
+}
+
+TEST(recognise, does_not_believe_a_room_turned_by_180_degrees) {
+  const Two two(test::room(), at(6.0, 4.0, 0.0), at(6.0, 4.0, 0.0), 3);
+  const Registration r =
+      align(two.target, two.source, at(0.0, 0.0, 180.0), RecogniseSettings{}.align);
+  const Verdict v = verify(two.target, two.source, r, VerifySettings{});
+  EXPECT_FALSE(v.believable());
+}
+
+TEST(recognise, does_not_take_another_room_for_this_one) {
+  Rng rng(9);
+  test::World other;
+  test::add_shell(other, {0.0, 0.0, 0.0}, {7.0, 5.0, 3.0});
+  other.push_back({{3.0, 2.0, 0.0}, {3.6, 2.6, 3.0}});
+  const Submap a = test::map_of(test::room(), path(at(4.0, 4.0, 0.0), 3), rng);
+  const Submap b = test::map_of(other, path(at(2.0, 1.5, 0.0), 3), rng);
+  EXPECT_FALSE(recognise(a, b, RecogniseSettings{}).usable());
+}
+
+TEST(recognise, along_a_smooth_tunnel_a_guess_gives_all_but_the_place_along_it) {
+  const Two two(test::tunnel(), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 7);
+  const Recognition r =
+      recognise(two.target, two.source, RecogniseSettings{}, guess_of(two.truth, 0.3, 2.0));
+  ASSERT_TRUE(r.usable());
+  EXPECT_EQ(r.certainty, Certainty::kAlongAxis);
+  EXPECT_FALSE(r.placements.front().registration.full_rank());
+}
+
+TEST(guess, counts_places_within_its_gate_and_no_others) {
+  const Guess guess = guess_of(at(10.0, 0.0, 0.0), 1.0, 2.0);
+  EXPECT_TRUE(within(guess, at(12.9, 0.0, 0.0), 3.0));
+  EXPECT_FALSE(within(guess, at(13.3, 0.0, 0.0), 3.0));
+  EXPECT_FALSE(within(guess, at(10.0, 0.0, 9.0), 3.0));  // 6 deg and the 1.7 of the least gate
+  EXPECT_DOUBLE_EQ(horizontal_sigma_m(guess), 1.0);
+  NearSettings near;
+  EXPECT_TRUE(may_overlap(guess_of(at(14.9, 0.0, 0.0), 1.0, 2.0), near));
+  EXPECT_FALSE(may_overlap(guess_of(at(15.1, 0.0, 0.0), 1.0, 2.0), near));
+  EXPECT_FALSE(may_overlap(guess_of(at(1.0, 0.0, 0.0), 30.0, 2.0), near));
 }
 
 }  // namespace

@@ -49,13 +49,15 @@ inline void add_shell(World& w, const geometry::Vec3& low, const geometry::Vec3&
   }
 }
 
-/// 12 x 8 x 3 m with a cupboard, a pillar, a bench: no symmetry.
+/// 12 x 8 x 3 m with cupboards, a pillar, a bench: no symmetry.
 inline World room() {
   World w;
   add_shell(w, {0.0, 0.0, 0.0}, {12.0, 8.0, 3.0});
   w.push_back({{0.0, 1.0, 0.0}, {0.8, 3.0, 2.2}});
   w.push_back({{7.0, 5.5, 0.0}, {7.6, 6.1, 3.0}});
   w.push_back({{9.0, 0.0, 0.0}, {11.0, 0.6, 0.9}});
+  w.push_back({{4.0, 6.8, 0.0}, {5.2, 8.0, 1.8}});
+  w.push_back({{2.5, 0.0, 0.0}, {3.0, 1.2, 2.0}});
   return w;
 }
 
