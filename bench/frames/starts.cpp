@@ -228,12 +228,15 @@ std::string start_table(int starts) {
       for (int k = 0; k < starts; ++k) {
         Start(scenario, prior, static_cast<std::uint64_t>(k)).run(t);
       }
-      out += fmt::format(
+      const std::string row = fmt::format(
           "| {} | {} | {} of {} | {} | {:.2f}, {:.2f}, {:.2f} | {:.2f}, {:.2f} | {:.2f} | {:.0f}, "
           "{:.0f} | {:.0f} |\n",
           scenario.name, prior ? "yes" : "no", t.committed, t.wanted, t.wrong, median(t.place_m),
           rms(t.place_m), largest(t.place_m), rms(t.yaw_deg), largest(t.yaw_deg), mean(t.nees),
           median(t.time_s), largest(t.time_s), t.ms / std::max(1, t.evaluations));
+      // A row takes minutes: whoever waits sees it at once.
+      fmt::print(stderr, "{}", row);
+      out += row;
     }
   }
   return out;
