@@ -35,9 +35,10 @@ struct PaperAnchor {
   double distance_m = 0.0;
 };
 
-/// The paper's rule (section "Dynamic Anchor Role Selection"; algorithms_fleet 10.3): the candidate
-/// nearest to the centre of the largest frontier. Equal sizes: the first; equal distances: the
-/// lowest vehicle number. None without frontier or candidate. `path_m` empty: straight distances.
+/// The paper's rule (section "Dynamically Anchor Role Selection"; algorithms_fleet 10.3): the
+/// candidate nearest to the centre of the largest frontier. Equal sizes: the first; equal
+/// distances: the lowest vehicle number. None without frontier or candidate. `path_m` empty:
+/// straight distances.
 [[nodiscard]] std::optional<PaperAnchor> nearest_to_largest(
     std::span<const AnchorCandidate> candidates, std::span<const FrontierSpot> frontiers,
     const PathLengths& path_m = {});
