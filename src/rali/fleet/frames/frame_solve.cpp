@@ -21,6 +21,9 @@ constexpr double kLeastDistance_m = 1e-6;
 constexpr double kTinyInformation = 1e-6;
 /// An eigenvalue below this share of the largest is none: nothing is known along it.
 constexpr double kNothing = 1e-9;
+/// A range whose direct way was blocked tells nothing about the fit of the others: one in ten of
+/// them must not make a good answer look like none.
+constexpr double kMostInFit = 9.0;
 constexpr double kConverged = 1e-9;
 constexpr double kEasier = 0.1, kHarder = 10.0, kLeastDamping = 1e-9, kMostDamping = 1e8;
 /// Times that the alternatives are chosen anew: two choices could take turns.
@@ -61,6 +64,7 @@ class Normal {
   double build(const FrameValues& v, const std::vector<int>& holds) {
     H.setZero();
     g.setZero();
+    beyond_fit = 0.0;
     double cost = add_priors(v);
     for (const RangeTerm& r : p_.ranges) cost += add_range(v, r);
     for (std::size_t k = 0; k < p_.evidence.size(); ++k) {
@@ -92,6 +96,7 @@ class Normal {
 
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
+  double beyond_fit = 0.0;  ///< part of the cost that the fit is not judged by
 
  private:
   [[nodiscard]] static Eigen::Index frame_at(std::size_t f) {
@@ -170,7 +175,9 @@ class Normal {
       for (std::size_t j = 0; j < at_.size(); ++j) H(at_[j], at_[i]) += s * row_[j];
     }
     const double knee = p_.settings.search.huber;
-    return std::abs(e) <= knee ? e * e : 2.0 * knee * std::abs(e) - knee * knee;
+    const double cost = std::abs(e) <= knee ? e * e : 2.0 * knee * std::abs(e) - knee * knee;
+    beyond_fit += std::max(0.0, cost - kMostInFit);
+    return cost;
   }
 
   double add_evidence(const FrameValues& v, const EvidenceGroup& group, std::size_t k) {
@@ -243,7 +250,8 @@ void settle(const FrameProblem& p, double cost, Normal& normal, FrameSolution& s
   s.information = marginal(normal.H, frames, p.size() - frames);
   s.drift_information = marginal(normal.H, frames, p.bias_size());
   s.offset_information = marginal(normal.H, frames, 0);
-  s.chi2 = s.fit_chi2 = cost;
+  s.chi2 = cost;
+  s.fit_chi2 = cost - normal.beyond_fit;
   s.prior_chi2 = 0.0;
   s.dof = static_cast<int>(p.ranges.size()) - 3 * (static_cast<int>(p.keys.size()) - 1) +
           unknown_directions(s.information);
@@ -302,6 +310,7 @@ FrameSolution solve_frames(const FrameProblem& problem, const FrameValues& start
       cost = cost_tried;
       std::swap(here.H, there.H);
       std::swap(here.g, there.g);
+      std::swap(here.beyond_fit, there.beyond_fit);
       lambda = std::max(kLeastDamping, kEasier * lambda);
       if (done) break;
     } else {
