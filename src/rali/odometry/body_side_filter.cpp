@@ -38,6 +38,13 @@ SideMeasurement BodySideFilter::seen_inside(const SideMeasurement& measurement) 
   return out;
 }
 
+SideRowList BodySideFilter::seen_inside(const SideRowList& rows) const {
+  SideRowList out;
+  out.reserve(rows.size());
+  for (const SideMeasurement& row : rows) out.push_back(seen_inside(row));
+  return out;
+}
+
 std::optional<Vec3> BodySideFilter::blind_axis() const {
   const std::optional<Vec3> inside = inner_.blind_axis();
   if (!inside) return std::nullopt;

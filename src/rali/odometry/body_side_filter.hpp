@@ -38,6 +38,15 @@ class BodySideFilter final : public SideFilter {
     return T_odom_inner_.R * inner_.apply(seen_inside(measurement), R);
   }
 
+  [[nodiscard]] SideStates::Matrix covariance(const SideRowList& rows) const override {
+    return inner_.covariance(seen_inside(rows));
+  }
+
+  geometry::Vec3 replace(const SideRowList& rows, const SideStates::Vector& shift,
+                         const SideStates::Matrix& covariance) override {
+    return T_odom_inner_.R * inner_.replace(seen_inside(rows), shift, covariance);
+  }
+
   void widen(double factor) override { inner_.widen(factor); }
 
   [[nodiscard]] std::optional<geometry::Vec3> blind_axis() const override;
@@ -47,6 +56,7 @@ class BodySideFilter final : public SideFilter {
 
  private:
   [[nodiscard]] SideMeasurement seen_inside(const SideMeasurement& measurement) const;
+  [[nodiscard]] SideRowList seen_inside(const SideRowList& rows) const;
 
   SideFilter& inner_;
   geometry::SE3 T_imu_body_;

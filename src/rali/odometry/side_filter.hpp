@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -23,6 +24,11 @@ struct SideStates {
   [[nodiscard]] int size() const { return static_cast<int>(mean.size()); }
 };
 
+/// Gain of the regression of a state on quantities with covariance `known`, whose covariance with
+/// the state is `cross`. Quantities that hang on each other count once.
+[[nodiscard]] Eigen::MatrixXd regression(const Eigen::MatrixXd& cross,
+                                         const SideStates::Matrix& known);
+
 /// The vehicle at one instant between sweeps.
 struct Moment {
   Time t;
@@ -43,6 +49,10 @@ struct SideMeasurement {
   int considered = -1;
   geometry::Mat3 estimates = geometry::Mat3::Identity();
 };
+
+/// Some linear functions of a filter's state, by their derivatives; nothing else of the
+/// measurements counts.
+using SideRowList = std::vector<SideMeasurement>;
 
 /// How measurements between sweeps reach a filter, in order of time.
 class SideFilter {
@@ -70,6 +80,15 @@ class SideFilter {
   /// Kalman update with noise variance R. What only the map is wrong by is not corrected: the pose
   /// moves where the LiDAR leaves room. @return the shift of the position in odom [m].
   virtual geometry::Vec3 apply(const SideMeasurement& measurement, double R) = 0;
+
+  /// Of the rows' values, errors of the map left out.
+  [[nodiscard]] virtual SideStates::Matrix covariance(const SideRowList& rows) const = 0;
+
+  /// Somebody else estimated these quantities, from the filter's own belief and from more: their
+  /// means shift and their covariance is the one given, wider or narrower; all else follows by
+  /// regression on them (Jeffrey's rule). @return the shift of the position in odom [m].
+  virtual geometry::Vec3 replace(const SideRowList& rows, const SideStates::Vector& shift,
+                                 const SideStates::Matrix& covariance) = 0;
 
   /// The pose was found to be wrong: the variance of position and speed along blind directions is
   /// multiplied.

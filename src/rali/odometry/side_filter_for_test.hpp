@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/QR>
 
 #include "rali/geometry/se3.hpp"
 #include "rali/odometry/side_filter.hpp"
@@ -27,6 +28,7 @@ struct DenseSideFilter final : SideFilter {
   std::vector<SideMeasurement> applied;
   std::vector<double> applied_R;
   double widened = 1.0;
+  int replaced = 0;  ///< calls
 
   std::optional<Moment> advance_to(Time t) override {
     asked.push_back(t);
@@ -102,6 +104,31 @@ struct DenseSideFilter final : SideFilter {
     return shift.tail<3>();
   }
 
+  [[nodiscard]] SideStates::Matrix covariance(const SideRowList& rows) const override {
+    const Eigen::MatrixXd H = stacked(rows);
+    return H * P * H.transpose();
+  }
+
+  geometry::Vec3 replace(const SideRowList& rows, const SideStates::Vector& shift,
+                         const SideStates::Matrix& covariance_new) override {
+    // In coordinates that begin with the rows: their block is exchanged, and what the rest owes to
+    // them follows.
+    const Eigen::MatrixXd H = stacked(rows);
+    const Eigen::MatrixXd S = H * P * H.transpose();
+    const Eigen::MatrixXd K =
+        P * H.transpose() * S.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::MatrixXd rest = P - K * S * K.transpose();
+    P = rest + K * covariance_new * K.transpose();
+    const Eigen::VectorXd moved = K * shift;
+    const geometry::Vec6 pose = moved.head<6>();
+    now.T_odom_body = geometry::boxplus(now.T_odom_body, pose);
+    now.v_odom_mps += moved.segment<3>(6);
+    known.mean += moved.tail(known.size());
+    ++replaced;
+    share();
+    return pose.tail<3>();
+  }
+
   void widen(double factor) override { widened *= factor; }
 
   [[nodiscard]] std::optional<geometry::Vec3> blind_axis() const override { return axis; }
@@ -112,6 +139,12 @@ struct DenseSideFilter final : SideFilter {
   }
 
   [[nodiscard]] geometry::Mat3 position_covariance() const override { return P.block<3, 3>(3, 3); }
+
+  [[nodiscard]] Eigen::MatrixXd stacked(const SideRowList& rows) const {
+    Eigen::MatrixXd H(static_cast<int>(rows.size()), P.cols());
+    for (int k = 0; k < H.rows(); ++k) H.row(k) = row(rows[static_cast<std::size_t>(k)]);
+    return H;
+  }
 
   [[nodiscard]] Eigen::RowVectorXd row(const SideMeasurement& m) const {
     Eigen::RowVectorXd H = Eigen::RowVectorXd::Zero(P.cols());

@@ -243,6 +243,36 @@ struct BiasSettings {
   }
 };
 
+/// Past an antenna whose place across a passage is not known (place_mixture.hpp).
+struct MixtureSettings {
+  bool use = true;
+  double doubt_m = 0.4;
+  double known_m = 0.15;
+  double slice_m = 0.4;
+  double reach_sigmas = 3.0;
+  int slices_max = 80;
+  double weight_min = 1e-4;
+  double wild_share = 0.02;
+  double wild_sigma_m = 2.0;
+  double past_m = 6.0;
+  double patience_s = 2.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("use", use, "the other's place across a passage is held open in slices");
+    v("doubt_m", doubt_m, 0.05, 100.0, "sigma across, from which it is");
+    v("known_m", known_m, 0.01, 100.0, "and below which it is known again");
+    v("slice_m", slice_m, 0.05, 10.0, "between slices");
+    v("reach_sigmas", reach_sigmas, 1.0, 10.0, "how far they reach to both sides");
+    v("slices_max", slices_max, 1, 1000, "wider ones if it were more");
+    v("weight_min", weight_min, 0.0, 0.1, "over their number: lighter slices are dropped");
+    v("wild_share", wild_share, 0.0, 1.0, "of the ranges that a slice must not be judged by");
+    v("wild_sigma_m", wild_sigma_m, 0.1, 1000.0, "how wrong those are");
+    v("past_m", past_m, 0.5, 1000.0, "farther than at the nearest, the other is passed");
+    v("patience_s", patience_s, 0.0, 3600.0, "without a blind axis before the slices are merged");
+  }
+};
+
 /// Whether the map stands between two antennas (algorithms 4.3, step 3).
 struct SightSettings {
   bool use = true;
@@ -274,6 +304,7 @@ struct RangingSettings {
   SlowErrorSettings slow;
   ExcessSettings excess;
   BiasSettings bias;
+  MixtureSettings mixture;
   SightSettings sight;
   FinderSettings finder;
   double place_lost_s = 8.0;    ///< without a range that fits, a place is sought anew
@@ -293,6 +324,7 @@ struct RangingSettings {
     v.group("slow", slow, "errors that neighbouring ranges have in common");
     v.group("excess", excess, "ranges that become longer from one to the next");
     v.group("bias", bias, "what a pair's ranges are all wrong by");
+    v.group("mixture", mixture, "passing an antenna whose place across is not known");
     v.group("sight", sight, "walls of the map between the antennas");
     v.group("finder", finder, "finding the place of a vehicle that stands");
     v("place_lost_s", place_lost_s, 0.5, 3600.0,

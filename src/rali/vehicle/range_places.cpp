@@ -23,7 +23,6 @@ void RangeStage::forget_moved(SideFilter& filter) {
   for (const PlaceKey& key : gone) {
     const int first = places_.at(key).side;
     places_.erase(key);
-    in_passage_.erase(key);
     lost_.erase(key);
     remove_states(first, 3, filter);
   }
@@ -58,7 +57,6 @@ void RangeStage::forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits
   const Place place = found->second;
   lost_[key] = place.number;
   places_.erase(found);
-  in_passage_.erase(key);
   remove_states(place.side, 3, filter);
   pair.t_fit.reset();
   pair.finder.reset();
@@ -91,9 +89,8 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
   if (prediction && place.along.isZero(0.0)) {
     place.along = (prediction->p_odom_antenna_m - prediction->p_odom_peer_m).normalized();
   }
-  if (prediction && keep_in_passage(place_key, now, *prediction, filter)) {
-    prediction = predict(now, key, pair, place, filter);
-  }
+  if (prediction) enter_passage(key, place, now, filter);
+  if (prediction && place.passage) predict_in_passage(key, place, now, filter, *prediction);
   // Near an antenna of doubtful place a range says nothing that a linear update could use.
   const bool bent = prediction && prediction->bent_sigma_m > settings_.ranging.limits.bent_max_m;
   return bent ? std::nullopt : prediction;
@@ -163,38 +160,12 @@ bool RangeStage::add_place(const PlaceKey& key, const Vec3& p_odom_m, const Mat3
   if (side < 0) return false;
   const auto lost = lost_.find(key);
   if (lost != lost_.end()) {
-    places_.emplace(key, Place{side, lost->second});
+    places_.emplace(key, Place{side, lost->second, Vec3::Zero(), std::nullopt, false});
     return true;
   }
   const int number = next_place_++;
-  places_.emplace(key, Place{side, number});
+  places_.emplace(key, Place{side, number, Vec3::Zero(), std::nullopt, false});
   place_records_.push_back({number, p_odom_m, covariance_m2});
-  return true;
-}
-
-/// Along a passage the other's place across it does not matter from afar, and is not known; near it
-/// decides, and distances are no linear function of it. Before that: it stands in the passage. On
-/// which side makes no difference, but a side it must be.
-bool RangeStage::keep_in_passage(const PlaceKey& key, const Moment& now,
-                                 const Prediction& prediction, SideFilter& filter) {
-  const ranging::FinderSettings& f = settings_.ranging.finder;
-  const double near_m = 1.0 / std::max(1e-3, f.passage_per_m);
-  if (prediction.predicted_m > near_m || in_passage_.contains(key)) return false;
-  const std::optional<Vec3> axis = filter.blind_axis();
-  if (!axis) return false;
-  in_passage_.insert(key);
-  const Vec3 across = up_odom_.cross(*axis).normalized();
-  const double sigma_m = std::sqrt(across.dot(prediction.P_between_m2 * across));
-  if (sigma_m < 0.5 * f.passage_m) return false;
-  const int place = places_.at(key).side;
-  const Vec3 p = now.T_odom_body.p;
-  const double aside_m = across.dot(filter.side().mean.segment<3>(place) - p);
-  odometry::SideMeasurement m;
-  m.d_side = SideStates::Vector::Zero(filter.side().size());
-  m.d_side.segment<3>(place) = across;
-  m.residual = std::copysign(0.5 * f.passage_m, aside_m) - aside_m;
-  const double aside_sigma_m = 0.5 * f.passage_m;
-  filter.apply(m, aside_sigma_m * aside_sigma_m);
   return true;
 }
 
@@ -256,7 +227,8 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   m.d_side.segment<3>(place) = p->d_p_k.transpose();
   // From afar only the distance is learned: what a slow error or a bend tells about the place
   // across the line would be believed too soon.
-  if (p->rho_m > 1.0 / std::max(1e-3, settings_.ranging.finder.passage_per_m)) {
+  const bool far = p->rho_m > 1.0 / std::max(1e-3, settings_.ranging.finder.passage_per_m);
+  if (far || heard.passed) {
     // One line for all of them: many lines that turn a little would tell the same in the end.
     const Vec3 along = heard.along.isZero(0.0) ? p->e : heard.along;
     m.considered = place;

@@ -170,7 +170,10 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   judge(pair, sample, *prediction, sigma_m, clear, filter, use);
   if (use.used()) {
     const double inflation = pair.thinning.inflation(sample.t, sigma_m, now->at_rest);
-    const Vec3 shift = filter.apply(prediction->measurement, pair.R_m2 * inflation);
+    const double R_m2 = pair.R_m2 * inflation;
+    const Vec3 shift = prediction->passage ? update_in_passage({std::get<1>(key), std::get<2>(key)},
+                                                               *prediction, R_m2, filter)
+                                           : filter.apply(prediction->measurement, R_m2);
     effect.shift_m += shift.norm();
     effect.from = std::get<1>(key);
     pair.inflation = inflation;
@@ -186,7 +189,7 @@ void RangeStage::judge(Pair& pair, const RangeSample& sample, Prediction& predic
                        double sigma_m, bool clear, SideFilter& filter, RangeUse& use) {
   odometry::SideMeasurement& m = prediction.measurement;
   m.residual = sample.range_m - prediction.predicted_m;
-  const double H_P_H = filter.variance(m);
+  const double H_P_H = prediction.passage ? prediction.variance_m2 : filter.variance(m);
   const double S = H_P_H + sigma_m * sigma_m;
   use.predicted_m = prediction.predicted_m;
   use.residual_m = m.residual;

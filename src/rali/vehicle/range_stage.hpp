@@ -3,13 +3,13 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <tuple>
 #include <vector>
 
 #include "rali/odometry/side_filter.hpp"
 #include "rali/ranging/anchor_finder.hpp"
 #include "rali/ranging/excess_watch.hpp"
+#include "rali/ranging/place_mixture.hpp"
 #include "rali/ranging/range_link.hpp"
 #include "rali/ranging/range_sanity.hpp"
 #include "rali/ranging/range_thinning.hpp"
@@ -102,15 +102,32 @@ class RangeStage {
     bool blocked = false;
   };
 
+  /// While the vehicle is in a passage and where across it the other stands is open.
+  struct Passage {
+    ranging::PlaceMixture mixture;
+    std::vector<PairKey> pairs;  ///< in the order of the mixture's biases
+    geometry::Vec3 axis_odom;    ///< along which the LiDAR is blind, unit
+    Time t;                      ///< of the last range
+    Time t_blind;                ///< when it was blind last
+    double said_at_m = 0.0;      ///< range when it was said last how wide the passage is
+    double nearest_m = 0.0;      ///< shortest range so far
+  };
+
   struct Place {
     int side = -1;                                  ///< first of three side states
     int number = 0;                                 ///< in the records
     geometry::Vec3 along = geometry::Vec3::Zero();  ///< line of sight when first heard, unit
+    std::optional<Passage> passage;
+    bool passed = false;  ///< nothing more is learned about the place across
   };
 
   struct Prediction {
     odometry::SideMeasurement measurement;
-    int place = -1;  ///< first of three side states
+    int place = -1;              ///< first of three side states
+    Passage* passage = nullptr;  ///< if it was predicted by its slices
+    ranging::MixtureSight sight;
+    int mixture_bias = -1;
+    double variance_m2 = 0.0;  ///< of the prediction
     bool at_rest = false;
     double predicted_m = 0.0;
     double bias_m = 0.0;
@@ -147,8 +164,14 @@ class RangeStage {
   [[nodiscard]] std::optional<Prediction> predict(const odometry::Moment& now, const PairKey& key,
                                                   const Pair& pair, const Place& place,
                                                   const odometry::SideFilter& filter) const;
-  [[nodiscard]] bool keep_in_passage(const PlaceKey& key, const odometry::Moment& now,
-                                     const Prediction& prediction, odometry::SideFilter& filter);
+  void enter_passage(const PairKey& key, Place& place, const odometry::Moment& now,
+                     odometry::SideFilter& filter);
+  [[nodiscard]] odometry::SideRowList rows_of(const Place& place,
+                                              const odometry::SideFilter& filter) const;
+  void predict_in_passage(const PairKey& key, Place& place, const odometry::Moment& now,
+                          odometry::SideFilter& filter, Prediction& prediction);
+  [[nodiscard]] geometry::Vec3 update_in_passage(const PlaceKey& key, const Prediction& prediction,
+                                                 double R_m2, odometry::SideFilter& filter);
   [[nodiscard]] bool is_excess(Pair& pair, const sensor::RangeSample& sample,
                                const Prediction& prediction, double sigma_m, double pose_sigma_m,
                                odometry::SideFilter& filter) const;
@@ -160,9 +183,8 @@ class RangeStage {
   std::map<VehicleId, PeerWatch> peers_;
   std::map<PairKey, Pair> pairs_;
   std::map<PlaceKey, Place> places_;
-  std::map<PlaceKey, int> lost_;   ///< numbers of places to be found again
-  std::set<PlaceKey> in_passage_;  ///< places that keep_in_passage() has seen to
-  int tau_ = -1;                   ///< side state
+  std::map<PlaceKey, int> lost_;  ///< numbers of places to be found again
+  int tau_ = -1;                  ///< side state
   Time t_tau_;
   std::deque<sensor::RangeSample> waiting_;
   geometry::Vec3 up_odom_ = geometry::Vec3::UnitZ();

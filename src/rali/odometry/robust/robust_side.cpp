@@ -127,6 +127,54 @@ Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
   return shift.segment<3>(kPos);
 }
 
+/// Of the state and, behind it, the side states.
+Eigen::MatrixXd RobustOdometry::joint_covariance() const {
+  const int n = state_.side.size();
+  Eigen::MatrixXd P(kStateDim + n, kStateDim + n);
+  P.topLeftCorner<kStateDim, kStateDim>() = state_.P;
+  P.topRightCorner(kStateDim, n) = state_.P_side;
+  P.bottomLeftCorner(n, kStateDim) = state_.P_side.transpose();
+  P.bottomRightCorner(n, n) = state_.side.covariance;
+  return P;
+}
+
+Eigen::MatrixXd RobustOdometry::joint_rows(const SideRowList& rows) const {
+  const Mat3 R_odom_v = inertial_ ? Mat3::Identity() : state_.T_odom_body.R;
+  const int n = state_.side.size();
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(static_cast<int>(rows.size()), kStateDim + n);
+  for (int k = 0; k < H.rows(); ++k) {
+    const SideMeasurement& row = rows[static_cast<std::size_t>(k)];
+    H.row(k).head<kStateDim>() = row_of(row, R_odom_v);
+    if (row.d_side.size() > 0) H.row(k).tail(n) = row.d_side.transpose();
+  }
+  return H;
+}
+
+SideStates::Matrix RobustOdometry::covariance(const SideRowList& rows) const {
+  const Eigen::MatrixXd H = joint_rows(rows);
+  return H * joint_covariance() * H.transpose();
+}
+
+Vec3 RobustOdometry::replace(const SideRowList& rows, const SideStates::Vector& shift,
+                             const SideStates::Matrix& covariance) {
+  const Eigen::MatrixXd H = joint_rows(rows);
+  Eigen::MatrixXd P = joint_covariance();
+  const Eigen::MatrixXd PHt = P * H.transpose();
+  const SideStates::Matrix known = H * PHt;
+  const Eigen::MatrixXd K = regression(PHt, known);
+  P += (K * (covariance - known) * K.transpose()).eval();
+  P = (0.5 * (P + P.transpose())).eval();
+  const int n = state_.side.size();
+  state_.P = P.topLeftCorner<kStateDim, kStateDim>();
+  state_.P_side = P.topRightCorner(kStateDim, n);
+  state_.side.covariance = P.bottomRightCorner(n, n);
+  const Eigen::VectorXd moved = K * shift;
+  state_.side.mean += moved.tail(n);
+  const StateVec own = moved.head<kStateDim>();
+  add_error(state_, own);
+  return own.segment<3>(kPos);
+}
+
 int RobustOdometry::surfaces_between(const Vec3& p_odom_m, const Vec3& q_odom_m) const {
   const double step_m = 0.25 * settings_.map.voxel_m;
   const Vec3 way = q_odom_m - p_odom_m;

@@ -71,7 +71,11 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void walk_side(int index, double variance) override;
   [[nodiscard]] double variance(const SideMeasurement& measurement) const override;
   geometry::Vec3 apply(const SideMeasurement& measurement, double R) override;
+  [[nodiscard]] SideStates::Matrix covariance(const SideRowList& rows) const override;
+  geometry::Vec3 replace(const SideRowList& rows, const SideStates::Vector& shift,
+                         const SideStates::Matrix& covariance) override;
   void widen(double factor) override;
+
   [[nodiscard]] std::optional<geometry::Vec3> blind_axis() const override {
     if (!blind_[0] || blind_[1]) return std::nullopt;
     return geometry::Vec3(axes_.col(0));
@@ -83,6 +87,9 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] geometry::Mat3 position_covariance() const override {
     return state_.P.block<3, 3>(kPos, kPos);
   }
+
+  [[nodiscard]] Eigen::MatrixXd joint_covariance() const;
+  [[nodiscard]] Eigen::MatrixXd joint_rows(const SideRowList& rows) const;
 
   ScanResult start(const sensor::LidarScan& scan);
   void straighten_first(const sensor::LidarScan& second);

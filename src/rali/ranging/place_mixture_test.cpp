@@ -1,0 +1,111 @@
+#include "rali/ranging/place_mixture.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace rali::ranging {
+namespace {
+
+using geometry::Vec3;
+using Mixture = PlaceMixture;
+
+/// Own position along x to 0.1 m and 0.05 m/s, the peer's place along x to 0.2 m, across to
+/// `across_m`, stamps to 1 ms.
+Mixture::Matrix known_to(double across_m) {
+  Mixture::Matrix P = Mixture::Matrix::Zero(Mixture::kBias, Mixture::kBias);
+  P.diagonal() << 0.01, 0.0025, 0.04, across_m * across_m, 1e-6;
+  return P;
+}
+
+Mixture mixture(double across_m, double bias_variance_m2 = 0.01) {
+  Mixture m(MixtureSettings{}, Vec3::UnitX(), Vec3::UnitY(), known_to(across_m));
+  EXPECT_EQ(m.add_bias(bias_variance_m2), Mixture::kBias);
+  return m;
+}
+
+MixtureSight from(double x_m) {
+  MixtureSight s;
+  s.p_odom_antenna_m = Vec3(x_m, 0.0, 0.0);
+  s.v_odom_antenna_mps = Vec3::UnitX();
+  return s;
+}
+
+TEST(PlaceMixture, begins_as_the_gaussian_it_was_cut_from) {
+  const Mixture m = mixture(3.0);
+  EXPECT_GT(m.slices(), 20);
+  EXPECT_LT(m.mean().norm(), 1e-9);
+  EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 9.0, 0.3);
+  EXPECT_NEAR(m.covariance()(Mixture::kAlong, Mixture::kAlong), 0.01, 1e-9);
+}
+
+TEST(PlaceMixture, what_hangs_on_the_place_across_is_cut_with_it) {
+  Mixture::Matrix P = known_to(2.0);
+  P(Mixture::kAlong, Mixture::kAcross) = P(Mixture::kAcross, Mixture::kAlong) = 0.1;
+  const Mixture m(MixtureSettings{}, Vec3::UnitX(), Vec3::UnitY(), P);
+  EXPECT_NEAR(m.covariance()(Mixture::kAlong, Mixture::kAcross), 0.1, 0.005);
+  EXPECT_NEAR(m.covariance()(Mixture::kAlong, Mixture::kAlong), 0.01, 2e-4);
+}
+
+TEST(PlaceMixture, from_afar_it_is_the_kalman_filter) {
+  Mixture m = mixture(0.1);
+  // S: 0.01 + 0.04 + 0.01 + 1e-6 + R 0.01; the own place follows by 0.01 / S of the residual.
+  const MixtureSight sight = from(-50.0);
+  EXPECT_NEAR(m.predict(sight, Mixture::kBias).predicted_m, 50.0, 1e-3);
+  EXPECT_NEAR(m.predict(sight, Mixture::kBias).variance_m2, 0.060001, 1e-5);
+  m.update(sight, Mixture::kBias, 0.07, 0.01, false);
+  EXPECT_NEAR(m.mean()[Mixture::kAlong], -0.07 * 0.01 / 0.070001, 1e-4);
+  EXPECT_NEAR(m.mean()[Mixture::kPlace], 0.07 * 0.04 / 0.070001, 1e-4);
+  EXPECT_NEAR(m.covariance()(Mixture::kAlong, Mixture::kAlong), 0.01 - 1e-4 / 0.070001, 1e-6);
+  EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 0.01, 1e-9);
+}
+
+TEST(PlaceMixture, finds_both_sides_by_passing_and_keeps_one) {
+  Mixture m = mixture(3.0);
+  for (double x_m = -10.0; x_m < 8.0; x_m += 0.1) {
+    const MixtureSight sight = from(x_m);
+    const double predicted_m = m.predict(sight, Mixture::kBias).predicted_m;
+    m.update(sight, Mixture::kBias, std::hypot(x_m, 1.5) - predicted_m, 0.04, true);
+  }
+  // On a straight way left and right are the same: the mean is on the way, and says so.
+  EXPECT_NEAR(m.mean()[Mixture::kAcross], 0.0, 0.1);
+  EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 2.25, 0.3);
+  EXPECT_NEAR(m.mean()[Mixture::kAlong], 0.0, 0.05);
+  m.take_side();
+  EXPECT_NEAR(std::abs(m.mean()[Mixture::kAcross]), 1.5, 0.15);
+  EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 4.5, 0.6);  // (2 * 1.5)^2 / 2
+  m.recentre();
+  EXPECT_LT(m.mean().norm(), 1e-9);
+}
+
+TEST(PlaceMixture, time_passes_as_the_filter_says_and_a_standstill_is_learned) {
+  Mixture m = mixture(1.0);
+  Mixture::Matrix now = m.covariance();
+  now(Mixture::kAlong, Mixture::kAlong) += 0.0025;  // 1 s at 0.05 m/s
+  now(Mixture::kAlong, Mixture::kSpeed) = now(Mixture::kSpeed, Mixture::kAlong) = 0.0025;
+  m.move(1.0, now);
+  EXPECT_NEAR(m.covariance()(Mixture::kAlong, Mixture::kAlong), 0.0125, 1e-6);
+  EXPECT_NEAR(m.covariance()(Mixture::kSpeed, Mixture::kSpeed), 0.0025, 1e-6);
+  now(Mixture::kSpeed, Mixture::kSpeed) = 1e-6;  // it stands
+  m.move(0.0, now);
+  EXPECT_NEAR(m.covariance()(Mixture::kSpeed, Mixture::kSpeed), 1e-6, 1e-8);
+}
+
+TEST(PlaceMixture, who_is_heard_in_a_passage_stands_in_it) {
+  Mixture m = mixture(5.0);
+  m.stands_within(from(-20.0), 1.0);
+  // N(0, 5^2) times N(0, 1).
+  EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 25.0 / 26.0, 0.2);
+  m.stands_within(from(-20.0), 1.0);  // said again it is not told twice
+  EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 25.0 / 26.0, 0.2);
+}
+
+TEST(PlaceMixture, has_room_for_some_pairs_and_no_more) {
+  Mixture m = mixture(1.0);
+  for (int k = Mixture::kBias + 1; k < Mixture::kMax; ++k) EXPECT_EQ(m.add_bias(0.01), k);
+  EXPECT_EQ(m.add_bias(0.01), -1);
+  EXPECT_EQ(m.size(), Mixture::kMax);
+}
+
+}  // namespace
+}  // namespace rali::ranging
