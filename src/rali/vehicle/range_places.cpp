@@ -48,7 +48,7 @@ void RangeStage::remove_states(int first, int n, SideFilter& filter) {
 /// knows that it is the same place.
 void RangeStage::forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits,
                               SideFilter& filter) {
-  const bool silent = !pair.t_heard || (t - *pair.t_heard).s() > settings_.ranging.excess.gap_s;
+  const bool silent = !pair.t_heard || (t - *pair.t_heard).s() > settings_.ranging.place_silent_s;
   pair.t_heard = t;
   if (fits || silent || !pair.t_fit) pair.t_fit = t;
   const auto found = places_.find(key);

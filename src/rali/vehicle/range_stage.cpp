@@ -139,6 +139,7 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   const ranging::SignalQuality signal = ranging::signal_quality(sample, r.signal);
   use.p_los = signal.p_los;
   const std::optional<Moment> now = filter.advance_to(sample.t);
+  posed_ = posed_ || now.has_value();
   const bool stands = peers_.at(std::get<1>(key)).stands_at(sample.t, r.status_valid_s);
   std::optional<Prediction> prediction;
   if (now && stands) prediction = predict_known(*now, key, pair, filter);
@@ -150,7 +151,7 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   sigma_m *= signal.sigma_factor;
   if (now) entries_.push_back(entry_of(sample, *now, sigma_m));
   if (!prediction) {
-    use.reason = now || !stands ? RangeReason::kNoPose : RangeReason::kLate;
+    use.reason = now || !stands || !posed_ ? RangeReason::kNoPose : RangeReason::kLate;
     const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
     const bool sought = !places_.contains(place_key);
     if (now && stands && sought) seek_place(key, *now, sample, sigma_m, filter);

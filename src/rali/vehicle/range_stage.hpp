@@ -184,7 +184,8 @@ class RangeStage {
   std::map<PairKey, Pair> pairs_;
   std::map<PlaceKey, Place> places_;
   std::map<PlaceKey, int> lost_;  ///< numbers of places to be found again
-  int tau_ = -1;                  ///< side state
+  bool posed_ = false;  ///< the filter has found itself: what it refuses from then on is late
+  int tau_ = -1;        ///< side state
   Time t_tau_;
   std::deque<sensor::RangeSample> waiting_;
   geometry::Vec3 up_odom_ = geometry::Vec3::UnitZ();

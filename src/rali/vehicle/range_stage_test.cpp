@@ -183,6 +183,16 @@ TEST(RangeStage, a_range_older_than_the_filter_can_go_back_is_late) {
   EXPECT_EQ(s.one(0.85, 9.15).reason, RangeReason::kLate);
 }
 
+TEST(RangeStage, before_the_filter_has_found_itself_nothing_is_late) {
+  Staged s;
+  s.filter.found_itself = false;
+  EXPECT_EQ(s.one(0.0, 10.0).reason, RangeReason::kNoPose);
+  s.filter.found_itself = true;
+  EXPECT_EQ(s.one(0.1, 9.9).reason, RangeReason::kUsed);
+  s.filter.found_itself = false;
+  EXPECT_EQ(s.one(0.2, 9.8).reason, RangeReason::kLate);
+}
+
 TEST(RangeStage, what_cannot_be_a_range_is_out_of_limits) {
   Staged s;
   const double inf = std::numeric_limits<double>::infinity();
