@@ -267,9 +267,10 @@ void FleetLoop::follow(std::size_t index, const vehicle::OutputList& outputs) {
       log_.answer(*use, self, !track.at_rest);
     } else if (const auto* pose = std::get_if<vehicle::PoseEstimate>(&output)) {
       track.at_rest = pose->at_rest;
+    } else if (const auto* status = std::get_if<vehicle::PeerStatus>(&output)) {
       for (std::size_t i = 0; i < tracks_.size() && !options_.separate; ++i) {
         if (i == index || tracks_[i].ended) continue;
-        letters_.push_back({i, vehicle::PeerStatus{self, pose->t, pose->at_rest}});
+        letters_.push_back({i, *status});
       }
     }
   }

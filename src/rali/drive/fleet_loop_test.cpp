@@ -163,16 +163,13 @@ TEST(FleetLoop, a_range_of_one_recording_reaches_the_other_vehicle_too) {
                                "1 imu 1300", "0 imu 2000", "0 end", "1 imu 2100", "1 end"}));
 }
 
-TEST(FleetLoop, the_others_hear_whether_a_vehicle_stands_after_each_of_its_poses) {
+TEST(FleetLoop, the_others_hear_what_a_vehicle_says_of_itself) {
   Fleet fleet(3);
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0)};
   fleet.sources[0].events = {imu_at(0.5)};
   fleet.answers = [](std::size_t i, const vehicle::Event& event, vehicle::OutputList& out) {
     if (i != 1 || !std::holds_alternative<sensor::ImuSample>(event)) return;
-    vehicle::PoseEstimate pose;
-    pose.t = Time::from_s(1.0);
-    pose.at_rest = true;
-    out.emplace_back(pose);
+    out.emplace_back(vehicle::PeerStatus{VehicleId{1}, Time::from_s(1.0), true});
   };
   fleet.run();
   EXPECT_EQ(fleet.told, (Words{"0 imu 500", "0 end", "1 imu 1000", "2 peer 1 rests", "2 imu 1000",
@@ -235,7 +232,7 @@ TEST(FleetLoop, without_a_common_clock_there_are_no_ranges_and_no_words) {
   fleet.sources[1].events = {imu_at(90000.0)};
   fleet.ranges = {range(1.0, 0, 1)};
   fleet.answers = [](std::size_t /*i*/, const vehicle::Event& /*e*/, vehicle::OutputList& out) {
-    out.emplace_back(vehicle::PoseEstimate{});
+    out.emplace_back(vehicle::PeerStatus{});
   };
   fleet.run({false, false, true});
   EXPECT_EQ(fleet.told, (Words{"0 imu 1000", "0 end", "1 imu 90000000", "1 end"}));
@@ -252,8 +249,7 @@ TEST(FleetLoop, a_strict_run_ends_the_lost_vehicle_alone) {
     if (i == 0 && std::holds_alternative<sensor::ImuSample>(event)) out.emplace_back(pose);
   };
   fleet.run({false, true, false});
-  EXPECT_EQ(fleet.told,
-            (Words{"0 imu 1000", "1 peer 0 moves", "0 end", "1 imu 1000", "1 imu 2000", "1 end"}));
+  EXPECT_EQ(fleet.told, (Words{"0 imu 1000", "0 end", "1 imu 1000", "1 imu 2000", "1 end"}));
 }
 
 TEST(FleetLoop, a_stop_finishes_every_vehicle) {

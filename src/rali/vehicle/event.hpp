@@ -21,12 +21,21 @@ namespace rali::vehicle {
 /// The recording has ended: process what is still waiting for inertial data.
 struct EndOfData {};
 
+/// Where a vehicle believes to be in the frame of its own start: level, at its first pose, heading
+/// along x.
+struct PeerPose {
+  geometry::SE3 T_start_body;
+  geometry::Mat3 position_covariance_m2 = geometry::Mat3::Zero();
+};
+
 /// What another vehicle says about itself: only while one stands are ranges to it ranges to a
 /// place.
 struct PeerStatus {
   VehicleId vehicle;
   Time t;
   bool at_rest = false;
+  /// Nothing before gravity is known, and where it is lost.
+  std::optional<PeerPose> pose = std::nullopt;
 };
 
 /// What a vehicle can be told. Order of arrival is the order of the calls.
@@ -81,7 +90,7 @@ struct FactMade {
 };
 
 using Output = std::variant<PoseEstimate, KeyframeAdded, KeyframeCorrected, GravityEstimate,
-                            ranging::RangeUse, FactMade, Finding>;
+                            ranging::RangeUse, FactMade, PeerStatus, Finding>;
 using OutputList = std::vector<Output>;
 
 }  // namespace rali::vehicle

@@ -163,11 +163,12 @@ void PaperRangeStage::take(const RangeSample& sample, OutputList& out) {
   pair.pending.push_back(pending);
 }
 
-/// What was measured by hand before the start, as long as the peer has not moved.
+/// What was measured by hand before the start, and what the peer said of its way since.
 void PaperRangeStage::know_place(const PairKey& key, Pair& pair) {
+  if (pair.p_odom_peer_m || !first_pose_) return;
   const PeerWatch& peer = peers_.at(std::get<1>(key));
-  if (pair.p_odom_peer_m || !peer.settings.prior || peer.moved || !first_pose_) return;
-  pair.p_odom_peer_m = place_of(*peer.settings.prior, peers_end(key), *first_pose_, kUpOdom);
+  const std::optional<KnownPlace> place = place_of(peer, peers_end(key), *first_pose_, kUpOdom);
+  if (place) pair.p_odom_peer_m = place->p_odom_m;
 }
 
 std::optional<KeyframeMove> PaperRangeStage::at_keyframe(const ScanResult& scan,

@@ -91,10 +91,35 @@ TEST(PeerPlaces, prior_is_in_the_levelled_first_pose_with_its_heading) {
   SE3 first;
   first.R = geometry::rotation_from_rpy(0.0, 0.1745, 1.570796);
   first.p = {1.0, 1.0, 0.5};
-  PeerPrior prior;
-  prior.T_self_peer.p = {3.0, 0.0, 0.0};
-  const Vec3 p = place_of(prior, Vec3(0.0, 0.0, 0.4), first, Vec3::UnitZ());
-  EXPECT_LT((p - Vec3(1.0, 4.0, 0.9)).norm(), 1e-5);
+  PeerWatch peer;
+  peer.settings.prior.emplace();
+  peer.settings.prior->T_self_peer.p = {3.0, 0.0, 0.0};
+  const auto place = place_of(peer, Vec3(0.0, 0.0, 0.4), first, Vec3::UnitZ());
+  ASSERT_TRUE(place.has_value());
+  EXPECT_LT((place->p_odom_m - Vec3(1.0, 4.0, 0.9)).norm(), 1e-5);
+}
+
+TEST(PeerPlaces, a_peer_that_moved_is_where_it_says) {
+  // It starts 3 m ahead, turned to the left, and says it drove 10 m: 10 m to the left of there.
+  PeerWatch peer;
+  peer.settings.prior.emplace();
+  peer.settings.prior->T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, 1.570796);
+  peer.settings.prior->T_self_peer.p = {3.0, 0.0, 0.0};
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), false});
+  peer.moved = true;
+  EXPECT_FALSE(place_of(peer, Vec3::Zero(), SE3{}, Vec3::UnitZ())) << "it has said nothing";
+  PeerStatus there{VehicleId{0}, Time::from_s(2.0), true, PeerPose{}};
+  there.pose->T_start_body.p = {10.0, 0.0, 0.0};
+  there.pose->position_covariance_m2 = Vec3(0.04, 0.0, 0.0).asDiagonal();
+  peer.on(there);
+  const auto place = place_of(peer, Vec3::Zero(), SE3{}, Vec3::UnitZ());
+  ASSERT_TRUE(place.has_value());
+  EXPECT_LT((place->p_odom_m - Vec3(3.0, 10.0, 0.0)).norm(), 1e-4);
+  // Its own doubt along its way is along y here; the heading's moves it across the line to it.
+  const double arm = peer.settings.prior->sigma_rad;
+  const double start = peer.settings.prior->sigma_m;
+  EXPECT_NEAR(place->covariance_m2(0, 0), start * start + arm * arm * 100.0, 1e-3);
+  EXPECT_NEAR(place->covariance_m2(1, 1), start * start + 0.04 + arm * arm * 9.0, 1e-3);
 }
 
 TEST(PeerPlaces, a_status_that_is_old_says_nothing_of_now) {

@@ -1,5 +1,7 @@
 #include "rali/vehicle/peer_places.hpp"
 
+#include <Eigen/Geometry>
+
 #include "rali/fleet/path/level.hpp"
 
 namespace rali::vehicle {
@@ -13,6 +15,7 @@ void PeerWatch::on(const PeerStatus& status) {
   t_status = status.t;
   if (at_rest && !status.at_rest) moved = true;
   at_rest = status.at_rest;
+  pose = status.pose;
 }
 
 std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings) {
@@ -25,9 +28,24 @@ std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings) {
   return peers;
 }
 
-Vec3 place_of(const PeerPrior& prior, const Vec3& p_peer_m, const SE3& T_odom_first,
-              const Vec3& up_odom) {
-  return fleet::level_start(T_odom_first, up_odom) * (prior.T_self_peer * p_peer_m);
+std::optional<KnownPlace> place_of(const PeerWatch& peer, const Vec3& p_peer_m,
+                                   const SE3& T_odom_first, const Vec3& up_odom) {
+  if (!peer.settings.prior || (peer.moved && !peer.pose)) return std::nullopt;
+  const PeerPrior& prior = *peer.settings.prior;
+  const SE3 T_odom_start = fleet::level_start(T_odom_first, up_odom) * prior.T_self_peer;
+  KnownPlace place;
+  // Before it moves, its body is where it started: what it says of that is noise.
+  const SE3 T_start_body = peer.moved ? peer.pose->T_start_body : SE3{};
+  place.p_odom_m = T_odom_start * (T_start_body * p_peer_m);
+  // What is wrong with the heading moves the place across the line to it.
+  const Vec3 arm = prior.sigma_rad * up_odom.cross(place.p_odom_m - T_odom_first.p);
+  place.covariance_m2 =
+      prior.sigma_m * prior.sigma_m * geometry::Mat3::Identity() + arm * arm.transpose();
+  if (peer.moved) {
+    const geometry::Mat3& R = T_odom_start.R;
+    place.covariance_m2 += R * peer.pose->position_covariance_m2 * R.transpose();
+  }
+  return place;
 }
 
 }  // namespace rali::vehicle

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 
 #include "rali/vehicle/event.hpp"
 #include "rali/vehicle/settings.hpp"
@@ -14,6 +15,7 @@ struct PeerWatch {
   bool heard = false;
   bool at_rest = false;
   bool moved = false;  ///< since the start: what was known of its place then is worth nothing
+  std::optional<PeerPose> pose;  ///< as it said last
 
   /// Older statuses than the last are ignored.
   void on(const PeerStatus& status);
@@ -26,9 +28,17 @@ struct PeerWatch {
 /// All peers by their number.
 [[nodiscard]] std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings);
 
-/// Where a point of the peer's body is in odom, as measured by hand before the start.
-[[nodiscard]] geometry::Vec3 place_of(const PeerPrior& prior, const geometry::Vec3& p_peer_m,
-                                      const geometry::SE3& T_odom_first,
-                                      const geometry::Vec3& up_odom);
+/// Where something is, and how well that is known.
+struct KnownPlace {
+  geometry::Vec3 p_odom_m = geometry::Vec3::Zero();
+  geometry::Mat3 covariance_m2 = geometry::Mat3::Zero();
+};
+
+/// Where a point of the peer's body is in odom: by the start poses measured by hand, and, once it
+/// has moved, by what it says of its way since. Nothing where either is not known.
+[[nodiscard]] std::optional<KnownPlace> place_of(const PeerWatch& peer,
+                                                 const geometry::Vec3& p_peer_m,
+                                                 const geometry::SE3& T_odom_first,
+                                                 const geometry::Vec3& up_odom);
 
 }  // namespace rali::vehicle

@@ -96,18 +96,13 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
   return bent ? std::nullopt : prediction;
 }
 
-/// What was measured by hand before the start, as long as the peer has not moved.
+/// What was measured by hand before the start, and what the peer said of its way since.
 bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
   const PeerWatch& peer = peers_.at(std::get<0>(key));
-  const bool usable = peer.settings.prior && !peer.moved && !lost_.contains(key);
-  if (!usable || !first_pose_) return false;
-  const PeerPrior& prior = *peer.settings.prior;
+  if (lost_.contains(key) || !first_pose_) return false;
   const Vec3 lever = peer.settings.antennas_body_m[std::get<1>(key)];
-  const Vec3 p = place_of(prior, lever, *first_pose_, up_odom_);
-  // What is wrong with the heading moves the place across the line to it.
-  const Vec3 arm = prior.sigma_rad * up_odom_.cross(p - first_pose_->p);
-  const Mat3 covariance = prior.sigma_m * prior.sigma_m * Mat3::Identity() + arm * arm.transpose();
-  return add_place(key, p, covariance, filter);
+  const std::optional<KnownPlace> place = place_of(peer, lever, *first_pose_, up_odom_);
+  return place && add_place(key, place->p_odom_m, place->covariance_m2, filter);
 }
 
 /// Gathers ranges until they tell where the other antenna stands.

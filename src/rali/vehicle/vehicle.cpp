@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "rali/degeneracy/information.hpp"
+#include "rali/fleet/path/level.hpp"
 #include "rali/odometry/make_odometry.hpp"
 #include "rali/vehicle/back_end.hpp"
 #include "rali/vehicle/fact_writer.hpp"
@@ -150,6 +151,20 @@ class Vehicle::Impl {
       out.emplace_back(KeyframeAdded{*keyframe, result.keyframe});
     }
     record(result, keyframe, pose.degeneracy.blind, out);
+    out.emplace_back(status_of(result));
+  }
+
+  /// What the others are told after each sweep.
+  [[nodiscard]] PeerStatus status_of(const odometry::ScanResult& result) const {
+    PeerStatus status{self_, result.t, result.at_rest, std::nullopt};
+    const bool known = result.inertial && result.state != odometry::TrackState::kDiverged;
+    if (!known) return status;
+    const geometry::SE3 T_start_odom =
+        fleet::level_start(*first_pose_, -odometry_->gravity_odom().normalized()).inverse();
+    const geometry::Mat3 P = result.covariance.bottomRightCorner<3, 3>();
+    status.pose = {T_start_odom * result.T_odom_body,
+                   T_start_odom.R * P * T_start_odom.R.transpose()};
+    return status;
   }
 
   void record(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
