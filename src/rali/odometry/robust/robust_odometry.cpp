@@ -42,7 +42,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
     remember_start(scan, done);
     try_initialise(findings);
   }
-  held_ = inertial_ && trusted && standstill_.update(state_, imu_);
+  held_ = inertial_ && trusted && standstill_.update(state_, imu_, blind_axis());
   if (inertial_) imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
   map_.prune(state_.T_odom_body.p);
   const ScanResult result = result_of(scan, done);
@@ -72,7 +72,7 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   // A person who walks by a blind corridor looks like motion; a start is felt as well.
   constexpr int kScansToBelieve = 5;
   moved_scans_ = moved ? moved_scans_ + 1 : 0;
-  if (moved_scans_ >= kScansToBelieve || !standstill_.update(state_, imu_)) {
+  if (moved_scans_ >= kScansToBelieve || !standstill_.update(state_, imu_, blind_axis())) {
     // Motion shows late: what the pose missed since the window began is made up for.
     held_ = false;
     state_ = held_states_.empty() ? before : held_states_.front();

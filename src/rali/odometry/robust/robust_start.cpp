@@ -180,6 +180,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   state_.P.block<3, 3>(kVel, kVel) = guess->velocity_covariance;
   set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
   state_.P.block<5, 5>(kAccelBias, kAccelBias) = guess->bias_gravity_covariance;
+  if (guess->at_rest) standstill_.learn(imu::statistics(imu_.between(track_.front().t, state_.t)));
   if (guess->at_rest && quiet_start_) {
     // All scans so far were taken from one place: the first pose. The map of the first scan alone
     // was poor, and the poses found with it wander; begin again with all of them there.

@@ -21,17 +21,38 @@ constexpr double kZeroSpeedSigma_mps = 0.01;
 
 }  // namespace
 
-bool StandstillDetector::update(const FilterState& state, const InertialBuffer& imu) {
+void StandstillDetector::learn(const imu::ImuStatistics& at_rest) { at_rest_ = at_rest; }
+
+/// No more than the noise of the sensor, as its spread over a window varies by chance.
+bool StandstillDetector::wheels_stand(const imu::ImuStatistics& raw) const {
+  static constexpr double kSpreadMost = 1.25;
+  if (!at_rest_ || raw.samples < 20) return false;
+  const auto calm = [](const Vec3& now, const Vec3& rest) {
+    return (now.array() < kSpreadMost * rest.array()).all();
+  };
+  return calm(raw.accel_sd_mps2, at_rest_->accel_sd_mps2) &&
+         calm(raw.gyro_sd_radps, at_rest_->gyro_sd_radps);
+}
+
+bool StandstillDetector::update(const FilterState& state, const InertialBuffer& imu,
+                                const std::optional<Vec3>& blind_axis) {
   recent_.push_back({state.t, state.T_odom_body.p});
   const Time begin = state.t - Duration::from_s(constraints_.rest_after_s);
   while (recent_.size() > 2 && recent_[1].t <= begin) recent_.pop_front();
   if (!constraints_.standstill || recent_.front().t > begin) return false;
-  const double v_var = state.P.block<3, 3>(kVel, kVel).diagonal().maxCoeff();
-  if (state.v.norm() > kSpeedMax_mps || v_var > kSpeedSigmaMax_mps * kSpeedSigmaMax_mps) {
+  // Along a blind axis speed and travel are what the filter believes, not what anybody saw: there
+  // the wheels decide.
+  Mat3 seen = Mat3::Identity();
+  if (blind_axis && wheels_stand(imu::statistics(imu.between(begin, state.t)))) {
+    seen -= *blind_axis * blind_axis->transpose();
+  }
+  const Mat3 P_v = seen * state.P.block<3, 3>(kVel, kVel) * seen;
+  if ((seen * state.v).norm() > kSpeedMax_mps ||
+      P_v.diagonal().maxCoeff() > kSpeedSigmaMax_mps * kSpeedSigmaMax_mps) {
     return false;
   }
   for (const Moment& m : recent_) {
-    if ((m.p - state.T_odom_body.p).norm() > kTravelMax_m) return false;
+    if ((seen * (m.p - state.T_odom_body.p)).norm() > kTravelMax_m) return false;
   }
   const std::vector<ImuSample> window = imu.between(begin, state.t);
   const imu::ImuStatistics blocks = imu::statistics(block_means(window));

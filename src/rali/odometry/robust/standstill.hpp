@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 
 #include "rali/odometry/robust/inertial.hpp"
 #include "rali/odometry/robust/settings.hpp"
@@ -16,8 +17,14 @@ class StandstillDetector {
                      const ImuNoiseSettings& noise)
       : constraints_(constraints), rest_(rest), noise_(noise) {}
 
-  /// Call after each scan. @return true while the vehicle stands.
-  bool update(const FilterState& state, const InertialBuffer& imu);
+  /// What the sensor measures while the wheels stand. Known, it proves rest where the LiDAR is
+  /// blind: wheels that roll shake.
+  void learn(const imu::ImuStatistics& at_rest);
+
+  /// Call after each scan. @param blind_axis unit direction in odom along which the LiDAR cannot
+  /// see motion, if there is one. @return true while the vehicle stands.
+  bool update(const FilterState& state, const InertialBuffer& imu,
+              const std::optional<geometry::Vec3>& blind_axis = std::nullopt);
 
   void reset() { recent_.clear(); }
 
@@ -29,9 +36,12 @@ class StandstillDetector {
     geometry::Vec3 p;
   };
 
+  [[nodiscard]] bool wheels_stand(const imu::ImuStatistics& raw) const;
+
   ConstraintSettings constraints_;
   imu::RestSettings rest_;
   ImuNoiseSettings noise_;
+  std::optional<imu::ImuStatistics> at_rest_;
   std::deque<Moment> recent_;
 };
 

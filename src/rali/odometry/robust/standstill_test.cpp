@@ -76,6 +76,29 @@ TEST(StandstillDetector, proves_nothing_where_the_speed_is_unknown) {
   EXPECT_FALSE(stands_after(blind, 12));
 }
 
+TEST(StandstillDetector, where_the_lidar_is_blind_wheels_that_do_not_shake_prove_rest) {
+  const auto rests = [](double shake_mps2, const Vec3& v, const Vec3& axis) {
+    Recording r;
+    StandstillDetector detector({}, {}, {});
+    r.advance(1.0);
+    detector.learn(imu::statistics(r.imu.between(Time{}, r.state.t)));
+    // The filter drifts along x, and knows no better.
+    r.state.v = v;
+    r.state.P.diagonal().segment<3>(kVel) = Vec3(1.0, 1e-4, 1e-4);
+    r.shake_mps2 = shake_mps2;
+    bool stands = false;
+    for (int k = 0; k < 12; ++k) {
+      r.advance(0.1);
+      r.state.T_odom_body.p += 0.1 * v;
+      stands = detector.update(r.state, r.imu, axis);
+    }
+    return stands;
+  };
+  EXPECT_TRUE(rests(0.0, {0.5, 0.0, 0.0}, Vec3::UnitX()));
+  EXPECT_FALSE(rests(0.1, {0.5, 0.0, 0.0}, Vec3::UnitX())) << "it rolls";
+  EXPECT_FALSE(rests(0.0, {0.0, 0.5, 0.0}, Vec3::UnitX())) << "the LiDAR sees it move";
+}
+
 TEST(StandstillDetector, can_be_switched_off) {
   ConstraintSettings off;
   off.standstill = false;
