@@ -128,6 +128,26 @@ Status check_side_files(const FleetConfig& fleet) {
   return file ? check_file(fleet, "rounds", fleet.rounds) : Status{};
 }
 
+/// Their rows are read before anything is computed, so that a slip costs no run.
+Result<drive::RoundsJob> rounds_job(const FleetConfig& fleet, const io::RadioNames& names) {
+  drive::RoundsJob job;
+  if (fleet.vehicles.size() < 2 || fleet.rounds == "off") {
+    job.from = drive::RoundsFrom::kOff;
+    return job;
+  }
+  if (fleet.rounds != "auto") {
+    job.from = drive::RoundsFrom::kTable;
+    Result<std::vector<fleet::Stand>> table = drive::read_rounds_csv(fleet.rounds, names);
+    if (!table) return tl::make_unexpected(table.error());
+    job.table = std::move(*table);
+    return job;
+  }
+  if (fleet.radio_file.empty()) return job;
+  const Status radio = drive::read_radio(fleet.radio_file, names, job);
+  if (!radio) return tl::make_unexpected(radio.error());
+  return job;
+}
+
 drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig& vehicle) {
   drive::InputOptions input;
   input.vehicle = vehicle.name;
@@ -215,6 +235,9 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   job.fleet = fleet.settings.fleet;
   job.fleet.ranging = job.vehicles.front().settings.ranging;
   job.known = fleet_knowledge(fleet);
+  Result<drive::RoundsJob> rounds = rounds_job(fleet, job.ranges.names);
+  if (!rounds) return tl::make_unexpected(rounds.error());
+  job.rounds = std::move(*rounds);
   job.out_dir = options.out_dir;
   job.overwrite = options.overwrite;
   job.strict = options.strict;
@@ -237,10 +260,12 @@ std::vector<std::string> idle_keys(const FleetConfig& fleet) {
     const std::string& key = origin.first;
     const std::string room = key.substr(0, key.find('.'));
     const bool between = room == "ranges" || room == "priors" || room == "clock" ||
+                         room == "radio" || room == "rounds" ||
                          key.find(".antennas") != std::string::npos;
     const bool offset = room == "clock" && fleet.clock == config::Clock::kOffset;
-    const bool no_use =
-        room == "radio" || room == "rounds" || offset || (between && fleet.vehicles.size() < 2);
+    // Radio tells why a round ended, of rounds that are found in the data.
+    const bool radio = room == "radio" && fleet.rounds != "auto";
+    const bool no_use = offset || radio || (between && fleet.vehicles.size() < 2);
     if (no_use && origin.second.find("settings.yaml") == std::string::npos) idle.push_back(key);
   }
   return idle;

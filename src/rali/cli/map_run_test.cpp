@@ -109,8 +109,8 @@ TEST(MapJob, names_the_keys_that_have_no_effect) {
   EXPECT_EQ(idle, (std::vector<std::string>{"clock", "vehicles.v1.antennas"}));
   const auto two = idle_keys(fleet_of(
       "vehicles: {v1: {recording: a, antennas: {u: {xyz_m: [0, 0, 1]}}}, v2: {recording: b}}\n"
-      "clock: separate\nranges: {sigma_m: 0.2}\nrounds: off\n"));
-  EXPECT_EQ(two, (std::vector<std::string>{"rounds"}));
+      "clock: separate\nranges: {sigma_m: 0.2}\nradio: {file: r.csv}\nrounds: off\n"));
+  EXPECT_EQ(two, (std::vector<std::string>{"radio.file"})) << "without rounds it says nothing";
   EXPECT_TRUE(idle_keys(fleet_of("vehicles: {v1: {recording: a}}")).empty());
 }
 

@@ -58,6 +58,22 @@ std::string loops_words(const MapSummary& summary) {
   return text;
 }
 
+/// "3 rounds, anchors v1 v2 v1"; nothing without rounds.
+std::string rounds_line(const MapSummary& summary) {
+  constexpr std::size_t kAnchorsMax = 12;
+  if (summary.rounds.empty()) return {};
+  std::vector<std::string> anchors;
+  for (const fleet::RoundRow& round : summary.rounds) {
+    if (anchors.size() == kAnchorsMax) {
+      anchors.emplace_back("...");
+      break;
+    }
+    anchors.push_back(summary.vehicles[round.anchor.value].name);
+  }
+  return fmt::format("{}, {} {}\n", counted(summary.rounds.size(), "round"),
+                     anchors.size() == 1 ? "anchor" : "anchors", fmt::join(anchors, " "));
+}
+
 std::string sigma_line(const MapSummary& summary) {
   const VehicleSummary* worst = nullptr;
   std::vector<double> medians;
@@ -160,7 +176,8 @@ std::string summary_text(const MapSummary& summary, const std::string& page) {
   if (summary.removed_points > 0)
     text += fmt::format(", {} moving removed", summary.removed_points);
   text += loops_words(summary);
-  text += '\n' + blind_line(summary) + sigma_line(summary) + ranges_line(summary);
+  text += '\n' + rounds_line(summary) + blind_line(summary) + sigma_line(summary);
+  text += ranges_line(summary);
   text += gaps_line(summary);
   return text + '\n';
 }

@@ -11,6 +11,8 @@
 #include "rali/drive/output/map_files.hpp"
 #include "rali/drive/output/metrics.hpp"
 #include "rali/drive/output/out_dir.hpp"
+#include "rali/drive/output/rounds_files.hpp"
+#include "rali/drive/output/session_fleet.hpp"
 #include "rali/drive/output/vehicle_files.hpp"
 #include "rali/drive/ranges/range_files.hpp"
 #include "rali/drive/ranges/range_findings.hpp"
@@ -67,6 +69,7 @@ class MapRun {
   Status write_ranges();
   [[nodiscard]] std::vector<const VehicleRun*> runs_of_map() const;
   Status write_map();
+  Status write_rounds();
   Status close(const Status& so_far);
   void report(Finding finding);
   double data_s() const;
@@ -265,7 +268,8 @@ Status MapRun::write_results() {
   if (Status s = write_fleet_files(runs_, summary_.fleet, job_); !s) return s;
   if (Status s = write_ranges(); !s) return s;
   log_.stage("trajectories");
-  return write_map();
+  if (Status s = write_map(); !s) return s;
+  return write_rounds();
 }
 
 Status MapRun::write_ranges() {
@@ -312,6 +316,27 @@ Status MapRun::write_map() {
   summary_.map_thickness_m = numbers->thickness_m;
   log_.stage("map");
   return {};
+}
+
+/// What the vehicles did as a fleet: rounds, frontiers, and both to be seen.
+Status MapRun::write_rounds() {
+  if (runs_.size() < 2) return {};
+  const FleetRunView fleet{&runs_, runs_of_map(), job_.out_dir};
+  FleetRounds rounds;
+  if (job_.rounds.from != RoundsFrom::kOff) {
+    std::vector<double> rest_s;
+    for (const VehicleJob& v : job_.vehicles) rest_s.push_back(v.settings.path.rest_s);
+    FindingList findings;
+    Result<FleetRounds> found = find_rounds(fleet, job_.rounds, rest_s, findings);
+    for (Finding& f : findings) report(std::move(f));
+    if (!found) return tl::make_unexpected(found.error());
+    rounds = std::move(*found);
+    if (Status s = write_rounds_files(fleet, rounds); !s) return s;
+    summary_.rounds = rounds.rounds;
+  }
+  log_.stage("rounds");
+  return session_ ? show_fleet(fleet, job_, summary_.fleet, range_log_, rounds, *session_)
+                  : Status{};
 }
 
 /// Without keyframes asked for, their clouds were only needed for the map.

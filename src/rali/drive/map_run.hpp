@@ -8,6 +8,7 @@
 
 #include "rali/base/result.hpp"
 #include "rali/drive/input/input_report.hpp"
+#include "rali/drive/output/rounds_input.hpp"
 #include "rali/drive/ranges/range_log.hpp"
 #include "rali/drive/ranges/range_options.hpp"
 #include "rali/fleet/centre/centre.hpp"
@@ -38,6 +39,7 @@ struct MapJob {
   RangeOptions ranges;          ///< of all vehicles
   fleet::FleetSettings fleet;   ///< of the joint map
   fleet::FleetKnowledge known;  ///< start poses and radios, as users measured them
+  RoundsJob rounds;             ///< who stood as anchor when, and what was left to explore
   std::vector<std::string> formats = {"pcd", "ply"};  ///< of map.*: pcd ply las
   map::MapSettings map;                               ///< voxel, removal of what moved, 2-D grid
   bool write_mcap = true;
@@ -96,6 +98,7 @@ struct MapSummary {
   std::vector<VehicleSummary> vehicles;
   RangeTally ranges;
   fleet::FleetEstimate fleet;  ///< groups, frames, loops and biases
+  std::vector<fleet::RoundRow> rounds;
   std::size_t map_points = 0;
   std::size_t removed_points = 0;
   double map_thickness_m = 0.0;

@@ -93,7 +93,7 @@ Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
   gyro_turn_rad_.setZero();
   poses_.push_back(record);
   if (Status s = odometry_.add(record); !s) return s;
-  return session_ != nullptr ? session_->add_pose(name_, record, frame_so_far()) : Status{};
+  return session_ != nullptr ? session_->add_pose(name_, record) : Status{};
 }
 
 Status VehicleRun::take_keyframe(const vehicle::KeyframeAdded& added) {

@@ -112,7 +112,7 @@ Json fleet_json(const MapSummary& summary) {
                                       [](const fleet::LoopVerdict& l) { return l.accepted; });
   json["loops_accepted"] = accepted;
   json["loops_refused"] = static_cast<std::ptrdiff_t>(fleet.loops.size()) - accepted;
-  json["rounds"] = 0;
+  json["rounds"] = summary.rounds.size();
   return json;
 }
 

@@ -93,10 +93,9 @@ Status SessionFile::add_scan(const std::string& vehicle, const sensor::LidarScan
                wire::encode(cloud.view, kCdr));
 }
 
-Status SessionFile::add_pose(const std::string& vehicle, const PoseRecord& pose,
-                             const geometry::SE3& T_map_odom) {
+Status SessionFile::add_pose(const std::string& vehicle, const PoseRecord& pose) {
+  told_[vehicle].emplace_back(pose.t, pose.T_odom_body);
   wire::TfMessage tf;
-  tf.transforms.push_back(transform(pose.t, "map", vehicle + "/odom", T_map_odom));
   tf.transforms.push_back(
       transform(pose.t, vehicle + "/odom", vehicle + "/base_link", pose.T_odom_body));
   Status status = write("/tf", "tf2_msgs/msg/TFMessage", pose.t, wire::encode(tf, kCdr));
@@ -113,9 +112,26 @@ Status SessionFile::add_pose(const std::string& vehicle, const PoseRecord& pose,
                wire::encode(diagnostics, kCdr));
 }
 
+/// Where odom must have been in the map for the pose as told to be the final one.
+Status SessionFile::write_frames(const std::string& vehicle, const std::vector<PoseRecord>& poses,
+                                 const geometry::SE3& T_map_odom) {
+  const std::vector<std::pair<Time, geometry::SE3>>& told = told_[vehicle];
+  for (std::size_t i = 0; i < std::min(poses.size(), told.size()); ++i) {
+    wire::TfMessage tf;
+    const geometry::SE3 T_map_body = T_map_odom * poses[i].T_odom_body;
+    tf.transforms.push_back(
+        transform(told[i].first, "map", vehicle + "/odom", T_map_body * told[i].second.inverse()));
+    const Status status =
+        write("/tf", "tf2_msgs/msg/TFMessage", told[i].first, wire::encode(tf, kCdr));
+    if (!status) return status;
+  }
+  return {};
+}
+
 Status SessionFile::add_path(const std::string& vehicle, const std::vector<PoseRecord>& poses,
                              const geometry::SE3& T_map_odom) {
   if (poses.empty()) return {};
+  if (Status status = write_frames(vehicle, poses, T_map_odom); !status) return status;
   wire::Path path;
   path.stamp = poses.back().t;
   path.frame_id = "map";
@@ -124,6 +140,15 @@ Status SessionFile::add_path(const std::string& vehicle, const std::vector<PoseR
     path.poses.push_back({pose.t, "map", T_map_odom * pose.T_odom_body});
   }
   return write("/" + vehicle + "/path", "nav_msgs/msg/Path", path.stamp, wire::encode(path, kCdr));
+}
+
+Status SessionFile::add_cloud(const std::string& topic, const wire::CloudView& cloud) {
+  return write(topic, "sensor_msgs/msg/PointCloud2", cloud.stamp, wire::encode(cloud, kCdr));
+}
+
+Status SessionFile::add_markers(const std::string& topic, Time t,
+                                const wire::MarkerArray& markers) {
+  return write(topic, "visualization_msgs/msg/MarkerArray", t, wire::encode(markers, kCdr));
 }
 
 Status SessionFile::finish() {

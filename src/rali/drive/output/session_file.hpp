@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rali/base/result.hpp"
@@ -16,8 +17,10 @@
 namespace rali::drive {
 
 /// session.mcap: what a viewer shows of a run (Foxglove, Lichtblick, PlotJuggler). Frames as
-/// REP-105 has them: map -> <v>/odom -> <v>/base_link -> <v>/lidar; the first one moves as gravity
-/// becomes known. One in five sweeps is kept, as measured.
+/// REP-105 has them: map -> <v>/odom -> <v>/base_link -> <v>/lidar. The odometry is as it was told
+/// at the time; map -> <v>/odom is written at the end, so that at every sweep the chain gives the
+/// final pose, of all vehicles in one frame where they could be joined. Messages are therefore not
+/// in the order of their stamps; readers go by the index. One in five sweeps is kept, as measured.
 class SessionFile {
  public:
   ~SessionFile();
@@ -28,11 +31,16 @@ class SessionFile {
   /// Where the LiDAR sits in the body of this vehicle; written with its first sweep.
   void set_lidar(const std::string& vehicle, const geometry::SE3& T_body_lidar);
   [[nodiscard]] Status add_scan(const std::string& vehicle, const sensor::LidarScan& scan);
-  [[nodiscard]] Status add_pose(const std::string& vehicle, const PoseRecord& pose,
-                                const geometry::SE3& T_map_odom);
-  /// The whole way in its final frame.
+  /// A pose as told at the time. Keeps 104 bytes of each until the end.
+  [[nodiscard]] Status add_pose(const std::string& vehicle, const PoseRecord& pose);
+  /// The whole way in its final frame, and what of it the odometry did not know.
+  /// @param poses as many as were added, with the same stamps
   [[nodiscard]] Status add_path(const std::string& vehicle, const std::vector<PoseRecord>& poses,
                                 const geometry::SE3& T_map_odom);
+
+  [[nodiscard]] Status add_cloud(const std::string& topic, const wire::CloudView& cloud);
+  [[nodiscard]] Status add_markers(const std::string& topic, Time t,
+                                   const wire::MarkerArray& markers);
 
   /// Writes the summary and gives the file its name.
   [[nodiscard]] Status finish();
@@ -40,6 +48,9 @@ class SessionFile {
  private:
   explicit SessionFile(io::AtomicFile file);
 
+  [[nodiscard]] Status write_frames(const std::string& vehicle,
+                                    const std::vector<PoseRecord>& poses,
+                                    const geometry::SE3& T_map_odom);
   [[nodiscard]] Status write(const std::string& topic, const std::string& type, Time t,
                              const wire::Bytes& bytes);
 
@@ -48,6 +59,7 @@ class SessionFile {
   std::map<std::string, std::uint16_t> schemas_, channels_;
   std::map<std::string, std::uint64_t> scans_;
   std::map<std::string, geometry::SE3> T_body_lidar_;
+  std::map<std::string, std::vector<std::pair<Time, geometry::SE3>>> told_;  ///< T_odom_body
 };
 
 }  // namespace rali::drive

@@ -54,6 +54,9 @@ class RangeLog {
 
   [[nodiscard]] bool empty() const { return handed_.empty() && refused_.empty(); }
 
+  /// Every range, by time; valid until the next change.
+  [[nodiscard]] std::vector<const ranging::RangeUse*> in_order() const;
+
   /// Errors: kMachine.
   [[nodiscard]] Status write(const std::string& path) const;
 
@@ -70,7 +73,6 @@ class RangeLog {
   };
 
   [[nodiscard]] std::string name_of(VehicleId id) const;
-  [[nodiscard]] std::vector<const ranging::RangeUse*> in_order() const;
 
   std::vector<std::string> vehicles_;
   std::map<std::uint16_t, std::string> strangers_;

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "rali/base/result.hpp"
+#include "rali/drive/map_run.hpp"
+#include "rali/drive/output/rounds_files.hpp"
+#include "rali/drive/output/session_file.hpp"
+#include "rali/drive/ranges/range_log.hpp"
+
+namespace rali::drive {
+
+/// Shows in session.mcap what vehicles did together, all in the frame of the map and at its final
+/// poses:
+/// /map (PointCloud2: all keyframes up to then, thinned; field `vehicle`), ten to twenty times over
+/// the run; /ranges (lines between the antennas, one second each; green used, red refused, grey not
+/// needed or a repeat); /frontiers at the end of each round; /loops (lines; green accepted, red
+/// refused) as they were found. Errors: kMachine.
+[[nodiscard]] Status show_fleet(const FleetRunView& fleet, const MapJob& job,
+                                const fleet::FleetEstimate& estimate, const RangeLog& ranges,
+                                const FleetRounds& rounds, SessionFile& session);
+
+}  // namespace rali::drive
