@@ -1,11 +1,14 @@
 #include "rali/cli/commands/demo.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <string_view>
 
 #include <fmt/format.h>
 
 #include "rali/cli/commands/commands.hpp"
 #include "rali/cli/parse.hpp"
+#include "rali/io/files/atomic_file.hpp"
 #include "rali/sim/world.hpp"
 
 namespace rali::cli {
@@ -13,8 +16,17 @@ namespace {
 
 using Words = std::vector<std::string>;
 
+/// Where one vehicle alone is lost: the LiDAR sees nothing along it. v1 stands in the middle, v2
+/// drives from one end to the other.
+constexpr std::string_view kTunnel = R"(# The tunnel of rali demo: v1 stands, v2 drives past it.
+tunnel: {length_m: 140}
+vehicles:
+  - {start: [70, -1.5]}
+  - {start: [6, 0], goal: [132, 0]}
+)";
+
 /// `rali simulate`, `rali map --truth` and `rali picture` one after another, each as a user would
-/// type it.
+/// type it: a tunnel with two vehicles, mapped without and with the ranges between them.
 class DemoCommand final : public Command {
  public:
   [[nodiscard]] std::string name() const override { return "demo"; }
@@ -24,7 +36,7 @@ class DemoCommand final : public Command {
   }
 
   [[nodiscard]] std::vector<std::string> examples() const override {
-    return {"rali demo", "rali demo -o tunnel --scene tunnel"};
+    return {"rali demo", "rali demo -o floor --scene floor --pedestrians 4"};
   }
 
   [[nodiscard]] std::string exit_codes() const override {
@@ -35,14 +47,14 @@ class DemoCommand final : public Command {
 
   [[nodiscard]] std::vector<Option> options() override {
     return {
-        {"-o,--out", "DIR", "gets recording/, out/ and map.png", &folder_, false, {}},
+        {"-o,--out", "DIR", "gets recording/, out/, alone/ and map.png", &folder_, false, {}},
         {"--scene",
          "NAME",
-         "the place",
+         "another place than the tunnel; mapped once",
          &scene_,
          false,
          {sim::kSceneNames.begin(), sim::kSceneNames.end()}},
-        {"--seed", "N", "another number, another place of that kind", &seed_, false, {}},
+        {"--seed", "N", "another number, other noise and another place", &seed_, false, {}},
         {"--duration",
          "S",
          "length of the recording [s]; 0: the whole way",
@@ -57,12 +69,18 @@ class DemoCommand final : public Command {
   [[nodiscard]] Result<int> run(Session& session) override;
 
  private:
-  [[nodiscard]] Words simulate_words() const;
+  [[nodiscard]] bool compares() const { return scene_.empty(); }
+
+  [[nodiscard]] std::string path(const char* name) const { return folder_ + '/' + name; }
+
+  [[nodiscard]] Result<std::string> scene() const;
+  [[nodiscard]] Words simulate_words(const std::string& scene) const;
   [[nodiscard]] Words map_words() const;
+  [[nodiscard]] Words map_alone_words() const;
   [[nodiscard]] Words picture_words() const;
 
-  std::string folder_ = "rali-demo", scene_ = "floor";
-  std::string seed_ = "1", duration_s_ = "0", pedestrians_ = "4", threads_ = "0";
+  std::string folder_ = "rali-demo", scene_;
+  std::string seed_ = "1", duration_s_ = "0", pedestrians_ = "0", threads_ = "0";
 };
 
 /// As it is typed into a shell.
@@ -90,42 +108,68 @@ Result<int> run_step(const Words& words, Session& session, std::string& results)
   return code;
 }
 
-Words DemoCommand::simulate_words() const {
-  return {"simulate",
-          scene_,
-          "-o",
-          folder_ + "/recording",
-          "--vehicles",
-          "1",
-          "--seed",
-          seed_,
-          "--duration",
-          duration_s_,
-          "--pedestrians",
-          pedestrians_,
-          "--threads",
-          threads_,
-          "--overwrite"};
+/// The name of a shipped scene, or the file of the tunnel.
+Result<std::string> DemoCommand::scene() const {
+  if (!compares()) return scene_;
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error) return fail(ErrorCode::kMachine, folder_, error.message());
+  const std::string file = path("tunnel.yaml");
+  const Status status = io::write_file_atomic(file, kTunnel);
+  if (!status) return tl::make_unexpected(status.error());
+  return file;
+}
+
+Words DemoCommand::simulate_words(const std::string& scene) const {
+  return {"simulate",  scene,        "-o",         path("recording"), "--seed",
+          seed_,       "--duration", duration_s_,  "--pedestrians",   pedestrians_,
+          "--threads", threads_,     "--overwrite"};
 }
 
 Words DemoCommand::map_words() const {
-  return {"map",        folder_ + "/recording/fleet.yaml", "-o",        folder_ + "/out",
-          "--truth",    folder_ + "/recording/truth",      "--threads", threads_,
+  return {"map",        path("recording/fleet.yaml"), "-o",        path("out"),
+          "--truth",    path("recording/truth"),      "--threads", threads_,
+          "--overwrite"};
+}
+
+/// The same data as if there were no radio.
+Words DemoCommand::map_alone_words() const {
+  return {"map",        path("recording/fleet.yaml"), "-o",        path("alone"),
+          "--truth",    path("recording/truth"),      "--threads", threads_,
+          "--set",      "ranging.use=false",          "--no-mcap", "--no-keyframes",
           "--overwrite"};
 }
 
 Words DemoCommand::picture_words() const {
-  return {"picture", folder_ + "/out",
-          "-o",      folder_ + "/map.png",
-          "--title", fmt::format("RaLI demo: {}, one vehicle, 16 rings and IMU", scene_)};
+  if (!compares()) {
+    return {"picture", path("out"), "-o", path("map.png"), "--title", "RaLI demo: " + scene_};
+  }
+  return {"picture",
+          path("alone"),
+          path("out"),
+          "-o",
+          path("map.png"),
+          "--title",
+          "RaLI demo: one drive through a smooth tunnel, mapped twice",
+          "--caption",
+          "LiDAR and IMU alone",
+          "--caption",
+          "with ranges to v1, which stands in the middle"};
 }
 
 Result<int> DemoCommand::run(Session& session) {
-  std::string simulated, mapped, drawn;
-  const Result<int> simulation = run_step(simulate_words(), session, simulated);
+  const Result<std::string> place = scene();
+  if (!place) return tl::make_unexpected(place.error());
+  std::string simulated, alone, mapped, drawn;
+  const Result<int> simulation = run_step(simulate_words(*place), session, simulated);
   if (!simulation || *simulation != kExitDone) return simulation;
   // Its last line says what to type next; here that follows by itself.
   session.note(simulated.substr(0, simulated.rfind("\nnext: ")));
+  if (compares()) {
+    const Result<int> code = run_step(map_alone_words(), session, alone);
+    session.result("without ranges:\n" + alone + "\nwith ranges:\n");
+    if (!code || (*code != kExitDone && *code != kExitGaps)) return code;
+  }
   const Result<int> map = run_step(map_words(), session, mapped);
   session.result(mapped);
   if (!map || (*map != kExitDone && *map != kExitGaps)) return map;

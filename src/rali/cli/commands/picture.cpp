@@ -14,7 +14,8 @@ class PictureCommand final : public Command {
   }
 
   [[nodiscard]] std::vector<std::string> examples() const override {
-    return {"rali picture out", "rali picture out -o corridor.png --title Corridor"};
+    return {"rali picture out",
+            "rali picture alone together -o both.png --caption alone --caption joined"};
   }
 
   [[nodiscard]] std::string exit_codes() const override {
@@ -22,19 +23,29 @@ class PictureCommand final : public Command {
   }
 
   [[nodiscard]] Positional positional() override {
-    return {"DIR", "folder that rali map has written", &folders_, 1, 1, {}};
+    return {"DIR",       "folders that rali map has written, drawn one below the other",
+            &folders_,   1,
+            kPanelsMost, {}};
   }
 
   [[nodiscard]] std::vector<Option> options() override {
     return {{"-o,--out", "FILE", "the picture (default DIR/map.png)", &file_, false, {}},
-            {"--title", "TEXT", "printed above the map", &title_, false, {}}};
+            {"--title", "TEXT", "printed above the map", &title_, false, {}},
+            {"--caption", "TEXT", "of each folder in turn; repeatable", &captions_, false, {}}};
   }
 
   [[nodiscard]] Result<int> run(Session& session) override {
-    Result<MapPicture> picture = picture_of_folder(folders_.front());
-    if (!picture) return tl::make_unexpected(picture.error());
-    if (!title_.empty()) picture->title = title_;
-    const Result<io::RgbImage> image = draw_map(*picture);
+    std::vector<MapPicture> panels;
+    for (const std::string& folder : folders_) {
+      Result<MapPicture> picture = picture_of_folder(folder);
+      if (!picture) return tl::make_unexpected(picture.error());
+      const std::size_t k = panels.size();
+      if (k < captions_.size()) picture->title = captions_[k];
+      panels.push_back(std::move(*picture));
+    }
+    if (panels.size() == 1 && !title_.empty()) panels.front().title = title_;
+    const Result<io::RgbImage> image =
+        panels.size() == 1 ? draw_map(panels.front()) : draw_maps(title_, panels);
     if (!image) return tl::make_unexpected(image.error());
     const std::string path = file_.empty() ? folders_.front() + "/map.png" : file_;
     if (Status status = io::write_png(path, *image); !status) {
@@ -45,7 +56,7 @@ class PictureCommand final : public Command {
   }
 
  private:
-  std::vector<std::string> folders_;
+  std::vector<std::string> folders_, captions_;
   std::string file_, title_;
 };
 

@@ -31,6 +31,11 @@ struct Range {
     low = std::min(low, value);
     high = std::max(high, value);
   }
+
+  void include(const Range& other) {
+    include(other.low);
+    include(other.high);
+  }
 };
 
 Range quantiles(std::span<const float> values, double cut) {
@@ -50,13 +55,18 @@ Range quantiles(std::span<const float> values, double cut) {
 /// From metres of the map to pixels of the sheet.
 class Frame {
  public:
-  explicit Frame(const MapPicture& picture) {
-    x_ = quantiles(picture.x_m, kCut);
-    y_ = quantiles(picture.y_m, kCut);
-    for (const PictureWay& way : picture.ways) {
-      for (const geometry::Vec3& p : way.points_map_m) {
-        x_.include(p.x());
-        y_.include(p.y());
+  /// Of all pictures that are drawn at one scale.
+  explicit Frame(std::span<const MapPicture> pictures) {
+    x_ = quantiles(pictures.front().x_m, kCut);
+    y_ = quantiles(pictures.front().y_m, kCut);
+    for (const MapPicture& picture : pictures) {
+      x_.include(quantiles(picture.x_m, kCut));
+      y_.include(quantiles(picture.y_m, kCut));
+      for (const PictureWay& way : picture.ways) {
+        for (const geometry::Vec3& p : way.points_map_m) {
+          x_.include(p.x());
+          y_.include(p.y());
+        }
       }
     }
     turned_ = y_.size() > x_.size();
@@ -203,27 +213,81 @@ double scale_bar_m(double most_m) {
   return power;
 }
 
+namespace {
+
+bool has_points(const MapPicture& picture) {
+  return !picture.x_m.empty() && picture.x_m.size() == picture.y_m.size() &&
+         picture.x_m.size() == picture.z_m.size();
+}
+
+void draw_panel(const MapPicture& picture, const Frame& frame, const Range& z, int left, int top,
+                Canvas& canvas) {
+  draw_points(picture, frame, z, left, top, canvas);
+  for (const PictureWay& way : picture.ways) draw_way(way, frame, left, top, canvas);
+  for (const PictureWay& way : picture.ways) draw_ends(way, frame, left, top, canvas);
+}
+
+/// Heights of all panels, so that a colour means one height.
+Range heights(std::span<const MapPicture> pictures) {
+  Range z = quantiles(pictures.front().z_m, 0.005);
+  for (const MapPicture& picture : pictures) z.include(quantiles(picture.z_m, 0.005));
+  z.high = std::max(z.high, z.low + 0.1);
+  return z;
+}
+
+/// Scale, legend and colours under the maps.
+void draw_footer(const MapPicture& picture, const Frame& frame, const Range& z, int sheet_px, int y,
+                 Canvas& canvas) {
+  draw_scale_bar(frame, kMarginPx, y, canvas);
+  draw_legend(picture, kMarginPx + 320.0, y + 0.5 * kTextPx, canvas);
+  draw_height_bar(z, kMarginPx + sheet_px, y, canvas);
+}
+
+}  // namespace
+
+Result<io::RgbImage> draw_maps(const std::string& title, const std::vector<MapPicture>& panels) {
+  constexpr int kCaptionPx = 72;
+  if (panels.empty() || panels.size() > kPanelsMost) {
+    return fail(ErrorCode::kInput, title,
+                fmt::format("{} maps; one sheet holds 1 to {}", panels.size(), kPanelsMost));
+  }
+  for (const MapPicture& panel : panels) {
+    if (!has_points(panel)) return fail(ErrorCode::kInput, panel.title, "no points to draw");
+  }
+  const Frame frame(panels);
+  const Range z = heights(panels);
+  const int sheet_px = std::max(frame.width(), 900);
+  const int step_px = frame.height() + kCaptionPx;
+  const int maps_px = static_cast<int>(panels.size()) * step_px;
+  Canvas canvas(static_cast<std::uint32_t>(sheet_px + 2 * kMarginPx),
+                static_cast<std::uint32_t>(maps_px + kHeaderPx + kFooterPx), kWhite);
+  const int left = kMarginPx + (sheet_px - frame.width()) / 2;
+  int top = kHeaderPx - 20;
+  for (const MapPicture& panel : panels) {
+    const double end = canvas.text(kMarginPx, top + 24.0, 1.2 * kTextPx, panel.title, kInk);
+    canvas.text(end + 24.0, top + 24.0, kTextPx, panel.subtitle, kGrey);
+    draw_panel(panel, frame, z, left, top + kCaptionPx - 24, canvas);
+    top += step_px;
+  }
+  canvas.text(kMarginPx, 56.0, kTitlePx, title, kInk);
+  draw_footer(panels.front(), frame, z, sheet_px, top + 80, canvas);
+  return canvas.image();
+}
+
 Result<io::RgbImage> draw_map(const MapPicture& picture) {
-  if (picture.x_m.empty() || picture.x_m.size() != picture.y_m.size() ||
-      picture.x_m.size() != picture.z_m.size()) {
+  if (!has_points(picture)) {
     return fail(ErrorCode::kInput, picture.title, "the map has no points to draw");
   }
-  const Frame frame(picture);
-  Range z = quantiles(picture.z_m, 0.005);
-  z.high = std::max(z.high, z.low + 0.1);
+  const std::span<const MapPicture> alone(&picture, 1);
+  const Frame frame(alone);
+  const Range z = heights(alone);
   const int sheet_px = std::max(frame.width(), 900);
   Canvas canvas(static_cast<std::uint32_t>(sheet_px + 2 * kMarginPx),
                 static_cast<std::uint32_t>(frame.height() + kHeaderPx + kFooterPx), kWhite);
-  const int left = kMarginPx + (sheet_px - frame.width()) / 2;
-  draw_points(picture, frame, z, left, kHeaderPx, canvas);
-  for (const PictureWay& way : picture.ways) draw_way(way, frame, left, kHeaderPx, canvas);
-  for (const PictureWay& way : picture.ways) draw_ends(way, frame, left, kHeaderPx, canvas);
+  draw_panel(picture, frame, z, kMarginPx + (sheet_px - frame.width()) / 2, kHeaderPx, canvas);
   canvas.text(kMarginPx, 56.0, kTitlePx, picture.title, kInk);
   canvas.text(kMarginPx, 88.0, kTextPx, picture.subtitle, kGrey);
-  const int footer = kHeaderPx + frame.height() + 70;
-  draw_scale_bar(frame, kMarginPx, footer, canvas);
-  draw_legend(picture, kMarginPx + 320.0, footer + 0.5 * kTextPx, canvas);
-  draw_height_bar(z, kMarginPx + sheet_px, footer, canvas);
+  draw_footer(picture, frame, z, sheet_px, kHeaderPx + frame.height() + 70, canvas);
   return canvas.image();
 }
 

@@ -25,6 +25,13 @@ struct MapPicture {
   std::vector<PictureWay> ways;      ///< later ones are drawn over earlier ones
 };
 
+/// Maps from above, one below the other at one scale and in one frame, each with its own title and
+/// subtitle; as draw_map() else. Errors (kInput): nothing to draw, or more than `kPanelsMost`.
+[[nodiscard]] Result<io::RgbImage> draw_maps(const std::string& title,
+                                             const std::vector<MapPicture>& panels);
+
+inline constexpr std::size_t kPanelsMost = 6;
+
 /// The map from above on white, coloured by height, with ways, scale bar and legend. What has
 /// upright extent is drawn strong, floors and ceilings pale, so that walls stand out indoors, too.
 /// Three points in a thousand beyond each edge are left out. The longer side lies across.
