@@ -32,7 +32,8 @@ struct Decision {
 };
 
 /// Whether the fit is as good as its sigmas say: chi2/dof within [fit_min, fit_max]. With fewer
-/// than 12 degrees of freedom chance alone leaves that interval, so it widens.
+/// than 12 degrees of freedom chance alone leaves that interval, so it widens. Sigmas that are too
+/// large are safe, they only make every gap smaller: fit_min is 0 unless somebody wants to be told.
 [[nodiscard]] bool fit_is_plausible(double fit_chi2, int dof, const CommitSettings& settings);
 
 [[nodiscard]] Decision decide(const HypothesisSet& set, const Observability& seen,

@@ -50,9 +50,19 @@ TEST(CommitGate, a_bad_fit_makes_the_gap_smaller_and_a_worse_one_forbids) {
   EXPECT_EQ(evaluations_until_commit(set, 2.0, 5), 0);
   EXPECT_EQ(evaluations_until_commit(two(23.0, 100.0), 2.0, 3), 3);
   EXPECT_EQ(evaluations_until_commit(two(25.0, 100.0), 2.0, 9), 0);
-  EXPECT_EQ(evaluations_until_commit(two(5.0, 100.0), 2.0, 9), 0);
   const HypothesisSet bad = two(25.0, 100.0);
   EXPECT_EQ(decide(bad, observability(bad, settings), {}, settings).advice, Advice::kMisfit);
+}
+
+TEST(CommitGate, ranges_better_than_their_sigma_do_not_forbid_unless_asked_for) {
+  // A radio of 5 cm that its user calls one of 10 cm: chi2/dof about 0.2.
+  const HypothesisSet set = two(2.4, 100.0);
+  EXPECT_EQ(evaluations_until_commit(set, 2.0, 3), 3);
+  InitSettings settings;
+  settings.commit.fit_min = 0.5;
+  const Decision d = decide(set, observability(set, settings), {}, settings);
+  EXPECT_FALSE(d.ready);
+  EXPECT_EQ(d.advice, Advice::kTooGood);
 }
 
 TEST(CommitGate, evaluations_nearer_than_two_seconds_are_one) {

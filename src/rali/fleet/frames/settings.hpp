@@ -114,7 +114,7 @@ struct CommitSettings {
   int evaluations = 3;
   double spacing_s = 2.0;
   int new_ranges = 5;
-  double fit_min = 0.5;
+  double fit_min = 0.0;
   double fit_max = 2.0;
   double information_min = 0.25;
   double yaw_unit_deg = 1.0;
@@ -132,7 +132,8 @@ struct CommitSettings {
     v("evaluations", evaluations, 1, 100, "in a row that must agree");
     v("spacing_s", spacing_s, 0.0, 3600.0, "between two of them at least");
     v("new_ranges", new_ranges, 1, 1000, "after so many the hypotheses are sought anew");
-    v("fit_min", fit_min, 0.0, 1.0, "least chi2 per degree of freedom of the best");
+    v("fit_min", fit_min, 0.0, 1.0,
+      "least chi2 per degree of freedom of the best; 0: sigmas may be too large");
     v("fit_max", fit_max, 1.0, 100.0, "largest chi2 per degree of freedom of the best");
     v("information_min", information_min, 0.0, 100.0,
       "least eigenvalue in the units below, were odometry exact");
