@@ -5,6 +5,15 @@
 
 namespace rali::drive {
 
+/// Where the fleet's joint estimate has a vehicle's frame, and its keyframes in odom.
+struct JointPath {
+  geometry::SE3 T_map_odom;
+  KeyframeCorrections keyframes;  ///< empty: the estimate leaves the vehicle to itself
+};
+
+/// Identity and nothing for a vehicle that the estimate does not know.
+[[nodiscard]] JointPath joint_path(const fleet::FleetEstimate& estimate, VehicleId vehicle);
+
 /// Tells a vehicle where the fleet's joint estimate has its frame and its keyframes; nothing if the
 /// estimate leaves the vehicle to itself.
 void join_path(const fleet::FleetEstimate& estimate, VehicleId vehicle, VehicleRun& run);
