@@ -1,0 +1,77 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "rali/fleet/node/settings.hpp"
+#include "rali/fleet/node/survey.hpp"
+#include "rali/fleet/rounds/goals.hpp"
+
+namespace rali::fleet {
+
+/// Where a vehicle is, as its last status and the survey have it.
+struct Whereabouts {
+  VehicleId vehicle;
+  geometry::Vec2 place_map_m = geometry::Vec2::Zero();
+  bool at_rest = false;
+  bool stands = false;      ///< anchor, or finished
+  bool no_further = false;  ///< no goal farther from the anchor
+};
+
+/// Who is on the way to which frontier. A goal lives until it is reached, missed, or seen from
+/// afar: a vehicle on its way is not sent elsewhere by every new keyframe.
+class Errands {
+ public:
+  explicit Errands(const NodeSettings& settings) : settings_(settings), book_(settings.frontiers) {}
+
+  /// What was planned, missed and passed in the last round is forgotten.
+  void new_round();
+
+  /// Looks at the grid, settles what has been reached or missed, and sends whoever is free.
+  /// @param anchor index in `fleet`  @return false: nothing is mapped yet
+  bool look(const Survey& survey, std::span<const Whereabouts> fleet,
+            std::optional<std::size_t> anchor, Time now);
+
+  /// Who should be next anchor where everybody stands, best first, by the last look.
+  [[nodiscard]] std::vector<VehicleId> next_anchors(const Survey& survey,
+                                                    std::span<const Whereabouts> fleet) const;
+
+  [[nodiscard]] GoalList goals(const Survey& survey) const;
+
+  [[nodiscard]] const std::vector<map::FrontierArea>& frontiers() const { return frontiers_; }
+
+  /// Of the last look, the largest open one.
+  [[nodiscard]] std::optional<std::uint32_t> largest() const;
+
+ private:
+  struct Errand {
+    VehicleId vehicle;
+    std::uint32_t frontier = 0;  ///< id
+    geometry::Vec2 frontier_map_m = geometry::Vec2::Zero();
+    std::vector<geometry::Vec2> places_map_m;
+    bool passes = false;
+    Time since;
+    Time moved;  ///< when it was last seen moving
+  };
+
+  [[nodiscard]] bool picture(const Survey& survey);
+  void find(std::span<const Whereabouts> fleet);
+  void settle(std::span<const Whereabouts> fleet, Time now);
+  [[nodiscard]] bool settled(Errand& errand, const Whereabouts& at, Time now);
+  void send(const Survey& survey, std::span<const Whereabouts> fleet,
+            std::optional<std::size_t> anchor, Time now);
+  [[nodiscard]] std::vector<std::size_t> free_frontiers() const;
+  [[nodiscard]] FrontierSpot spot(std::size_t k) const;
+
+  NodeSettings settings_;
+  map::FrontierBook book_;
+  map::CellMap map_;
+  std::vector<std::uint8_t> passable_;
+  std::vector<map::FrontierArea> frontiers_;
+  std::vector<Errand> errands_;
+  std::vector<geometry::Vec2> missed_;  ///< in this round
+  std::vector<VehicleId> passed_;       ///< the anchor, in this round
+};
+
+}  // namespace rali::fleet

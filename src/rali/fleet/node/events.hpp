@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "rali/base/finding.hpp"
+#include "rali/fleet/messages/messages.hpp"
+#include "rali/fleet/roles/role_state.hpp"
+
+namespace rali::fleet {
+
+/// A fact of this vehicle's own.
+struct OwnFact {
+  std::shared_ptr<const Fact> fact;
+};
+
+/// Where this vehicle believes to be.
+struct OwnPose {
+  Time t;
+  geometry::SE3 T_odom_body;
+  bool at_rest = false;
+  bool levelled = false;  ///< the direction of gravity is known
+  bool blind = false;     ///< the LiDAR does not tell a direction of travel
+  double sigma_m = 0.0;   ///< largest standard deviation of the place
+  geometry::Vec3 blind_odom = geometry::Vec3::Zero();  ///< unit, where blind
+};
+
+/// A range to another vehicle that the radio's limits let pass.
+struct HeardRange {
+  VehicleId peer;
+  double range_m = 0.0;
+};
+
+/// How strongly another vehicle was heard.
+struct HeardRadio {
+  VehicleId peer;
+  double rssi_dbm = 0.0;
+};
+
+enum class DriveState : std::uint8_t { kStanding, kDriving, kArrived, kUnreachable };
+
+/// How the drive to the place of order `number` goes.
+struct DriveStatus {
+  std::uint64_t number = 0;
+  DriveState state = DriveState::kStanding;
+};
+
+/// Time passes: ten times a second is usual.
+struct NodeTick {};
+
+using NodeEvent =
+    std::variant<OwnFact, OwnPose, HeardRange, HeardRadio, DriveStatus, Envelope, NodeTick>;
+
+/// To be synced to disk before any message that follows leaves.
+struct SaveRole {
+  DurableRole durable;
+};
+
+using NodeOutput = std::variant<SaveRole, Envelope, RoleAction, Finding>;
+using NodeOutputs = std::vector<NodeOutput>;
+
+/// Where the vehicle is to go. Frame `map` is that of the fleet's largest group.
+struct DriveOrder {
+  std::uint64_t number = 0;                  ///< another one: the order has changed
+  std::vector<geometry::Vec3> places_map_m;  ///< in order, at the height of bodies; empty: stand
+};
+
+}  // namespace rali::fleet

@@ -1,0 +1,225 @@
+#include "rali/fleet/node/node.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace rali::fleet {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+namespace {
+
+constexpr std::size_t kTrail = 64;
+constexpr double kTrailStep_m = 0.25;
+
+DurableRole newcomer(const std::vector<VehicleId>& fleet) {
+  DurableRole durable;
+  durable.fleet = fleet;
+  std::sort(durable.fleet.begin(), durable.fleet.end());
+  return durable;
+}
+
+}  // namespace
+
+Node::Node(VehicleId self, std::vector<VehicleId> fleet, const NodeSettings& settings,
+           const FleetKnowledge& known, Time now)
+    : self_(self),
+      settings_(settings),
+      known_(known),
+      begin_(now),
+      now_(now),
+      store_(self, fleet),
+      exchange_(self, fleet, settings.exchange),
+      role_(start_role(self, newcomer(fleet), settings.roles, now)),
+      finish_(settings.rounds.finish),
+      rounds_(settings.rounds),
+      next_status_(now),
+      next_finish_(now),
+      next_claim_(now) {}
+
+void Node::step(const NodeEvent& event, Time now, Executor& executor, NodeOutputs& out) {
+  now_ = std::max(now_, now);
+  executor_ = &executor;
+  out_ = &out;
+  std::visit([this](const auto& e) { on(e); }, event);
+  executor_ = nullptr;
+  out_ = nullptr;
+}
+
+void Node::post(std::optional<VehicleId> to, Message message) {
+  out_->emplace_back(Envelope{self_, to, std::move(message)});
+}
+
+void Node::report(std::string id, Severity severity, std::string text) {
+  Finding finding;
+  finding.id = std::move(id);
+  finding.severity = severity;
+  finding.t = now_;
+  finding.text = std::move(text);
+  out_->emplace_back(std::move(finding));
+}
+
+void Node::on(const OwnFact& event) {
+  if (!event.fact) return;
+  if (const auto added = store_.add_own(*event.fact); !added) {
+    report("fleet.fact_refused", Severity::kError, added.error().message());
+  }
+}
+
+void Node::on(const OwnPose& event) {
+  pose_ = event;
+  if (event.at_rest) rested_ = event.t;
+  const bool rests = rested_ && seconds_between(*rested_, event.t) <= settings_.rest_s;
+  const bool drives = drive_.number == order_.number && drive_.state == DriveState::kDriving;
+  if (!rests || drives) standing_since_.reset();
+  if (rests && !drives && !standing_since_) standing_since_ = now_;
+  const Vec3& p = event.T_odom_body.p;
+  if (trail_odom_m_.empty() || (trail_odom_m_.back() - p).norm() >= kTrailStep_m) {
+    trail_odom_m_.push_back(p);
+    if (trail_odom_m_.size() > kTrail) trail_odom_m_.erase(trail_odom_m_.begin());
+  }
+}
+
+void Node::on(const HeardRange& event) {
+  if (role_.durable.anchor != event.peer) return;
+  ++ranges_to_anchor_;
+  input_.range_m = event.range_m;
+}
+
+void Node::on(const HeardRadio& event) {
+  if (role_.durable.anchor == event.peer) input_.rssi_dbm = event.rssi_dbm;
+}
+
+void Node::on(const DriveStatus& event) {
+  const bool news = event.number != drive_.number || event.state != drive_.state;
+  drive_ = event;
+  if (!news || event.number != order_.number) return;
+  input_.goal_reached |= event.state == DriveState::kArrived;
+  input_.goal_missed |= event.state == DriveState::kUnreachable;
+}
+
+void Node::on(const Envelope& event) {
+  if (event.from == self_ || (event.to && *event.to != self_)) return;
+  exchange_.receive(event, store_, now_);
+  if (const auto* role = std::get_if<RoleMessage>(&event.message)) {
+    if (role->op == RoleOp::kFinished && survey_) {
+      tags_[event.from] = role->reason;
+      rounds_.tag_finished(event.from, role->reason);
+    }
+    const bool sealed_before = role_.seal_heard;
+    give(RoleHeard{event.from, *role});
+    if (role_.seal_heard && !sealed_before) {
+      rounds_.anchor_ended(RoundEnd::kFinished, now_);
+      exchange_.set_points_to(std::nullopt);
+      exchange_.announce();
+    }
+    return;
+  }
+  give(RoleLink{event.from});
+  if (const auto* s = std::get_if<VehicleStatus>(&event.message)) on(*s, event.from);
+  if (const auto* t = std::get_if<Table>(&event.message)) on(*t, event.from);
+  if (const auto* g = std::get_if<GoalList>(&event.message)) on(*g, event.from);
+}
+
+void Node::on(const VehicleStatus& status, VehicleId from) {
+  Peer& peer = peers_[from];
+  if (peer.t.ns != 0 && status.t_send < peer.status.t_send) return;
+  peer = {status, now_};
+  if (status.mode == Mode::kDone && status.term >= role_.durable.term) done_ = true;
+}
+
+void Node::on(const Table& table, VehicleId from) {
+  if (!accept_table(role_, from, table.term, table.revision)) return;
+  for (const TableFrame& frame : table.frames) frames_[frame.stream] = frame.T_map_odom;
+}
+
+void Node::on(const GoalList& goals, VehicleId from) {
+  if (role_.durable.anchor != from || goals.term != role_.durable.term) return;
+  const std::pair rank(goals.term, goals.revision);
+  if (goals_ && rank < goals_rank_) return;
+  goals_rank_ = rank;
+  goals_ = goals;
+}
+
+std::optional<SE3> Node::T_map_odom() const {
+  if (survey_) return survey_->T_map_odom(self_);
+  std::optional<SE3> T;
+  for (const auto& [stream, frame] : frames_) {
+    if (stream.vehicle == self_) T = frame;
+  }
+  return T;
+}
+
+std::optional<Vec3> Node::place_of(VehicleId vehicle) const {
+  if (vehicle == self_) {
+    const auto T = T_map_odom();
+    return T && pose_ ? std::optional<Vec3>(*T * pose_->T_odom_body.p) : std::nullopt;
+  }
+  const auto peer = peers_.find(vehicle);
+  if (peer == peers_.end()) return std::nullopt;
+  if (survey_) {
+    const auto T = survey_->T_map_odom(vehicle);
+    return T ? std::optional<Vec3>(*T * peer->second.status.T_odom_body.p) : std::nullopt;
+  }
+  const auto frame = frames_.find({vehicle, peer->second.status.epoch});
+  if (frame == frames_.end()) return std::nullopt;
+  return frame->second * peer->second.status.T_odom_body.p;
+}
+
+Mode Node::mode() const {
+  if (done_) return Mode::kDone;
+  if (!pose_ || !pose_->levelled) return Mode::kStarting;
+  switch (role_.mode) {
+    case RoleMode::kCandidate:
+      return Mode::kCandidate;
+    case RoleMode::kAnchor:
+      return Mode::kAnchor;
+    case RoleMode::kSealed:
+      return Mode::kSealed;
+    case RoleMode::kTag:
+      break;
+  }
+  if (role_.orphan) return Mode::kOrphan;
+  if (role_.finished != FinishReason::kNone) return Mode::kFinished;
+  return T_map_odom() ? Mode::kExploring : Mode::kUnplaced;
+}
+
+VehicleStatus Node::status() const {
+  VehicleStatus s;
+  s.term = role_.durable.term;
+  s.mode = mode();
+  s.at_rest = !is_moving();
+  s.t_send = now_;
+  if (!pose_) return s;
+  s.T_odom_body = pose_->T_odom_body;
+  s.sigma_m = pose_->sigma_m;
+  if (pose_->blind) s.blind_azimuth_rad = std::atan2(pose_->blind_odom.y(), pose_->blind_odom.x());
+  s.rssi_dbm = input_.rssi_dbm.value_or(0.0);
+  return s;
+}
+
+void Node::on(const NodeTick&) {
+  tell_self();
+  give(RoleTick{});
+  if (now_ >= next_finish_) {
+    next_finish_ = now_ + Duration::from_s(1.0);
+    watch_finish();
+  }
+  if (survey_) survey_tick();
+  for (const FactPtr& fact : store_.take_new()) {
+    if (survey_) survey_->add(*fact);
+  }
+  drive();
+  if (now_ >= next_status_) {
+    next_status_ = now_ + Duration::from_s(settings_.status_s);
+    post(std::nullopt, status());
+  }
+  for (Envelope& envelope : exchange_.step(store_, now_)) out_->emplace_back(std::move(envelope));
+  for (Finding& finding : store_.take_findings()) out_->emplace_back(std::move(finding));
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,153 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/fleet/facts/exchange.hpp"
+#include "rali/fleet/node/errands.hpp"
+#include "rali/fleet/node/events.hpp"
+#include "rali/fleet/node/survey.hpp"
+#include "rali/fleet/roles/role_machine.hpp"
+#include "rali/fleet/rounds/finish.hpp"
+#include "rali/fleet/rounds/round_machine.hpp"
+
+namespace rali::fleet {
+
+/// One vehicle's part in the fleet, as a pure function of its events (algorithms_fleet 10, 11): it
+/// passes facts on, plays its role, and tells its own vehicle where to go; while it is anchor it
+/// also makes the map, finds the frontiers and sends everybody. No clock, no bytes.
+class Node {
+ public:
+  /// @param fleet all vehicles, this one included
+  Node(VehicleId self, std::vector<VehicleId> fleet, const NodeSettings& settings,
+       const FleetKnowledge& known, Time now);
+
+  /// Takes one event and appends what follows from it. `now` is the vehicle's own clock; it must
+  /// not go back.
+  void step(const NodeEvent& event, Time now, Executor& executor, NodeOutputs& out);
+
+  [[nodiscard]] const DriveOrder& order() const { return order_; }
+
+  /// This vehicle in the fleet's map, as the last table has its frame; nothing before.
+  [[nodiscard]] std::optional<geometry::SE3> T_map_odom() const;
+
+  [[nodiscard]] const std::optional<OwnPose>& pose() const { return pose_; }
+
+  [[nodiscard]] Mode mode() const;
+
+  [[nodiscard]] std::uint64_t term() const { return role_.durable.term; }
+
+  /// The mission is over: nothing is left to see, or nobody gets any further.
+  [[nodiscard]] bool done() const { return done_; }
+
+  /// Nothing was left to see when it ended.
+  [[nodiscard]] bool explored() const { return rounds_.mission_over(); }
+
+  /// As this vehicle heard them; those of which it was the anchor with all that it knew.
+  [[nodiscard]] const RoundMachine& rounds() const { return rounds_; }
+
+  [[nodiscard]] const FactStore& store() const { return store_; }
+
+  /// The map it makes as anchor; null otherwise.
+  [[nodiscard]] const Survey* survey() const { return survey_.get(); }
+
+ private:
+  struct Peer {
+    VehicleStatus status;
+    Time t;
+  };
+
+  // What is heard and measured.
+  void on(const OwnFact& event);
+  void on(const OwnPose& event);
+  void on(const HeardRange& event);
+  void on(const HeardRadio& event);
+  void on(const DriveStatus& event);
+  void on(const Envelope& event);
+  void on(const NodeTick& event);
+  void on(const VehicleStatus& status, VehicleId from);
+  void on(const Table& table, VehicleId from);
+  void on(const GoalList& goals, VehicleId from);
+
+  // The role.
+  void give(const RoleEvent& event);
+  void act(const RoleAction& action);
+  void send_role(RoleSend send);
+  void tell_self();
+  void watch_finish();
+  void became_anchor(bool new_round);
+  void stopped_anchoring();
+  void sealed();
+  void offer_choice();
+
+  // The anchor's map (node_anchor.cpp).
+  void survey_tick();
+  void tell_map();
+  void look();
+  void tell_goals();
+  void end_mission(RoundEnd why);
+  [[nodiscard]] bool nobody_gets_further() const;
+  [[nodiscard]] std::vector<Whereabouts> whereabouts() const;
+  [[nodiscard]] bool facts_are_here() const;
+
+  // Where to go.
+  void drive();
+  void stand();
+  void go(std::vector<geometry::Vec3> places_map_m);
+  [[nodiscard]] std::vector<geometry::Vec3> way_back() const;
+
+  [[nodiscard]] VehicleStatus status() const;
+  [[nodiscard]] std::optional<geometry::Vec3> place_of(VehicleId vehicle) const;
+
+  [[nodiscard]] bool is_moving() const { return !standing_since_.has_value(); }
+
+  void post(std::optional<VehicleId> to, Message message);
+  void report(std::string id, Severity severity, std::string text);
+
+  VehicleId self_;
+  NodeSettings settings_;
+  FleetKnowledge known_;
+  Time begin_, now_;
+  Executor* executor_ = nullptr;  ///< of the step that is being taken
+  NodeOutputs* out_ = nullptr;
+
+  FactStore store_;
+  Exchange exchange_;
+  RoleState role_;
+  FinishWatch finish_;
+  FinishView finish_view_;
+  RoundMachine rounds_;
+  std::map<VehicleId, Peer> peers_;
+  std::uint32_t role_messages_ = 0;
+
+  std::optional<OwnPose> pose_;
+  std::optional<Time> rested_, standing_since_;
+  std::vector<geometry::Vec3> trail_odom_m_;  ///< of the last metres
+  FinishInput input_;                         ///< gathered since the last look at it
+  DriveStatus drive_;
+  std::uint32_t ranges_to_anchor_ = 0;
+  Time next_status_, next_finish_, next_claim_;
+
+  std::map<StreamKey, geometry::SE3> frames_;  ///< T_map_odom of all, as last told
+  std::optional<GoalList> goals_;
+  std::pair<std::uint64_t, std::uint32_t> goals_rank_;
+  DriveOrder order_;
+  bool backs_ = false;
+  bool done_ = false;
+
+  std::unique_ptr<Survey> survey_;
+  std::unique_ptr<Errands> errands_;
+  std::map<VehicleId, FinishReason> tags_;
+  std::uint32_t revision_ = 0, goal_revision_ = 0;
+  Time next_estimate_, next_look_, next_goals_;
+  std::optional<Inventory> seal_;
+  Time sealed_at_;
+  std::vector<VehicleId> ranked_;
+  std::string waits_for_;  ///< what was said last about vehicles that are not placed
+};
+
+}  // namespace rali::fleet

@@ -1,0 +1,165 @@
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "rali/fleet/node/node.hpp"
+
+namespace rali::fleet {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+void Node::survey_tick() {
+  for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
+  if (role_.mode == RoleMode::kSealed) return offer_choice();
+  if (!may_publish(role_, now_) || done_) return;
+  if (now_ >= next_estimate_) {
+    const double age_s = seconds_between(begin_, now_);
+    next_estimate_ =
+        now_ + Duration::from_s(std::max(settings_.estimate_s, settings_.estimate_share * age_s));
+    survey_->estimate(*executor_);
+    static_cast<void>(survey_->refresh());
+    tell_map();
+  }
+  if (now_ >= next_look_) {
+    next_look_ = now_ + Duration::from_s(settings_.look_s);
+    static_cast<void>(survey_->refresh());
+    look();
+  }
+}
+
+void Node::tell_map() {
+  for (Table& table : survey_->tables(role_.durable.term, ++revision_)) {
+    for (const TableFrame& frame : table.frames) frames_[frame.stream] = frame.T_map_odom;
+    post(std::nullopt, std::move(table));
+  }
+  std::string waits;
+  for (const VehicleFrame& frame : survey_->last().frames) {
+    if (frame.group > 0) waits += frame.waits_for;
+  }
+  if (waits != waits_for_ && !waits.empty()) report("fleet.unplaced", Severity::kWarning, waits);
+  waits_for_ = std::move(waits);
+}
+
+std::vector<Whereabouts> Node::whereabouts() const {
+  std::vector<Whereabouts> out;
+  const FinishSettings& finish = settings_.rounds.finish;
+  const auto here = place_of(self_);
+  for (const VehicleId vehicle : role_.durable.fleet) {
+    const auto place = place_of(vehicle);
+    if (!place) continue;
+    Whereabouts w;
+    w.vehicle = vehicle;
+    w.place_map_m = place->head<2>();
+    w.stands = vehicle == self_;
+    w.at_rest = vehicle == self_ ? !is_moving() : peers_.at(vehicle).status.at_rest;
+    if (const auto tag = tags_.find(vehicle); tag != tags_.end()) {
+      // Who has only seen all of its surroundings goes on when something new comes up.
+      const bool idle =
+          tag->second == FinishReason::kNone || tag->second == FinishReason::kExplored;
+      w.stands = w.stands || !idle;
+    }
+    if (here && vehicle != self_) {
+      const double rssi_dbm = peers_.at(vehicle).status.rssi_dbm;
+      w.no_further =
+          (*place - *here).norm() > finish.max_distance_m * (1.0 - finish.warn_distance) ||
+          (rssi_dbm < 0.0 && rssi_dbm < finish.rssi_stop_dbm + finish.warn_rssi_db);
+    }
+    out.push_back(w);
+  }
+  return out;
+}
+
+/// No keyframe is known of and not there, and nobody is out of reach or without a frame.
+bool Node::facts_are_here() const {
+  if (exchange_.lacking() > 0) return false;
+  return std::all_of(role_.durable.fleet.begin(), role_.durable.fleet.end(), [this](VehicleId v) {
+    return survey_->is_placed(v) && (v == self_ || exchange_.in_reach(v, now_));
+  });
+}
+
+void Node::look() {
+  const std::vector<Whereabouts> fleet = whereabouts();
+  const auto self = std::find_if(fleet.begin(), fleet.end(),
+                                 [this](const Whereabouts& w) { return w.vehicle == self_; });
+  const std::optional<std::size_t> anchor =
+      self == fleet.end() ? std::nullopt
+                          : std::optional(static_cast<std::size_t>(self - fleet.begin()));
+  if (!errands_->look(*survey_, fleet, anchor, now_)) return;
+  std::vector<VehicleId> ids;
+  bool all_rest = true;
+  for (const Whereabouts& w : fleet) {
+    ids.push_back(w.vehicle);
+    all_rest = all_rest && w.at_rest;
+  }
+  rounds_.frontiers_seen(errands_->frontiers(), ids, all_rest && facts_are_here());
+  tell_goals();
+  if (rounds_.mission_over()) end_mission(RoundEnd::kExplored);
+}
+
+void Node::tell_goals() {
+  GoalList list = errands_->goals(*survey_);
+  list.term = role_.durable.term;
+  list.revision = ++goal_revision_;
+  post(std::nullopt, std::move(list));
+}
+
+void Node::end_mission(RoundEnd why) {
+  done_ = true;
+  rounds_.anchor_ended(why, now_);
+  next_status_ = now_;
+}
+
+/// A round of each vehicle, and one more, in which nobody made a keyframe.
+bool Node::nobody_gets_further() const {
+  const std::vector<RoundRow>& rows = rounds_.rounds();
+  const auto count = static_cast<std::size_t>(settings_.idle_rounds *
+                                              static_cast<double>(role_.durable.fleet.size()));
+  if (rows.size() <= count) return false;
+  return survey_->keyframes_since(rows[rows.size() - count].start) == 0;
+}
+
+void Node::drive() {
+  if (done_ || role_.mode != RoleMode::kTag || !goals_ || must_stand(role_)) {
+    // An old anchor that the new one still needs, and whoever has only seen everything.
+    return stand();
+  }
+  if (finish_view_.drive_back) {
+    if (!backs_) go(way_back());
+    backs_ = true;
+    return;
+  }
+  backs_ = false;
+  std::vector<Vec3> places;
+  for (const Goal& goal : goals_->goals) {
+    if (goal.vehicle == self_) places.push_back(goal.place_map_m);
+  }
+  if (places.empty() || !T_map_odom()) return stand();
+  const bool same =
+      places.size() == order_.places_map_m.size() &&
+      std::equal(places.begin(), places.end(), order_.places_map_m.begin(),
+                 [](const Vec3& a, const Vec3& b) { return (a - b).head<2>().norm() < 0.05; });
+  if (!same) go(std::move(places));
+}
+
+void Node::stand() {
+  if (!order_.places_map_m.empty()) go({});
+}
+
+void Node::go(std::vector<Vec3> places_map_m) {
+  ++order_.number;
+  order_.places_map_m = std::move(places_map_m);
+}
+
+std::vector<Vec3> Node::way_back() const {
+  const auto T = T_map_odom();
+  if (!T || trail_odom_m_.empty()) return {};
+  const Vec3 here = trail_odom_m_.back();
+  for (auto p = trail_odom_m_.rbegin(); p != trail_odom_m_.rend(); ++p) {
+    if ((*p - here).norm() >= settings_.back_m) return {*T * *p};
+  }
+  return {*T * trail_odom_m_.front()};
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "rali/fleet/node/node.hpp"
+
+namespace rali::fleet {
+
+using geometry::Vec3;
+
+void Node::give(const RoleEvent& event) {
+  RoleStep step = role_step(role_, settings_.roles, event, now_);
+  role_ = std::move(step.state);
+  // The disk before the radio.
+  if (step.save) out_->emplace_back(SaveRole{role_.durable});
+  for (RoleSend& send : step.messages) send_role(std::move(send));
+  for (const RoleAction& action : step.actions) act(action);
+}
+
+void Node::send_role(RoleSend send) {
+  send.message.number = ++role_messages_;
+  send.message.revision = revision_;
+  const RoleOp op = send.message.op;
+  if (op == RoleOp::kFinished || op == RoleOp::kSeal) {
+    send.message.inventory = op == RoleOp::kSeal && seal_ ? *seal_ : store_.inventory(0, 0);
+    if (pose_) send.message.T_odom_body = pose_->T_odom_body;
+  }
+  post(send.to, std::move(send.message));
+}
+
+void Node::act(const RoleAction& action) {
+  out_->emplace_back(action);
+  switch (action.kind) {
+    case RoleActionKind::kBecameAnchor:
+      return became_anchor(true);
+    case RoleActionKind::kRenewedTerm:
+      return became_anchor(false);
+    case RoleActionKind::kSealed:
+      return sealed();
+    case RoleActionKind::kStoppedAnchoring:
+    case RoleActionKind::kMayLeave:
+    case RoleActionKind::kRejoined:
+      return;
+    case RoleActionKind::kFollows:
+      stopped_anchoring();
+      rounds_.anchor_began(action.vehicle, now_);
+      finish_.new_round(now_);
+      finish_view_ = {};
+      input_ = {};
+      goals_.reset();
+      backs_ = false;
+      ranges_to_anchor_ = 0;
+      exchange_.set_points_to(action.vehicle);
+      return;
+    case RoleActionKind::kOrphaned:
+      stopped_anchoring();
+      return;
+    case RoleActionKind::kNotInFleet:
+      return report("fleet.not_in_fleet", Severity::kError,
+                    "the anchor does not count on this vehicle any more");
+    case RoleActionKind::kConflict:
+      return report("fleet.two_anchors", Severity::kError,
+                    fmt::format("two vehicles are anchor of term {}: {} is the other one",
+                                action.term, action.vehicle.value + 1));
+    case RoleActionKind::kRefused:
+      return;
+  }
+}
+
+void Node::tell_self() {
+  give(RoleSelf{standing_since_, ranges_to_anchor_});
+  const bool first = self_ == role_.durable.fleet.front() && role_.durable.term == 0;
+  if (!first || !pose_ || !pose_->levelled || !standing_since_ || now_ < next_claim_) return;
+  next_claim_ = now_ + Duration::from_s(1.0);
+  if (seconds_between(*standing_since_, now_) >= settings_.roles.stand_s) give(RoleClaim{});
+}
+
+/// What a tag knows about its part of the round, once a second.
+void Node::watch_finish() {
+  const auto anchor = role_.durable.anchor;
+  const bool tag = role_.mode == RoleMode::kTag && anchor && !role_.orphan && !role_.seal_heard;
+  if (!tag || !pose_) return;
+  FinishInput input = std::exchange(input_, {});
+  input.t = now_;
+  const auto here = place_of(self_), there = place_of(*anchor);
+  if (here && there) input.distance_m = (*here - *there).norm();
+  if (goals_) {
+    input.frontier_left = std::any_of(goals_->goals.begin(), goals_->goals.end(),
+                                      [this](const Goal& g) { return g.vehicle == self_; });
+  }
+  input.moves = is_moving();
+  input.blind = pose_->blind;
+  input.sigma_m = pose_->blind ? pose_->sigma_m : 0.0;
+  finish_view_ = finish_.step(input);
+  if (finish_view_.reason != role_.finished) {
+    rounds_.tag_finished(self_, finish_view_.reason);
+    give(RoleFinished{finish_view_.reason});
+  }
+}
+
+void Node::became_anchor(bool new_round) {
+  tags_.clear();
+  seal_.reset();
+  revision_ = goal_revision_ = 0;
+  goals_.reset();
+  exchange_.set_points_to(self_);
+  if (!new_round && survey_) return;
+  rounds_.anchor_began(self_, now_);
+  survey_ = std::make_unique<Survey>(settings_, known_);
+  if (!errands_) errands_ = std::make_unique<Errands>(settings_);
+  errands_->new_round();
+  static_cast<void>(store_.take_new());
+  for (const StreamInventory& stream : store_.inventory(0, 0).streams) {
+    store_.for_each(stream.stream, 0, stream.end, [this](const FactPtr& fact) {
+      survey_->add(*fact);
+      return true;
+    });
+  }
+  next_estimate_ = next_look_ = next_goals_ = now_;
+}
+
+void Node::stopped_anchoring() {
+  survey_.reset();
+  tags_.clear();
+  seal_.reset();
+  ranked_.clear();
+}
+
+/// The round is over: a last full estimate decides who is next.
+void Node::sealed() {
+  exchange_.set_points_to(std::nullopt);
+  exchange_.announce();
+  seal_ = store_.inventory(0, 0);
+  sealed_at_ = now_;
+  rounds_.anchor_ended(
+      is_moving() ? RoundEnd::kAnchorMoved
+      : std::all_of(role_.peers.begin(), role_.peers.end(),
+                    [](const RolePeer& p) { return p.finished != FinishReason::kNone; })
+          ? RoundEnd::kFinished
+          : RoundEnd::kTimeout,
+      now_);
+  if (!survey_) return;
+  for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
+  survey_->estimate(*executor_);
+  static_cast<void>(survey_->refresh());
+  const std::vector<Whereabouts> fleet = whereabouts();
+  errands_->new_round();
+  if (nobody_gets_further()) return end_mission(RoundEnd::kFinished);
+  // Nobody is sent: all stand until there is an anchor again.
+  std::vector<Whereabouts> standing = fleet;
+  for (Whereabouts& w : standing) w.stands = true;
+  if (errands_->look(*survey_, standing, std::nullopt, now_)) {
+    ranked_ = errands_->next_anchors(*survey_, fleet);
+  }
+  if (settings_.rounds.anchor.candidates == AnchorCandidates::kTags) {
+    std::erase(ranked_, self_);
+  }
+  if (ranked_.empty()) ranked_ = {self_};
+}
+
+/// Only who holds what the seal names may be next; the best is waited for a while.
+void Node::offer_choice() {
+  if (role_.mode != RoleMode::kSealed || role_.named || ranked_.empty() || done_) return;
+  std::vector<VehicleId> able;
+  for (const VehicleId v : ranked_) {
+    if (v == self_ || (seal_ && exchange_.peer_holds(v, *seal_))) able.push_back(v);
+  }
+  const bool waited = seconds_between(sealed_at_, now_) >= settings_.choice_wait_s;
+  if (able.empty() || (able.front() != ranked_.front() && !waited)) return;
+  rounds_.next_chosen(able.front(), errands_ ? errands_->largest() : std::nullopt);
+  give(RoleChoice{std::move(able)});
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "rali/base/settings.hpp"
+#include "rali/fleet/centre/fleet_settings.hpp"
+#include "rali/fleet/facts/exchange_settings.hpp"
+#include "rali/fleet/roles/role_state.hpp"
+#include "rali/fleet/rounds/settings.hpp"
+#include "rali/map/explore_settings.hpp"
+#include "rali/map/frontiers.hpp"
+
+namespace rali::fleet {
+
+/// One vehicle's part in the fleet.
+struct NodeSettings {
+  double status_s = 1.0;
+  double estimate_s = 10.0;
+  double estimate_share = 0.1;
+  double look_s = 2.0;
+  double moved_m = 0.02;
+  double rest_s = 1.0;
+  double arrive_m = 1.2;
+  double stuck_s = 12.0;
+  double taken_m = 4.0;
+  double choice_wait_s = 15.0;
+  double back_m = 3.0;
+  double idle_rounds = 2.0;
+  RoleSettings roles;
+  ExchangeSettings exchange;
+  RoundSettings rounds;
+  map::ExploreSettings explore;
+  map::FrontierSettings frontiers;
+  FleetSettings fleet;
+
+  template <class V>
+  void visit(V& v) {
+    v("status_s", status_s, 0.1, 60.0, "between two statuses [s]");
+    v("estimate_s", estimate_s, 1.0, 600.0, "least time between estimates of the anchor [s]");
+    v("estimate_share", estimate_share, 0.0, 1.0, "likewise, share of the mission's age");
+    v("look_s", look_s, 0.5, 60.0, "between two looks at the frontiers [s]");
+    v("moved_m", moved_m, 0.0, 10.0, "keyframes that moved more are told anew [m]");
+    v("rest_s", rest_s, 0.0, 60.0, "not at rest for so long is moving [s]");
+    v("arrive_m", arrive_m, 0.1, 20.0, "who rests nearer than this to its goal has arrived [m]");
+    v("stuck_s", stuck_s, 1.0, 600.0, "who rests elsewhere for so long has missed it [s]");
+    v("taken_m", taken_m, 0.0, 50.0, "frontiers nearer than this to a goal are taken [m]");
+    v("choice_wait_s", choice_wait_s, 0.0, 600.0, "for the best next anchor to have all facts [s]");
+    v("back_m", back_m, 0.0, 50.0, "driven back where ranges were lost [m]");
+    v("idle_rounds", idle_rounds, 1.0, 100.0,
+      "rounds without progress that end the mission, times the vehicles");
+    v.group("roles", roles, "who is anchor");
+    v.group("exchange", exchange, "how facts are passed on");
+    v.group("rounds", rounds, "rounds and goals");
+    v.group("explore", explore, "grid in which frontiers are looked for");
+    v.group("frontiers", frontiers, "what counts as a frontier");
+  }
+};
+
+}  // namespace rali::fleet

@@ -1,0 +1,247 @@
+#include "rali/fleet/node/survey.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+
+#include <Eigen/Eigenvalues>
+
+#include "rali/fleet/centre/path_frames.hpp"
+
+namespace rali::fleet {
+
+using geometry::SE3;
+using geometry::Vec2;
+using geometry::Vec3;
+
+namespace {
+
+constexpr std::size_t kPosesPerPart = 500;
+
+map::KeyframeView view_of(VehicleId vehicle, Time t, const SE3& T_map_body,
+                          const KeyframePoints& points) {
+  map::KeyframeView view;
+  view.t = t;
+  view.vehicle = static_cast<std::uint8_t>(vehicle.value);
+  view.T_map_body = T_map_body;
+  view.T_body_lidar = points.T_body_lidar;
+  view.x_m = points.x_m;
+  view.y_m = points.y_m;
+  view.z_m = points.z_m;
+  return view;
+}
+
+/// The horizontal direction that a blind node's LiDAR tells least about, in odom.
+std::optional<Vec2> blind_axis_odom(const Increment& step) {
+  if (!step.blind) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
+      step.lidar_information.block<2, 2>(3, 3));
+  if (eigen.info() != Eigen::Success) return std::nullopt;
+  return Vec2(eigen.eigenvectors().col(0));
+}
+
+std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
+  constexpr std::uint64_t kPrime = 1099511628211ULL;  // FNV-1a
+  for (int byte = 0; byte < 8; ++byte) hash = (hash ^ ((value >> (8 * byte)) & 0xffU)) * kPrime;
+  return hash;
+}
+
+}  // namespace
+
+Survey::Survey(const NodeSettings& settings, const FleetKnowledge& known)
+    : settings_(settings), known_(known), centre_(settings.fleet, known), grid_(settings.explore) {}
+
+const VehiclePath* Survey::path_of(VehicleId vehicle) const {
+  const VehiclePath* found = nullptr;
+  for (const VehiclePath& path : centre_.paths()) {
+    if (path.vehicle() == vehicle && !path.nodes().empty()) found = &path;  // the last epoch
+  }
+  return found;
+}
+
+void Survey::estimate(Executor& executor) {
+  last_ = centre_.estimate(executor);
+  find_frames();
+  for (auto& [id, T] : in_grid_) {
+    const VehiclePath* path = path_of(id.vehicle);
+    const auto node = path != nullptr ? path->node_of(id.seq) : std::nullopt;
+    if (!node || !is_placed(id.vehicle)) {
+      grid_.remove(id);
+      continue;
+    }
+    T = pose_of(*path, *node);
+    grid_.move(id, T);
+  }
+  std::erase_if(in_grid_, [this](const auto& entry) { return !is_placed(entry.first.vehicle); });
+  list_seen();
+}
+
+/// How each odom lies at the vehicle's newest keyframe that the estimate knows.
+void Survey::find_frames() {
+  T_map_odom_.clear();
+  for (const VehicleFrame& frame : last_.frames) {
+    if (frame.group != 0) continue;
+    SE3 T = frame.T_map_odom;
+    const VehiclePath* path = path_of(frame.vehicle);
+    if (path == nullptr || path->epoch() != frame.epoch) continue;
+    const auto after =
+        last_.keyframes.upper_bound({frame.vehicle, std::numeric_limits<std::uint32_t>::max()});
+    if (after != last_.keyframes.begin()) {
+      const auto& [id, pose] = *std::prev(after);
+      const auto node = id.vehicle == frame.vehicle ? path->node_of(id.seq) : std::nullopt;
+      if (node) T = pose.T_map_body * path->nodes()[*node].step.T_odom_body.inverse();
+    }
+    T_map_odom_[frame.vehicle] = T;
+  }
+}
+
+SE3 Survey::pose_of(const VehiclePath& path, std::size_t node) const {
+  const Increment& step = path.nodes()[node].step;
+  if (step.keyframe) {
+    const auto known = last_.keyframes.find({path.vehicle(), *step.keyframe});
+    if (known != last_.keyframes.end()) return known->second.T_map_body;
+  }
+  return T_map_odom_.at(path.vehicle()) * step.T_odom_body;
+}
+
+std::size_t Survey::refresh() {
+  std::size_t added = 0;
+  for (const VehiclePath& path : centre_.paths()) {
+    if (!is_placed(path.vehicle()) || &path != path_of(path.vehicle())) continue;
+    for (const auto& [number, points] : path.points()) {
+      const KeyframeId id{path.vehicle(), number};
+      const auto node = path.node_of(number);
+      if (!node || in_grid_.contains(id)) continue;
+      const SE3 T = pose_of(path, *node);
+      if (!grid_.add(id, view_of(path.vehicle(), path.nodes()[*node].t, T, points))) continue;
+      in_grid_[id] = T;
+      ++added;
+    }
+  }
+  list_seen();
+  return added;
+}
+
+void Survey::list_seen() {
+  seen_.clear();
+  for (const VehiclePath& path : centre_.paths()) {
+    if (!is_placed(path.vehicle()) || &path != path_of(path.vehicle())) continue;
+    for (std::size_t k = 0; k < path.nodes().size(); ++k) {
+      const SE3 T = pose_of(path, k);
+      Seen seen{T.p.head<2>(), T.p.z(), {}};
+      if (const auto axis = blind_axis_odom(path.nodes()[k].step)) {
+        const Vec3 in_map = T_map_odom_.at(path.vehicle()).R * Vec3(axis->x(), axis->y(), 0.0);
+        seen.blind_axis = in_map.head<2>().normalized();
+      }
+      seen_.push_back(seen);
+    }
+  }
+}
+
+std::optional<SE3> Survey::measured(VehicleId vehicle) const {
+  const VehiclePath* path = path_of(vehicle);
+  if (path == nullptr) return std::nullopt;
+  for (const GivenStart& start : known_.starts) {
+    const bool forward = start.vehicle == vehicle;
+    if (!forward && start.relative_to != vehicle) continue;
+    const VehicleId other = forward ? start.relative_to : start.vehicle;
+    const VehiclePath* base = path_of(other);
+    const auto placed = T_map_odom_.find(other);
+    if (base == nullptr || placed == T_map_odom_.end()) continue;
+    const SE3 T_map_level = placed->second * T_map_odom_alone(*base).inverse();
+    const SE3 T_other_self =
+        forward ? start.T_relative_vehicle : start.T_relative_vehicle.inverse();
+    return T_map_level * T_other_self * T_map_odom_alone(*path);
+  }
+  return std::nullopt;
+}
+
+std::optional<SE3> Survey::T_map_odom(VehicleId vehicle) const {
+  const auto placed = T_map_odom_.find(vehicle);
+  return placed != T_map_odom_.end() ? std::optional(placed->second) : measured(vehicle);
+}
+
+BlindAxisAt Survey::blind_axis() const {
+  // A copy: the axes outlive the next keyframe.
+  const auto seen = std::make_shared<const std::vector<Seen>>(seen_);
+  return [seen](const Vec2& place_map_m) -> std::optional<Vec2> {
+    const Seen* nearest = nullptr;
+    double best = std::numeric_limits<double>::infinity();
+    for (const Seen& s : *seen) {
+      const double d = (s.p_map_m - place_map_m).squaredNorm();
+      if (d < best) {
+        best = d;
+        nearest = &s;
+      }
+    }
+    return nearest != nullptr ? nearest->blind_axis : std::nullopt;
+  };
+}
+
+double Survey::height_m(const Vec2& place_map_m) const {
+  double best = std::numeric_limits<double>::infinity(), z_m = 0.0;
+  for (const Seen& s : seen_) {
+    const double d = (s.p_map_m - place_map_m).squaredNorm();
+    if (d < best) {
+      best = d;
+      z_m = s.z_m;
+    }
+  }
+  return z_m;
+}
+
+std::size_t Survey::keyframes_since(Time t) const {
+  std::size_t count = 0;
+  for (const VehiclePath& path : centre_.paths()) {
+    for (const VehiclePath::Node& node : path.nodes()) {
+      count += node.step.keyframe && node.t >= t ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+std::vector<Table> Survey::tables(std::uint64_t term, std::uint32_t revision) {
+  std::vector<TablePose> moved;
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const auto& [id, T] : in_grid_) {
+    hash = mixed(hash, (std::uint64_t{id.vehicle.value} << 32) | id.seq);
+    for (int axis = 0; axis < 3; ++axis) {
+      hash = mixed(hash, static_cast<std::uint64_t>(std::llround(T.p[axis] * 1e4)));
+    }
+    const auto before = told_.find(id);
+    const bool same = before != told_.end() && (before->second.p - T.p).norm() <= settings_.moved_m;
+    if (same) continue;
+    told_[id] = T;
+    moved.push_back({{id.vehicle, path_of(id.vehicle)->epoch()}, id.seq, T, {}});
+  }
+  Table table;
+  table.term = term;
+  table.revision = revision;
+  table.base_revision = revision > 0 ? revision - 1 : 0;
+  table.hash = hash;
+  std::uint16_t group = std::numeric_limits<std::uint16_t>::max();
+  for (const auto& [vehicle, T] : T_map_odom_) group = std::min(group, vehicle.value);
+  for (const VehiclePath& path : centre_.paths()) {
+    const auto T = T_map_odom(path.vehicle());
+    if (T && &path == path_of(path.vehicle())) {
+      table.frames.push_back({{path.vehicle(), path.epoch()}, group, *T, {}});
+    }
+  }
+  std::vector<Table> parts;
+  std::size_t next = 0;
+  do {
+    const std::size_t end = std::min(moved.size(), next + kPosesPerPart);
+    table.poses.assign(moved.begin() + static_cast<std::ptrdiff_t>(next),
+                       moved.begin() + static_cast<std::ptrdiff_t>(end));
+    table.part = static_cast<std::uint16_t>(parts.size());
+    table.last_part = end == moved.size();
+    parts.push_back(table);
+    next = end;
+  } while (next < moved.size());
+  return parts;
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/fleet/centre/centre.hpp"
+#include "rali/fleet/messages/messages.hpp"
+#include "rali/fleet/node/settings.hpp"
+#include "rali/fleet/rounds/anchor_choice.hpp"
+#include "rali/map/explore_grid.hpp"
+
+namespace rali::fleet {
+
+/// The map that an anchor makes of all facts: an estimate now and then, and between two of them
+/// each vehicle's path as its own odometry continues it (algorithms_fleet 9.3, 9.5).
+class Survey {
+ public:
+  Survey(const NodeSettings& settings, const FleetKnowledge& known);
+
+  void add(const Fact& fact) { centre_.add(fact); }
+
+  /// Joins and solves all anew, and moves the grid's keyframes along.
+  void estimate(Executor& executor);
+
+  /// Puts keyframes into the grid that have come since. @return how many
+  std::size_t refresh();
+
+  /// Of the vehicle's newest keyframe, in the map of the largest group. A vehicle that is not tied
+  /// in yet is where it was measured at the start; nothing: nobody knows.
+  [[nodiscard]] std::optional<geometry::SE3> T_map_odom(VehicleId vehicle) const;
+
+  [[nodiscard]] bool is_placed(VehicleId vehicle) const { return T_map_odom_.contains(vehicle); }
+
+  [[nodiscard]] const map::ExploreGrid& grid() const { return grid_; }
+
+  [[nodiscard]] const FleetEstimate& last() const { return last_; }
+
+  /// The direction that a LiDAR will not tell at a place: as at the nearest node of any path.
+  [[nodiscard]] BlindAxisAt blind_axis() const;
+
+  /// Height of the bodies near a place [m].
+  [[nodiscard]] double height_m(const geometry::Vec2& place_map_m) const;
+
+  /// Keyframes made from a time on, of all vehicles.
+  [[nodiscard]] std::size_t keyframes_since(Time t) const;
+
+  [[nodiscard]] std::size_t keyframes() const { return grid_.keyframes(); }
+
+  /// What others are told: all frames, and the keyframes that moved since the last time. In parts.
+  [[nodiscard]] std::vector<Table> tables(std::uint64_t term, std::uint32_t revision);
+
+ private:
+  struct Seen {
+    geometry::Vec2 p_map_m = geometry::Vec2::Zero();
+    double z_m = 0.0;
+    std::optional<geometry::Vec2> blind_axis;
+  };
+
+  [[nodiscard]] const VehiclePath* path_of(VehicleId vehicle) const;
+  [[nodiscard]] std::optional<geometry::SE3> measured(VehicleId vehicle) const;
+  [[nodiscard]] geometry::SE3 pose_of(const VehiclePath& path, std::size_t node) const;
+  void find_frames();
+  void list_seen();
+
+  NodeSettings settings_;
+  FleetKnowledge known_;
+  Centre centre_;
+  FleetEstimate last_;
+  std::map<VehicleId, geometry::SE3> T_map_odom_;  ///< of those in the largest group
+  map::ExploreGrid grid_;
+  std::map<KeyframeId, geometry::SE3> in_grid_;
+  std::map<KeyframeId, geometry::SE3> told_;
+  std::vector<Seen> seen_;  ///< of all nodes
+};
+
+}  // namespace rali::fleet
