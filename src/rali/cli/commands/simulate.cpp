@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/cli/closed_loop_job.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/apply.hpp"
 #include "rali/config/suggest.hpp"
@@ -23,6 +24,7 @@ using scenario::RecordingSummary;
 using scenario::SceneSetup;
 
 constexpr double kShippedDuration_s = 120.0;
+constexpr double kMissionLimit_s = 3600.0;
 
 bool is_yaml(const std::string& input) {
   return input.ends_with(".yaml") || input.ends_with(".yml");
@@ -42,7 +44,8 @@ class SimulateCommand final : public Command {
   }
 
   [[nodiscard]] std::string exit_codes() const override {
-    return "0 done, 2 not started, 4 disk or memory, 130 interrupted (whole up to there)";
+    return "0 done, 1 --closed-loop: the time limit ended it, 2 not started, 4 disk or memory, 130 "
+           "interrupted (whole up to there)";
   }
 
   [[nodiscard]] bool json() const override { return true; }
@@ -60,7 +63,7 @@ class SimulateCommand final : public Command {
   [[nodiscard]] Status apply_counts(SceneSetup& setup) const;
   [[nodiscard]] Status apply_options(SceneSetup& setup, bool shipped) const;
   [[nodiscard]] Status assign(SceneSetup& setup) const;
-  [[nodiscard]] Result<RecordingSummary> record(const SceneSetup& setup, Session& session) const;
+  [[nodiscard]] Result<RecordingSummary> record(const SceneSetup& setup, Session& session);
   [[nodiscard]] std::string text(const RecordingSummary& summary) const;
 
   std::vector<std::string> inputs_, faults_, assignments_;
@@ -68,6 +71,7 @@ class SimulateCommand final : public Command {
   std::string seed_, vehicles_, pedestrians_, duration_s_;  ///< numbers; empty: not given
   int threads_ = 0;
   bool closed_loop_ = false, overwrite_ = false, no_priors_ = false;
+  std::optional<drive::MissionLog> mission_;  ///< of a closed loop
 };
 
 std::vector<Option> SimulateCommand::options() {
@@ -77,7 +81,8 @@ std::vector<Option> SimulateCommand::options() {
       {"--vehicles", "N", "1 to 10; default: what the scene is made for", &vehicles_, false, {}},
       {"--duration",
        "S",
-       "of the data (default 120); 0: all rounds to their end",
+       "of the data (default 120); 0: all rounds to their end; --closed-loop: its limit, default "
+       "3600",
        &duration_s_,
        false,
        {}},
@@ -107,7 +112,12 @@ std::vector<Option> SimulateCommand::options() {
        &no_priors_,
        false,
        {}},
-      {"--closed-loop", "", "the fleet decides its rounds itself", &closed_loop_, false, {}},
+      {"--closed-loop",
+       "",
+       "the fleet's software drives, from unknown to mapped",
+       &closed_loop_,
+       false,
+       {}},
       {"--set", "KEY=VALUE", "any key of scene.yaml; repeatable", &assignments_, false, {}},
       {"--threads", "N", "0: one per core; results do not depend on it", &threads_, true, {}},
       {"--overwrite", "", "replace what rali simulate wrote into DIR", &overwrite_, false, {}},
@@ -129,12 +139,6 @@ Status SimulateCommand::check() const {
     return fail(ErrorCode::kUsage, "rali simulate", std::move(what), std::move(remedy));
   };
   if (folder_.empty()) return wrong("-o DIR is missing", "Say where the recording goes.");
-  if (closed_loop_) {
-    return wrong(
-        "--closed-loop needs the fleet software that decides the rounds, and this version "
-        "of RaLI does not have it yet",
-        "Leave it out: the vehicles then drive the scene's own rounds.");
-  }
   if (threads_ < 0 || threads_ > 1024) {
     return wrong(fmt::format("--threads {} is not 0 to 1024", threads_));
   }
@@ -216,8 +220,9 @@ Result<SceneSetup> SimulateCommand::setup() const {
   return setup;
 }
 
-Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Session& session) const {
-  const sim::FleetOptions& fleet = setup.fleet;
+Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Session& session) {
+  sim::FleetOptions fleet = setup.fleet;
+  if (closed_loop_) fleet.scripted = false;
   const auto faults = scenario::parse_faults(faults_, fleet.vehicles);
   if (!faults) return tl::make_unexpected(faults.error());
   Result<sim::World> world = scenario::world_of(setup);
@@ -242,6 +247,14 @@ Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Sessio
   options.priors = !no_priors_;
   options.scene_yaml = scenario::dump_scene(setup, folder_);
   options.title = std::filesystem::path(inputs_.front()).filename().string();
+  if (closed_loop_) {
+    const double limit_s = io::parse_number(duration_s_).value_or(0.0);
+    auto run = run_closed_loop_job(**sim, options, limit_s > 0.0 ? limit_s : kMissionLimit_s,
+                                   *executor, session);
+    if (!run) return tl::make_unexpected(run.error());
+    mission_ = std::move(run->mission);
+    return std::move(run->recording);
+  }
   ProgressView view(session);
   drive::Progress progress;
   progress.vehicle = fleet.vehicles == 1 ? "v1" : fmt::format("{} vehicles", fleet.vehicles);
@@ -270,6 +283,7 @@ std::string SimulateCommand::text(const RecordingSummary& s) const {
                         s.ranges, 100.0 * static_cast<double>(s.ranges_obstructed) / all,
                         s.radio_readings);
   }
+  if (mission_) text += mission_text(*mission_, s.duration_s);
   for (const scenario::Fault& fault : s.faults) text += "fault: " + fault_text(fault) + '\n';
   return text + fmt::format("next: rali map {}/fleet.yaml -o {}-out\n", folder_, folder_);
 }
@@ -282,7 +296,8 @@ Result<int> SimulateCommand::run(Session& session) {
   session.live_line("");
   if (!summary) return tl::make_unexpected(summary.error());
   session.result(session.options.json ? scenario::summary_json(*summary) : text(*summary));
-  return summary->interrupted ? 128 + stop_signal() : kExitDone;
+  if (summary->interrupted) return 128 + stop_signal();
+  return mission_ && !mission_->ended ? kExitBelowAsked : kExitDone;
 }
 
 }  // namespace

@@ -199,6 +199,15 @@ Status record_all(sim::FleetSimulation& sim, FleetRecorder& recorder,
   return recorder.finish(sim.t_end());
 }
 
+Status record_driven(sim::FleetSimulation& sim, FleetRecorder& recorder,
+                     const RecordingDrive& drive) {
+  const Result<bool> interrupted =
+      drive([&](const sim::FleetMessage& message) { return recorder.add(message); });
+  if (!interrupted) return tl::make_unexpected(interrupted.error());
+  recorder.summary.interrupted = *interrupted;
+  return recorder.finish(sim.t_end());
+}
+
 /// For a JSON string: control characters are gone, quotes and backslashes escaped.
 std::string json_text(std::string_view text) {
   std::string out;
@@ -239,15 +248,25 @@ std::string summary_json(const RecordingSummary& s) {
       vehicles, s.ranges, s.ranges_obstructed, s.ranges_spoilt, s.radio_readings, faults);
 }
 
-Result<RecordingSummary> write_recording(sim::FleetSimulation& sim, const RecordingOptions& options,
-                                         const RecordingProgress& progress) {
+static Result<RecordingSummary> record(sim::FleetSimulation& sim, const RecordingOptions& options,
+                                       const std::function<Status(FleetRecorder&)>& run) {
   FleetRecorder recorder(sim, options);
   Status status = write_mark(options.folder, "{\"schema\": 1, \"status\": \"running\"}\n");
   if (status) status = recorder.open();
-  if (status) status = record_all(sim, recorder, progress);
+  if (status) status = run(recorder);
   if (status) status = write_mark(options.folder, summary_json(recorder.summary));
   if (!status) return tl::make_unexpected(status.error());
   return std::move(recorder.summary);
+}
+
+Result<RecordingSummary> write_recording(sim::FleetSimulation& sim, const RecordingOptions& options,
+                                         const RecordingProgress& progress) {
+  return record(sim, options, [&](FleetRecorder& r) { return record_all(sim, r, progress); });
+}
+
+Result<RecordingSummary> record_drive(sim::FleetSimulation& sim, const RecordingOptions& options,
+                                      const RecordingDrive& drive) {
+  return record(sim, options, [&](FleetRecorder& r) { return record_driven(sim, r, drive); });
 }
 
 }  // namespace rali::scenario

@@ -60,6 +60,16 @@ using RecordingProgress = std::function<bool(double share)>;
                                                        const RecordingOptions& options,
                                                        const RecordingProgress& progress);
 
+/// Drives a simulation and shows every message to `tap`, in order. A tap that fails ends it with
+/// its error. @return true if it was interrupted: the recording is whole up to there
+using RecordingDrive =
+    std::function<Result<bool>(const std::function<Status(const sim::FleetMessage&)>& tap)>;
+
+/// The same of a simulation that follows no script: `drive` runs it. Errors: those of `drive` too.
+[[nodiscard]] Result<RecordingSummary> record_drive(sim::FleetSimulation& sim,
+                                                    const RecordingOptions& options,
+                                                    const RecordingDrive& drive);
+
 /// simulation.json, and what `rali simulate --json` prints.
 [[nodiscard]] std::string summary_json(const RecordingSummary& summary);
 

@@ -1,0 +1,160 @@
+#include "rali/cli/closed_loop_job.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "rali/cli/map_job.hpp"
+#include "rali/cli/progress_view.hpp"
+#include "rali/config/load_fleet.hpp"
+#include "rali/drive/closed_loop/mission_files.hpp"
+#include "rali/scenario/recording/fleet_yaml.hpp"
+
+namespace rali::cli {
+namespace {
+
+std::vector<std::string> vehicle_names(int vehicles) {
+  std::vector<std::string> names;
+  for (int v = 1; v <= vehicles; ++v) names.push_back(fmt::format("v{}", v));
+  return names;
+}
+
+/// What the software knows: as `rali map` would from the recording's fleet.yaml.
+Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
+                                        const scenario::RecordingOptions& options,
+                                        const std::vector<std::string>& names) {
+  const std::string yaml = scenario::fleet_yaml(sim, names, options);
+  const auto config = config::parse_fleet(yaml, "fleet.yaml", options.folder, {});
+  if (!config) return tl::make_unexpected(config.error());
+  const auto job = make_map_job(*config, {});
+  if (!job) return tl::make_unexpected(job.error());
+  drive::ClosedLoopSetup setup;
+  for (const drive::VehicleJob& vehicle : job->vehicles) setup.vehicles.push_back(vehicle.settings);
+  setup.node.fleet = job->fleet;
+  setup.known = job->known;
+  setup.seed = options.seed;
+  return setup;
+}
+
+/// Ends a mission that is interrupted, or whose recording has failed.
+class Watched final : public sim::FleetSoftware {
+ public:
+  explicit Watched(drive::ClosedLoopFleet& fleet) : fleet_(fleet) {}
+
+  void on_message(const sim::FleetMessage& message) override { fleet_.on_message(message); }
+
+  std::vector<sim::DriveCommand> decide(Time now,
+                                        std::span<const sim::DriveReport> vehicles) override {
+    if (on_time) stop |= !on_time(now);
+    return fleet_.decide(now, vehicles);
+  }
+
+  [[nodiscard]] bool finished() const override { return stop || fleet_.finished(); }
+
+  std::function<bool(Time)> on_time;  ///< false ends the mission
+  bool stop = false;
+
+ private:
+  drive::ClosedLoopFleet& fleet_;
+};
+
+/// Shows where the mission is.
+class MissionView {
+ public:
+  MissionView(Session& session, const sim::FleetSimulation& sim,
+              const drive::ClosedLoopFleet& fleet, double time_limit_s)
+      : session_(session), view_(session), sim_(sim), fleet_(fleet), limit_s_(time_limit_s) {
+    progress_.vehicle = fmt::format("{} vehicles", fleet.size());
+    progress_.stage = "mission";
+  }
+
+  void show(Time now) {
+    progress_.share = std::min(1.0, seconds_between(sim_.t_begin(), now) / limit_s_);
+    progress_.path_m = 0.0;
+    for (int v = 0; v < sim_.vehicles(); ++v) progress_.path_m += sim_.way_m(v);
+    view_.progress(progress_);
+    tell_rounds(now);
+  }
+
+ private:
+  void tell_rounds(Time now) {
+    const std::vector<fleet::RoundRow> rounds = fleet_.log().rounds;
+    if (rounds.size() <= told_) return;
+    told_ = rounds.size();
+    session_.detail(fmt::format("{:.0f} s: round {}, anchor v{}",
+                                seconds_between(sim_.t_begin(), now), told_,
+                                rounds.back().anchor.value + 1));
+  }
+
+  Session& session_;
+  ProgressView view_;
+  const sim::FleetSimulation& sim_;
+  const drive::ClosedLoopFleet& fleet_;
+  double limit_s_;
+  drive::Progress progress_;
+  std::size_t told_ = 0;
+};
+
+}  // namespace
+
+Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
+                                          const scenario::RecordingOptions& options,
+                                          double time_limit_s, Executor& executor,
+                                          Session& session) {
+  const std::vector<std::string> names = vehicle_names(sim.vehicles());
+  const Result<drive::ClosedLoopSetup> setup = setup_of(sim, options, names);
+  if (!setup) return tl::make_unexpected(setup.error());
+  drive::ClosedLoopFleet fleet(*setup, sim.t_begin(), executor);
+  Watched watched(fleet);
+  MissionView view(session, sim, fleet, time_limit_s);
+  const auto drive =
+      [&](const std::function<Status(const sim::FleetMessage&)>& tap) -> Result<bool> {
+    Status recorded;
+    sim::ClosedLoopOptions loop;
+    loop.time_limit_s = time_limit_s;
+    loop.tap = [&](const sim::FleetMessage& message) {
+      if (recorded) recorded = tap(message);
+    };
+    watched.on_time = [&](Time now) {
+      view.show(now);
+      for (const Finding& finding : fleet.take_findings()) session.detail(finding_line(finding));
+      return recorded && !stop_requested();
+    };
+    const Result<sim::Mission> mission = sim::run_closed_loop(sim, watched, loop);
+    if (!recorded) return tl::make_unexpected(recorded.error());
+    if (!mission) return tl::make_unexpected(mission.error());
+    return watched.stop;
+  };
+  auto recording = scenario::record_drive(sim, options, drive);
+  if (!recording) return tl::make_unexpected(recording.error());
+  ClosedLoopRun run{std::move(*recording), fleet.log()};
+  if (Status s = drive::write_mission_files(options.folder, run.mission, names); !s) {
+    return tl::make_unexpected(s.error());
+  }
+  return run;
+}
+
+std::string mission_text(const drive::MissionLog& mission, double duration_s) {
+  const std::size_t rounds = mission.rounds.size();
+  std::string text =
+      fmt::format("{} round{} in {:.0f} s: ", rounds, rounds == 1 ? "" : "s", duration_s);
+  std::size_t open = 0;
+  for (const fleet::FrontierRow& f : mission.frontiers) {
+    open += f.round == rounds && f.state == map::FrontierState::kOpen ? 1 : 0;
+  }
+  if (!mission.ended) {
+    text += "the time limit ended the mission before everything was explored\n";
+  } else if (mission.explored) {
+    text += "no frontier is left, everything is explored\n";
+  } else {
+    text += fmt::format(
+        "nobody got any further, {} frontier{} left (frontiers.csv says where and why)\n", open,
+        open == 1 ? " is" : "s are");
+  }
+  return text;
+}
+
+}  // namespace rali::cli

@@ -1,0 +1,239 @@
+#include "rali/fleet/node/node.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace rali::fleet {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+VehicleId id(std::size_t v) { return {static_cast<std::uint16_t>(v)}; }
+
+/// Vehicles that hear each other at once, fed by hand; v0 has its odom at the map's origin and each
+/// other stands two metres further along x.
+class Fleet {
+ public:
+  explicit Fleet(std::size_t n) {
+    std::vector<VehicleId> all;
+    FleetKnowledge known;
+    for (std::size_t v = 0; v < n; ++v) all.push_back(id(v));
+    for (std::size_t v = 1; v < n; ++v) {
+      GivenStart start;
+      start.relative_to = id(0);
+      start.vehicle = id(v);
+      start.T_relative_vehicle.p = {2.0 * static_cast<double>(v), 0.0, 0.0};
+      known.starts.push_back(start);
+    }
+    NodeSettings settings;
+    settings.fleet.loops.use = false;
+    for (std::size_t v = 0; v < n; ++v) {
+      nodes.emplace_back(id(v), all, settings, known, now);
+      facts.push_back(0);
+    }
+  }
+
+  void give(std::size_t v, const NodeEvent& event) {
+    NodeOutputs out;
+    nodes[v].step(event, now, executor, out);
+    for (const NodeOutput& o : out) {
+      if (const auto* e = std::get_if<Envelope>(&o)) air.push_back(*e);
+      if (const auto* a = std::get_if<RoleAction>(&o)) actions.push_back({v, a->kind});
+    }
+  }
+
+  void fact(std::size_t v, FactBody body) {
+    const Fact f{{id(v), 0, facts[v]++}, now, std::move(body)};
+    give(v, OwnFact{std::make_shared<const Fact>(f)});
+  }
+
+  /// The vehicle's start and a keyframe of a square of ground and walls around it.
+  void start(std::size_t v) {
+    fact(v, EpochStart{"v", {Vec3::Zero()}});
+    Increment step;
+    step.keyframe = 0;
+    step.begins = true;
+    step.at_rest = true;
+    step.levelled = true;
+    step.covariance = geometry::Mat6::Identity() * 1e-6;
+    step.lidar_information = geometry::Mat6::Identity() * 1e6;
+    fact(v, step);
+  }
+
+  /// All messages that are on the way, then everyone's tick.
+  void step(double dt_s) {
+    now = now + Duration::from_s(dt_s);
+    std::deque<Envelope> mail;
+    mail.swap(air);
+    for (const Envelope& e : mail) {
+      for (std::size_t v = 0; v < nodes.size(); ++v) {
+        if (id(v) == e.from || (e.to && *e.to != id(v)) || silent.contains(v)) continue;
+        if (!silent.contains(e.from.value)) give(v, e);
+      }
+    }
+    for (std::size_t v = 0; v < nodes.size(); ++v) {
+      OwnPose pose;
+      pose.t = now;
+      pose.at_rest = !moving.contains(v);
+      pose.levelled = true;
+      give(v, pose);
+      give(v, NodeTick{});
+    }
+  }
+
+  void run(double duration_s) {
+    for (double t = 0.0; t < duration_s; t += 0.1) step(0.1);
+  }
+
+  [[nodiscard]] bool did(std::size_t v, RoleActionKind kind) const {
+    return std::any_of(actions.begin(), actions.end(),
+                       [&](const auto& a) { return a.first == v && a.second == kind; });
+  }
+
+  std::vector<Node> nodes;
+  std::vector<std::uint32_t> facts;
+  std::deque<Envelope> air;
+  std::vector<std::pair<std::size_t, RoleActionKind>> actions;
+  std::set<std::size_t> moving, silent;
+  SerialExecutor executor;
+  Time now = Time::from_s(100.0);
+};
+
+TEST(Node, the_first_vehicle_becomes_anchor_when_it_has_stood_for_three_seconds) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  fleet.run(2.5);
+  EXPECT_EQ(fleet.nodes[0].term(), 0U);
+  fleet.run(1.5);
+  EXPECT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  EXPECT_EQ(fleet.nodes[0].term(), 1U);
+  EXPECT_TRUE(fleet.did(1, RoleActionKind::kFollows));
+  ASSERT_EQ(fleet.nodes[1].rounds().rounds().size(), 1U);
+  EXPECT_EQ(fleet.nodes[1].rounds().rounds()[0].anchor, id(0));
+}
+
+TEST(Node, a_vehicle_that_is_not_levelled_claims_nothing) {
+  Fleet fleet(2);
+  OwnPose pose;
+  for (int k = 0; k < 80; ++k) {
+    fleet.now = fleet.now + Duration::from_s(0.1);
+    pose.t = fleet.now;
+    pose.at_rest = true;
+    fleet.give(0, pose);
+    fleet.give(0, NodeTick{});
+  }
+  EXPECT_EQ(fleet.nodes[0].term(), 0U);
+  EXPECT_EQ(fleet.nodes[0].mode(), Mode::kStarting);
+}
+
+TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  fleet.run(5.0);
+  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  // Three packets below -85 dBm are a weak radio, which is latched.
+  for (int k = 0; k < 30; ++k) {
+    fleet.give(1, HeardRadio{id(0), -90.0});
+    fleet.step(0.1);
+  }
+  EXPECT_EQ(fleet.nodes[0].rounds().finished(id(1)), FinishReason::kSignal);
+  fleet.run(1.0);
+  EXPECT_TRUE(fleet.did(0, RoleActionKind::kSealed));
+  ASSERT_FALSE(fleet.nodes[0].rounds().rounds().empty());
+  EXPECT_EQ(fleet.nodes[0].rounds().rounds()[0].ended_by, RoundEnd::kFinished);
+  fleet.run(30.0);
+  // Nothing is mapped, so nobody is better than the anchor itself: it goes on in a new round.
+  EXPECT_GE(fleet.nodes[0].term(), 2U);
+  EXPECT_GE(fleet.nodes[1].rounds().rounds().size(), 2U);
+}
+
+TEST(Node, the_tag_takes_over_when_the_anchor_falls_silent_only_with_a_majority) {
+  Fleet fleet(3);
+  for (std::size_t v = 0; v < 3; ++v) fleet.start(v);
+  fleet.run(6.0);
+  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  fleet.silent.insert(0);
+  fleet.run(60.0);
+  EXPECT_NE(fleet.nodes[0].mode(), Mode::kAnchor) << "its lease is over";
+  const bool one = fleet.nodes[1].mode() == Mode::kAnchor;
+  const bool two = fleet.nodes[2].mode() == Mode::kAnchor;
+  EXPECT_NE(one, two);
+  fleet.silent.insert(1);
+  fleet.run(60.0);
+  for (const Node& node : fleet.nodes) EXPECT_NE(node.mode(), Mode::kAnchor);
+}
+
+TEST(Node, a_goal_of_the_anchor_becomes_an_order_and_its_end_one_to_stand) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  fleet.run(5.0);
+  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  ASSERT_TRUE(fleet.nodes[1].T_map_odom()) << "the table came";
+  GoalList goals;
+  goals.term = fleet.nodes[0].term();
+  goals.revision = 1000;
+  goals.goals.push_back({id(1), Vec3(7.0, 0.0, 0.0), 0U});
+  fleet.give(1, Envelope{id(0), std::nullopt, goals});
+  fleet.step(0.1);
+  ASSERT_EQ(fleet.nodes[1].order().places_map_m.size(), 1U);
+  EXPECT_EQ(fleet.nodes[1].order().places_map_m[0].x(), 7.0);
+  const std::uint64_t number = fleet.nodes[1].order().number;
+  goals.revision = 1001;
+  fleet.give(1, Envelope{id(0), std::nullopt, goals});
+  fleet.step(0.1);
+  EXPECT_EQ(fleet.nodes[1].order().number, number) << "the same goal is no new order";
+  goals.revision = 1002;
+  goals.goals.clear();
+  fleet.give(1, Envelope{id(0), std::nullopt, goals});
+  fleet.step(0.1);
+  EXPECT_TRUE(fleet.nodes[1].order().places_map_m.empty());
+  EXPECT_EQ(fleet.nodes[1].order().number, number + 1);
+}
+
+TEST(Node, goals_of_somebody_who_is_not_the_anchor_move_nobody) {
+  Fleet fleet(3);
+  for (std::size_t v = 0; v < 3; ++v) fleet.start(v);
+  fleet.run(5.0);
+  GoalList goals;
+  goals.term = fleet.nodes[0].term();
+  goals.revision = 1000;
+  goals.goals.push_back({id(1), Vec3(7.0, 0.0, 0.0), 0U});
+  fleet.give(1, Envelope{id(2), std::nullopt, goals});
+  fleet.step(0.1);
+  EXPECT_TRUE(fleet.nodes[1].order().places_map_m.empty());
+}
+
+TEST(Node, an_anchor_that_is_pushed_ends_its_round) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  fleet.run(5.0);
+  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  fleet.moving.insert(0);
+  fleet.run(0.8);
+  EXPECT_EQ(fleet.nodes[0].mode(), Mode::kAnchor) << "a sweep that seems to move is no push";
+  fleet.run(1.0);
+  ASSERT_FALSE(fleet.nodes[0].rounds().rounds().empty());
+  EXPECT_EQ(fleet.nodes[0].rounds().rounds()[0].ended_by, RoundEnd::kAnchorMoved);
+}
+
+TEST(Node, same_events_give_the_same_messages) {
+  const auto count = [] {
+    Fleet fleet(3);
+    for (std::size_t v = 0; v < 3; ++v) fleet.start(v);
+    fleet.run(20.0);
+    std::vector<std::uint64_t> out;
+    for (const Node& node : fleet.nodes) out.push_back(node.store().hash());
+    out.push_back(fleet.actions.size());
+    return out;
+  };
+  const auto first = count();
+  EXPECT_EQ(first, count());
+  EXPECT_EQ(first[0], first[1]) << "all hold the same facts";
+}
+
+}  // namespace
+}  // namespace rali::fleet
