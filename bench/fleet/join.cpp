@@ -1,0 +1,106 @@
+#include "join.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "common/cpu_time.hpp"
+#include "rali/base/rng.hpp"
+#include "rali/config/apply.hpp"
+#include "rali/config/room_settings.hpp"
+#include "rali/drive/output/joint_path.hpp"
+#include "rali/wire/fleet/codec.hpp"
+
+namespace rali::fleet_bench {
+
+using geometry::SE3;
+
+namespace {
+
+constexpr double kTapeSigma_m = 0.2;
+constexpr double kCompassSigma_rad = 3.0 * std::numbers::pi / 180.0;
+
+/// Upright, heading as the body.
+SE3 levelled(const SE3& T_world_body) {
+  SE3 T;
+  T.R =
+      geometry::rotation_from_rpy(0.0, 0.0, std::atan2(T_world_body.R(1, 0), T_world_body.R(0, 0)));
+  T.p = T_world_body.p;
+  return T;
+}
+
+Result<fleet::FleetSettings> settings_of(const std::vector<std::string>& assignments) {
+  config::RoomSettings rooms;
+  config::FieldList fields;
+  config::collect_fields("", rooms, fields);
+  config::Origins origins;
+  for (const std::string& text : assignments) {
+    const auto node = config::parse_assignment(text);
+    if (!node) return tl::make_unexpected(node.error());
+    if (auto ok = config::apply_map(*node, "", "--set", fields, origins); !ok) {
+      return tl::make_unexpected(ok.error());
+    }
+  }
+  rooms.fleet.ranging = rooms.ranging;
+  return rooms.fleet;
+}
+
+Path path_of(const Driven& driven, const fleet::FleetEstimate& estimate, VehicleId vehicle) {
+  Path path;
+  path.poses = driven.poses;
+  path.keyframes = driven.keyframes;
+  const drive::JointPath joint = drive::joint_path(estimate, vehicle);
+  path.T_map_odom = joint.T_map_odom;
+  drive::correct_path(joint.keyframes.empty() ? driven.smoothed : joint.keyframes, path.poses,
+                      path.keyframes);
+  return path;
+}
+
+}  // namespace
+
+std::vector<fleet::GivenStart> starts_by_hand(const Mission& mission, std::uint64_t seed) {
+  Rng rng(seed, "start poses");
+  std::vector<fleet::GivenStart> starts;
+  const SE3 T_first = levelled(mission.vehicles.front().T_world_start);
+  for (std::size_t v = 1; v < mission.vehicles.size(); ++v) {
+    fleet::GivenStart start;
+    start.relative_to = VehicleId{0};
+    start.vehicle = VehicleId{static_cast<std::uint16_t>(v)};
+    start.sigma_m = kTapeSigma_m;
+    start.sigma_rad = kCompassSigma_rad;
+    start.T_relative_vehicle = T_first.inverse() * levelled(mission.vehicles[v].T_world_start);
+    for (double& x : start.T_relative_vehicle.p) x += kTapeSigma_m * rng.normal();
+    start.T_relative_vehicle.R =
+        geometry::rotation_from_rpy(0.0, 0.0, kCompassSigma_rad * rng.normal()) *
+        start.T_relative_vehicle.R;
+    starts.push_back(start);
+  }
+  return starts;
+}
+
+Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOptions& options) {
+  const auto settings = settings_of(options.settings);
+  if (!settings) return tl::make_unexpected(settings.error());
+  fleet::FleetKnowledge knowledge;
+  if (options.starts) knowledge.starts = starts_by_hand(mission, seed);
+  knowledge.common_clock = options.common_clock;
+  fleet::Centre centre(*settings, knowledge);
+  for (const Driven& driven : mission.vehicles) {
+    for (const wire::Bytes& bytes : driven.facts) {
+      const auto envelope = wire::decode_envelope(bytes);
+      if (!envelope) return tl::make_unexpected(envelope.error());
+      centre.add(*std::get<fleet::FactMessage>(envelope->message).fact);
+    }
+  }
+  Joined joined;
+  SerialExecutor executor;
+  const double begin = bench::cpu_ms();
+  joined.estimate = centre.estimate(executor);
+  joined.cpu_ms = bench::cpu_ms() - begin;
+  for (std::size_t v = 0; v < mission.vehicles.size(); ++v) {
+    joined.paths.push_back(
+        path_of(mission.vehicles[v], joined.estimate, VehicleId{static_cast<std::uint16_t>(v)}));
+  }
+  return joined;
+}
+
+}  // namespace rali::fleet_bench

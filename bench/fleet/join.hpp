@@ -1,0 +1,38 @@
+#pragma once
+
+#include "mission.hpp"
+#include "rali/fleet/centre/centre.hpp"
+
+namespace rali::fleet_bench {
+
+/// What the centre is given besides the facts.
+struct JoinOptions {
+  std::string name;                   ///< of the row
+  bool starts = true;                 ///< start poses as measured by hand: 0.2 m, 3 deg
+  bool common_clock = true;           ///< false: no ranges, as if recorded on other days
+  std::vector<std::string> settings;  ///< key=value
+};
+
+/// One vehicle's result as `rali map` writes it.
+struct Path {
+  geometry::SE3 T_map_odom;
+  std::vector<drive::PoseRecord> poses;  ///< in odom, corrected
+  std::vector<drive::KeyframeRecord> keyframes;
+};
+
+/// One map of a mission.
+struct Joined {
+  fleet::FleetEstimate estimate;
+  std::vector<Path> paths;  ///< by vehicle
+  double cpu_ms = 0.0;      ///< of the centre
+};
+
+/// Gives the facts, as they came off the wire, to the centre. Errors: settings, unreadable facts.
+[[nodiscard]] Result<Joined> join(const Mission& mission, std::uint64_t seed,
+                                  const JoinOptions& options);
+
+/// Start poses of all vehicles in the first one's, wrong by their own sigmas.
+[[nodiscard]] std::vector<fleet::GivenStart> starts_by_hand(const Mission& mission,
+                                                            std::uint64_t seed);
+
+}  // namespace rali::fleet_bench

@@ -1,0 +1,86 @@
+#include "truth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Eigenvalues>
+
+namespace rali::fleet_bench {
+
+using geometry::Mat3;
+using geometry::SE3;
+using geometry::Vec3;
+
+namespace {
+
+constexpr double kKnown_m = 0.3;
+constexpr double kKnown_rad = 3.0 * std::numbers::pi / 180.0;
+
+/// The part of an error along directions that the information knows well enough.
+double known_part(const Vec3& error, const Mat3& information, double sigma) {
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(information);
+  double sum = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    if (solver.eigenvalues()[k] < 1.0 / (sigma * sigma)) continue;
+    const double along = solver.eigenvectors().col(k).dot(error);
+    sum += along * along;
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+std::optional<SE3> truth_at(const Mission& mission, VehicleId vehicle, Time t) {
+  const eval::PoseList& truth = mission.vehicles[vehicle.value].truth;
+  const auto at = std::lower_bound(truth.begin(), truth.end(), t,
+                                   [](const eval::StampedPose& p, Time x) { return p.t < x; });
+  if (at == truth.end() || at->t != t) return std::nullopt;
+  return at->T;
+}
+
+eval::PairList pairs_of(const Driven& driven, const Path& path) {
+  eval::PairList pairs;
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < path.poses.size(); ++i) {
+    const drive::PoseRecord& pose = path.poses[i];
+    while (k < driven.truth.size() && driven.truth[k].t < pose.t) ++k;
+    const bool lost = pose.quality == vehicle::PoseQuality::kDiverged;
+    if (k == driven.truth.size() || driven.truth[k].t != pose.t || lost) continue;
+    eval::PosePair pair;
+    pair.t = pose.t;
+    pair.est = path.T_map_odom * pose.T_odom_body;
+    pair.ref = driven.truth[k].T;
+    pair.est_index = i;
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+std::optional<FrameError> frame_error(const Mission& mission, const Joined& joined, std::size_t a,
+                                      std::size_t b) {
+  const auto& keyframes_a = joined.paths[a].keyframes;
+  const auto& keyframes_b = joined.paths[b].keyframes;
+  if (keyframes_a.empty() || keyframes_b.empty()) return std::nullopt;
+  const auto Q_a = truth_at(mission, keyframes_a.front().id.vehicle, keyframes_a.front().t);
+  const auto Q_b = truth_at(mission, keyframes_b.front().id.vehicle, keyframes_b.front().t);
+  if (!Q_a || !Q_b) return std::nullopt;
+  const SE3 P_a = joined.paths[a].T_map_odom * keyframes_a.front().T_odom_body;
+  const SE3 P_b = joined.paths[b].T_map_odom * keyframes_b.front().T_odom_body;
+  const SE3 E = (Q_a->inverse() * *Q_b).inverse() * (P_a.inverse() * P_b);
+  return FrameError{E.p.norm(), geometry::so3_log(E.R).norm()};
+}
+
+std::optional<FrameError> loop_error(const Mission& mission, const fleet::LoopVerdict& loop) {
+  const auto Q_from = truth_at(mission, loop.from.vehicle, loop.t_from);
+  const auto Q_to = truth_at(mission, loop.to.vehicle, loop.t_to);
+  if (!Q_from || !Q_to) return std::nullopt;
+  const SE3 truth = Q_from->inverse() * *Q_to;
+  // Rotation in `to`, translation in `from`, as the information has it.
+  const Vec3 turn = geometry::so3_log(truth.R.transpose() * loop.T_from_to.R);
+  const Vec3 shift = loop.T_from_to.p - truth.p;
+  return FrameError{known_part(shift, loop.information.bottomRightCorner<3, 3>(), kKnown_m),
+                    known_part(turn, loop.information.topLeftCorner<3, 3>(), kKnown_rad)};
+}
+
+}  // namespace rali::fleet_bench
