@@ -67,7 +67,6 @@ class MapRun {
   Status judge_ends(const std::vector<FleetMember>& members);
   Status write_results();
   Status write_ranges();
-  [[nodiscard]] std::vector<const VehicleRun*> runs_of_map() const;
   Status write_map();
   Status write_rounds();
   Status close(const Status& so_far);
@@ -281,23 +280,8 @@ Status MapRun::write_ranges() {
   return range_log_.write(job_.out_dir + "/ranges.csv");
 }
 
-/// The vehicles of the largest group that has a map at all.
-std::vector<const VehicleRun*> MapRun::runs_of_map() const {
-  for (const std::vector<VehicleId>& group : summary_.fleet.groups) {
-    std::vector<const VehicleRun*> runs;
-    for (const VehicleId id : group) {
-      const VehicleRun& run = runs_[id.value];
-      const bool any = std::any_of(run.keyframes().begin(), run.keyframes().end(),
-                                   [](const KeyframeRecord& k) { return !k.diverged; });
-      if (any) runs.push_back(&run);
-    }
-    if (!runs.empty()) return runs;
-  }
-  return {};
-}
-
 Status MapRun::write_map() {
-  const std::vector<const VehicleRun*> mapped = runs_of_map();
+  const std::vector<const VehicleRun*> mapped = mapped_runs(runs_, summary_.fleet);
   if (mapped.empty()) {
     report(no_map_finding());
     summary_.gaps = true;
@@ -318,37 +302,24 @@ Status MapRun::write_map() {
   return {};
 }
 
-/// What the vehicles did as a fleet: rounds, frontiers, and both to be seen.
+/// What the vehicles did as a fleet.
 Status MapRun::write_rounds() {
-  if (runs_.size() < 2) return {};
-  const FleetRunView fleet{&runs_, runs_of_map(), job_.out_dir};
-  FleetRounds rounds;
-  if (job_.rounds.from != RoundsFrom::kOff) {
-    std::vector<double> rest_s;
-    for (const VehicleJob& v : job_.vehicles) rest_s.push_back(v.settings.path.rest_s);
-    FindingList findings;
-    Result<FleetRounds> found = find_rounds(fleet, job_.rounds, rest_s, findings);
-    for (Finding& f : findings) report(std::move(f));
-    if (!found) return tl::make_unexpected(found.error());
-    rounds = std::move(*found);
-    if (Status s = write_rounds_files(fleet, rounds); !s) return s;
-    summary_.rounds = rounds.rounds;
-  }
+  const FleetRunView fleet{&runs_, mapped_runs(runs_, summary_.fleet), job_.out_dir};
+  FindingList findings;
+  Result<std::vector<fleet::RoundRow>> rounds =
+      write_fleet_story(fleet, job_, summary_.fleet, range_log_, session_.get(), findings);
+  for (Finding& f : findings) report(std::move(f));
+  if (!rounds) return tl::make_unexpected(rounds.error());
+  summary_.rounds = std::move(*rounds);
   log_.stage("rounds");
-  return session_ ? show_fleet(fleet, job_, summary_.fleet, range_log_, rounds, *session_)
-                  : Status{};
+  return {};
 }
 
 /// Without keyframes asked for, their clouds were only needed for the map.
 void MapRun::forget_keyframes() {
   if (job_.write_keyframes) return;
+  for (const VehicleRun& run : runs_) remove_keyframes(job_.out_dir, run.name(), run.keyframes());
   std::error_code ignored;
-  for (const VehicleRun& run : runs_) {
-    for (const KeyframeRecord& record : run.keyframes()) {
-      std::filesystem::remove(job_.out_dir + '/' + record.file, ignored);
-    }
-    std::filesystem::remove(job_.out_dir + "/keyframes/" + run.name(), ignored);
-  }
   std::filesystem::remove(job_.out_dir + "/keyframes", ignored);
 }
 

@@ -92,6 +92,15 @@ map::KeyframeStream keyframe_stream(const std::string& out_dir,
   };
 }
 
+void remove_keyframes(const std::string& out_dir, const std::string& vehicle,
+                      const std::vector<KeyframeRecord>& records) {
+  std::error_code ignored;
+  for (const KeyframeRecord& record : records) {
+    std::filesystem::remove(out_dir + '/' + record.file, ignored);
+  }
+  std::filesystem::remove(out_dir + "/keyframes/" + vehicle, ignored);
+}
+
 std::string keyframes_text(const std::vector<VehicleKeyframes>& vehicles, bool with_files) {
   std::string text = "id,vehicle,seq,stamp_s,x,y,z,qx,qy,qz,qw,points,file\n";
   std::size_t id = 0;

@@ -34,6 +34,10 @@ struct KeyframeRecord {
                                                   const std::vector<KeyframeRecord>& records,
                                                   const geometry::SE3& T_map_odom);
 
+/// Takes the files of a vehicle's keyframes away again, and their folder if it is empty then.
+void remove_keyframes(const std::string& out_dir, const std::string& vehicle,
+                      const std::vector<KeyframeRecord>& records);
+
 /// Text of keyframes.csv.
 struct VehicleKeyframes {
   std::string vehicle;

@@ -61,6 +61,21 @@ std::string frontiers_text(const FleetRunView& fleet,
 
 }  // namespace
 
+std::vector<const VehicleRun*> mapped_runs(const std::vector<VehicleRun>& runs,
+                                           const fleet::FleetEstimate& estimate) {
+  for (const std::vector<VehicleId>& group : estimate.groups) {
+    std::vector<const VehicleRun*> mapped;
+    for (const VehicleId id : group) {
+      const VehicleRun& run = runs[id.value];
+      const bool any = std::any_of(run.keyframes().begin(), run.keyframes().end(),
+                                   [](const KeyframeRecord& k) { return !k.diverged; });
+      if (any) mapped.push_back(&run);
+    }
+    if (!mapped.empty()) return mapped;
+  }
+  return {};
+}
+
 Status walk_keyframes(const FleetRunView& fleet, const KeyframeByTime& visit) {
   for (const KeyframeAt& at : keyframes_by_time(fleet)) {
     const std::vector<KeyframeRecord> one{*at.record};

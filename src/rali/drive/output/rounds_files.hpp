@@ -26,6 +26,10 @@ struct FleetRunView {
   }
 };
 
+/// The vehicles of the largest group that has a map at all.
+[[nodiscard]] std::vector<const VehicleRun*> mapped_runs(const std::vector<VehicleRun>& runs,
+                                                         const fleet::FleetEstimate& estimate);
+
 /// Hands the keyframes of the vehicles that share a frame to `visit`, by time, equal times by
 /// vehicle; diverged ones are left out. Errors: kMachine.
 using KeyframeByTime = std::function<Status(KeyframeId id, const map::KeyframeView& keyframe)>;

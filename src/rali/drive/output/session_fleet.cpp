@@ -308,4 +308,25 @@ Status show_fleet(const FleetRunView& fleet, const MapJob& job,
   return show_frontiers(rounds, places, session);
 }
 
+Result<std::vector<fleet::RoundRow>> write_fleet_story(const FleetRunView& fleet, const MapJob& job,
+                                                       const fleet::FleetEstimate& estimate,
+                                                       const RangeLog& ranges, SessionFile* session,
+                                                       FindingList& findings) {
+  if (fleet.runs->size() < 2) return std::vector<fleet::RoundRow>{};
+  FleetRounds rounds;
+  if (job.rounds.from != RoundsFrom::kOff) {
+    std::vector<double> rest_s;
+    for (const VehicleJob& v : job.vehicles) rest_s.push_back(v.settings.path.rest_s);
+    Result<FleetRounds> found = find_rounds(fleet, job.rounds, rest_s, findings);
+    if (!found) return tl::make_unexpected(found.error());
+    rounds = std::move(*found);
+    if (Status s = write_rounds_files(fleet, rounds); !s) return tl::make_unexpected(s.error());
+  }
+  if (session != nullptr) {
+    const Status shown = show_fleet(fleet, job, estimate, ranges, rounds, *session);
+    if (!shown) return tl::make_unexpected(shown.error());
+  }
+  return std::move(rounds.rounds);
+}
+
 }  // namespace rali::drive

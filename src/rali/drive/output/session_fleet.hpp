@@ -18,4 +18,11 @@ namespace rali::drive {
                                 const fleet::FleetEstimate& estimate, const RangeLog& ranges,
                                 const FleetRounds& rounds, SessionFile& session);
 
+/// All of it: rounds.csv and frontiers.csv (unless rounds are off), and the fleet in `session` if
+/// there is one. Nothing for a vehicle alone. Errors: kMachine.
+/// @return the rounds
+[[nodiscard]] Result<std::vector<fleet::RoundRow>> write_fleet_story(
+    const FleetRunView& fleet, const MapJob& job, const fleet::FleetEstimate& estimate,
+    const RangeLog& ranges, SessionFile* session, FindingList& findings);
+
 }  // namespace rali::drive
