@@ -19,6 +19,19 @@ odometry:
     Preset{"paper", R"(
 odometry:
   preset: paper
+fleet:
+  init:
+    bias_sigma_m: 0
+    freeze: true
+    scan2map: {weight: fixed}
+    drift: {tilt_deg: 5}
+    search: {huber: 1.345}
+    commit: {rule: at_size, min_keyframes: 10}
+  loops: {veto: false}
+  joint:
+    steps: isotropic
+    bias: false
+    graph: {guard: huber}
 )"},
 };
 

@@ -6,6 +6,7 @@
 #include "rali/degeneracy/information.hpp"
 #include "rali/fleet/path/level.hpp"
 #include "rali/odometry/make_odometry.hpp"
+#include "rali/ranging/range_model.hpp"
 #include "rali/vehicle/back_end.hpp"
 #include "rali/vehicle/fact_writer.hpp"
 #include "rali/vehicle/paper_detector.hpp"
@@ -71,7 +72,13 @@ class Vehicle::Impl {
   }
 
   void on(const sensor::RangeSample& sample, Executor& /*executor*/, OutputList& out) {
-    if (paper_ranges_) return paper_ranges_->add(sample, out);
+    if (paper_ranges_) {
+      // Without sweeps nothing is placed: only the last seconds can be of use.
+      constexpr std::size_t kHeardMost = 10'000;
+      if (heard_.size() >= kHeardMost) heard_.pop_front();
+      heard_.push_back(sample);
+      return paper_ranges_->add(sample, out);
+    }
     ranges_.add(sample, out);
   }
 
@@ -154,6 +161,32 @@ class Vehicle::Impl {
     out.emplace_back(status_of(result));
   }
 
+  /// Preset `paper` has no filter that knows the pose between sweeps: ranges are placed on the way
+  /// from one to the next.
+  std::vector<fleet::RangeEntry> heard_until(const odometry::ScanResult& result) {
+    std::vector<fleet::RangeEntry> entries;
+    while (!heard_.empty() && heard_.front().t <= result.t) {
+      const sensor::RangeSample& r = heard_.front();
+      if (last_ && r.t > last_->t) {
+        const double share = (r.t - last_->t).s() / (result.t - last_->t).s();
+        fleet::RangeEntry entry{
+            r.t,
+            r.from,
+            r.to,
+            r.from_antenna,
+            r.to_antenna,
+            r.range_m,
+            ranging::sigma_of(r.range_m, settings_.ranging.limits, r.sigma_m),
+            geometry::interpolate(last_->T_odom_body, result.T_odom_body, share),
+            result.at_rest};
+        entries.push_back(entry);
+      }
+      heard_.pop_front();
+    }
+    last_ = PathEnd{result.t, result.T_odom_body};
+    return entries;
+  }
+
   /// What the others are told after each sweep.
   [[nodiscard]] PeerStatus status_of(const odometry::ScanResult& result) const {
     PeerStatus status{self_, result.t, result.at_rest, std::nullopt};
@@ -177,7 +210,8 @@ class Vehicle::Impl {
     }
     const std::optional<PathNode> node =
         path_.add(result, keyframe, blind, odometry_->gravity_odom());
-    facts_.add(result.t, node, result.keyframe.get(), ranges_.entries(), out);
+    facts_.add(result.t, node, result.keyframe.get(),
+               paper_ranges_ ? heard_until(result) : ranges_.entries(), out);
     if (!paper_ranges_) back_end_.add(node, ranges_.records());
   }
 
@@ -210,6 +244,14 @@ class Vehicle::Impl {
   FactWriter facts_;
   BackEnd back_end_;
   std::optional<geometry::SE3> first_pose_;
+
+  struct PathEnd {
+    Time t;
+    geometry::SE3 T_odom_body;
+  };
+
+  std::optional<PathEnd> last_;            ///< of preset `paper`
+  std::deque<sensor::RangeSample> heard_;  ///< since then, by time
   degeneracy::CategoryFilter categories_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::deque<std::shared_ptr<const LidarScan>> waiting_;

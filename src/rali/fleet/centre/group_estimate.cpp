@@ -158,8 +158,8 @@ void Group::judge(std::vector<LoopFound> found) {
   for (std::size_t k = 0; k < judged.size(); ++k) {
     LoopVerdict& verdict = loops_[of_verdict[k]];
     verdict.shift_m = (judged[k].T_i_j.p - verdict.T_from_to.p).norm();
-    verdict.reason = judged[k].vetoed() ? "veto" : "accepted";
-    verdict.accepted = !judged[k].vetoed();
+    verdict.accepted = !in_.settings.loops.veto || !judged[k].vetoed();
+    verdict.reason = verdict.accepted ? "accepted" : "veto";
     if (verdict.accepted) joint_.add_loop(of_verdict[k], loops[k]);
   }
 }

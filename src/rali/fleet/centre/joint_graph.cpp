@@ -70,6 +70,7 @@ std::vector<bool> JointGraph::inertial_nodes(const VehiclePath& path) const {
   const auto& nodes = path.nodes();
   const auto margin = static_cast<std::size_t>(settings_.inertial_margin);
   std::vector<bool> inertial(nodes.size(), false);
+  if (settings_.steps == StepWeight::kIsotropic) return inertial;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     if (!nodes[k].step.blind) continue;
     const std::size_t begin = k > margin ? k - margin : 0;
@@ -124,6 +125,10 @@ void JointGraph::add_steps(std::size_t path) {
     if (step.begins) {
       shape.information.diagonal().head<3>().setConstant(inverse_square(settings_.lost_rad));
       shape.information.diagonal().tail<3>().setConstant(inverse_square(settings_.lost_m));
+    } else if (settings_.steps == StepWeight::kIsotropic) {
+      shape.information.diagonal().head<3>().setConstant(
+          inverse_square(kRadPerDeg * settings_.isotropic_deg));
+      shape.information.diagonal().tail<3>().setConstant(inverse_square(settings_.isotropic_m));
     } else {
       shape.information =
           shape_information(step.lidar_information, before.T_odom_body, settings_.shape);

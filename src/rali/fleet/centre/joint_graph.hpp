@@ -59,6 +59,7 @@ class JointGraph {
  private:
   struct Range {
     graph::RangeFactor factor;
+    std::size_t pair = 0;  ///< in pairs_
     double sigma_m = 0.1;  ///< without what neighbours have in common
     bool used = true;
   };

@@ -44,7 +44,7 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
   // A bias somebody calibrated still wanders by some of what it was.
   constexpr double kCalibratedShare = 0.2;
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    if (!in_group(pairs_[k])) continue;
+    if (!settings_.bias || !in_group(pairs_[k])) continue;
     const double share = bias_m[k] ? kCalibratedShare : 1.0;
     graph_->add_bias(static_cast<int>(k), bias_m[k].value_or(0.0), share * ranging_.bias.sigma_m);
   }
@@ -55,12 +55,13 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
     if (!in_group(pair)) continue;
     Range range;
     range.sigma_m = r.sigma_m;
+    range.pair = static_cast<std::size_t>(r.pair);
     graph::RangeFactor& f = range.factor;
     static_cast<graph::RangeEnd&>(f) = end_of(pair.a.path, r.a);
     f.other = end_of(pair.b.path, r.b);
     f.id = next_range_++;
     f.t = r.t;
-    f.bias = r.pair;
+    if (settings_.bias) f.bias = r.pair;
     f.tau = 0;
     const Vec3 between =
         *T_map_odom_[pair.b.path] * r.b.p_odom_m - *T_map_odom_[pair.a.path] * r.a.p_odom_m;
@@ -78,11 +79,10 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
 /// Each range once more against the paths as they are known now, in the order of time: what did not
 /// fit wrong paths may fit the right ones, and the other way round.
 void JointGraph::judge_again() {
-  std::map<int, ranging::ExcessWatch> watches;
+  std::map<std::size_t, ranging::ExcessWatch> watches;
   const double path_sigma_m = settings_.path_sigma_m;
   for (Range& range : ranges_) {
-    auto& watch =
-        watches.emplace(*range.factor.bias, ranging::ExcessWatch(ranging_.excess)).first->second;
+    auto& watch = watches.emplace(range.pair, ranging::ExcessWatch(ranging_.excess)).first->second;
     const double nu_m = -graph_->residual(range.factor);
     const double S_m2 = range.sigma_m * range.sigma_m + path_sigma_m * path_sigma_m;
     const auto verdict =
@@ -110,12 +110,13 @@ std::vector<PairBias> JointGraph::biases() {
     biases[k].antenna_a = pairs_[k].a.number;
     biases[k].antenna_b = pairs_[k].b.number;
     if (!T_map_odom_[pairs_[k].a.path] || !T_map_odom_[pairs_[k].b.path]) continue;
+    if (!settings_.bias) continue;
     const graph::ScalarEstimate bias = graph_->bias(static_cast<int>(k));
     biases[k].bias_m = bias.mean;
     biases[k].sigma_m = std::sqrt(std::max(0.0, bias.variance));
   }
   for (const Range& range : ranges_) {
-    const auto k = static_cast<std::size_t>(*range.factor.bias);
+    const std::size_t k = range.pair;
     ++biases[k].ranges;
     if (!range.used) continue;
     ++biases[k].used;
@@ -134,7 +135,7 @@ std::vector<UsedRange> JointGraph::used_ranges() {
   std::vector<UsedRange> out;
   for (const Range& range : ranges_) {
     if (!range.used) continue;
-    const AntennaPair& pair = pairs_[static_cast<std::size_t>(*range.factor.bias)];
+    const AntennaPair& pair = pairs_[range.pair];
     const auto a = keyframe_near(pair.a.path, range.factor);
     const auto b = keyframe_near(pair.b.path, *range.factor.other);
     if (!a || !b) continue;

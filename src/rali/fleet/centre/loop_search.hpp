@@ -19,7 +19,7 @@ struct LoopSettings {
   double apart_m = 25.0;
   double sigma_min_m = 0.05;
   int blind_tries = 8;
-  double veto_chi2 = 16.27;
+  bool veto = true;
   double view_step_m = 2.0;
 
   template <class V>
@@ -30,7 +30,7 @@ struct LoopSettings {
     v("apart_m", apart_m, 1.0, 1000.0, "way between pieces of one path that are compared");
     v("sigma_min_m", sigma_min_m, 0.0, 10.0, "pieces of one path that are known better are not");
     v("blind_tries", blind_tries, 0, 1000, "pieces compared where nothing tells how paths lie");
-    v("veto_chi2", veto_chi2, 0.0, 1e6, "a loop that contradicts paths and ranges more is none");
+    v("veto", veto, "a loop that contradicts paths and ranges is none");
     v("view_step_m", view_step_m, 0.0, 100.0, "compared pieces of two paths differ by so much way");
   }
 };

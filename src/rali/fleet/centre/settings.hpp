@@ -7,8 +7,19 @@
 
 namespace rali::fleet {
 
-/// The joint graph of the fleet (algorithms_fleet 8).
+/// What a step of a path counts in the joint graph.
+enum class StepWeight {
+  kAware,     ///< LiDAR where it sees, inertial data where it is blind (algorithms_fleet 8.2)
+  kIsotropic  ///< the same in all directions, as the paper seems to do
+};
+inline constexpr ChoiceNames<2> kStepWeightNames = {"aware", "isotropic"};
+
+/// The joint graph of the fleet (algorithms_fleet 8). The defaults are those of `robust`.
 struct JointSettings {
+  StepWeight steps = StepWeight::kAware;
+  double isotropic_m = 0.05;
+  double isotropic_deg = 0.5;
+  bool bias = true;
   int rounds = 3;
   int iterations = 30;
   int inertial_margin = 3;
@@ -26,6 +37,10 @@ struct JointSettings {
 
   template <class V>
   void visit(V& v) {
+    v.choice("steps", steps, kStepWeightNames, "what a step of a path counts");
+    v("isotropic_m", isotropic_m, 1e-4, 10.0, "sigma of a step, where steps are isotropic");
+    v("isotropic_deg", isotropic_deg, 1e-3, 90.0, "the same of its turn");
+    v("bias", bias, "estimate what each pair of radios measures too much");
     v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
     v("iterations", iterations, 1, 1000, "of each solution");
     v("inertial_margin", inertial_margin, 0, 1000,
