@@ -33,6 +33,10 @@ drive::MapSummary summary_of(std::size_t vehicles) {
     vehicle.input.t_begin = Time::from_s(1000.0);
     vehicle.t_sigma_max = Time::from_s(1388.0);
     summary.vehicles.push_back(vehicle);
+    const VehicleId id{static_cast<std::uint16_t>(i)};
+    summary.fleet.groups.push_back({id});
+    summary.fleet.frames.emplace_back().vehicle = id;
+    summary.fleet.frames.back().group = i;
   }
   return summary;
 }
@@ -138,6 +142,20 @@ TEST(MapSummary, tells_the_run_in_a_few_lines) {
             "blind: v1 8 %, v2 27 % of the way\n"
             "expected position error (1 sigma): median 0.06 m, worst 0.31 m (v2, 388 s)\n"
             "gaps: none\n");
+  drive::MapSummary joined = summary_of(2);
+  joined.fleet.groups = {{VehicleId{0}, VehicleId{1}}};
+  joined.fleet.frames[1].group = 0;
+  joined.fleet.frames[1].decided_by = "the prior";
+  joined.fleet.frames[1].sigma_m = 0.04;
+  joined.fleet.frames[1].sigma_rad = 0.0035;
+  joined.fleet.loops.resize(4);
+  for (std::size_t i = 0; i < 3; ++i) joined.fleet.loops[i].accepted = true;
+  const std::string text = summary_text(joined, "out");
+  EXPECT_NE(
+      text.find("\n2 vehicles in one frame (v2 placed by the prior, sigma 0.04 m, 0.2 deg)\n"),
+      std::string::npos)
+      << text;
+  EXPECT_NE(text.find(", 3 loops closed, 1 refused\n"), std::string::npos) << text;
   drive::MapSummary damaged = summary_of(1);
   damaged.vehicles[0].input.gaps.jumps = 2;
   damaged.vehicles[0].diverged_s = 3.0;
@@ -178,7 +196,6 @@ TEST(MapSummary, the_exit_code_follows_the_table) {
   summary.status = drive::RunStatus::kInterrupted;
   EXPECT_EQ(exit_code_of(summary, 2), 130);
   EXPECT_EQ(exit_code_of(summary, 15), 143);
-  EXPECT_EQ(exit_code_of(summary_of(2), 0), 3);  // not joined
 }
 
 TEST(MapSummary, broken_requirements_are_named) {
@@ -188,6 +205,8 @@ TEST(MapSummary, broken_requirements_are_named) {
   ASSERT_EQ(broken.size(), 2U);
   EXPECT_EQ(broken[1], "required max_sigma_m=0.25: v2 reaches 0.31 m");
   EXPECT_TRUE(broken_requirements(*requirements, summary_of(1)).empty());
+  const auto loops = broken_requirements(*parse_requirements({"min_loops=1"}), summary_of(1));
+  EXPECT_EQ(loops, (std::vector<std::string>{"required min_loops=1: 0 loops closed"}));
   EXPECT_FALSE(parse_requirements({"max_sigma_m=-1"}));
   EXPECT_FALSE(parse_requirements({"connected=1"}));
   EXPECT_FALSE(parse_requirements({""}));

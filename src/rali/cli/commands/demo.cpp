@@ -162,7 +162,13 @@ Result<int> DemoCommand::run(Session& session) {
   if (!place) return tl::make_unexpected(place.error());
   std::string simulated, alone, mapped, drawn;
   const Result<int> simulation = run_step(simulate_words(*place), session, simulated);
-  if (!simulation || *simulation != kExitDone) return simulation;
+  if (!simulation || *simulation != kExitDone) {
+    // What was not begun leaves nothing behind; a folder with something in it stays.
+    std::error_code ignored;
+    if (compares()) std::filesystem::remove(*place, ignored);
+    std::filesystem::remove(folder_, ignored);
+    return simulation;
+  }
   // Its last line says what to type next; here that follows by itself.
   session.note(simulated.substr(0, simulated.rfind("\nnext: ")));
   if (compares()) {

@@ -207,12 +207,6 @@ void MapCommand::warn_fleet(const config::FleetConfig& fleet, Session& session) 
         fmt::format("{}: checked, but without effect{}.", fmt::join(idle, ", "),
                     fleet.vehicles.size() < 2 ? " on a vehicle alone" : " in this version"));
   }
-  if (fleet.vehicles.size() < 2) return;
-  std::vector<std::string> names;
-  for (const config::VehicleConfig& vehicle : fleet.vehicles) names.push_back(vehicle.name);
-  session.warning(
-      fmt::format("{} are mapped each in a frame of its own: this version does not join vehicles.",
-                  fmt::join(names, ", ")));
 }
 
 Result<int> MapCommand::plan(const config::FleetConfig& fleet, const drive::MapJob& job,
