@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -22,11 +23,19 @@ std::vector<std::string> vehicle_names(int vehicles) {
   return names;
 }
 
+/// Without the line that begins so: it names a file that is still to be written.
+std::string without_line(std::string text, std::string_view begin) {
+  const std::size_t at = text.find("\n" + std::string(begin));
+  if (at == std::string::npos) return text;
+  return text.erase(at + 1, text.find('\n', at + 1) - at);
+}
+
 /// What the software knows: as `rali map` would from the recording's fleet.yaml.
 Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
                                         const scenario::RecordingOptions& options,
                                         const std::vector<std::string>& names) {
-  const std::string yaml = scenario::fleet_yaml(sim, names, options);
+  std::string yaml = scenario::fleet_yaml(sim, names, options);
+  for (const char* line : {"ranges:", "radio:"}) yaml = without_line(std::move(yaml), line);
   const auto config = config::parse_fleet(yaml, "fleet.yaml", options.folder, {});
   if (!config) return tl::make_unexpected(config.error());
   const auto job = make_map_job(*config, {});

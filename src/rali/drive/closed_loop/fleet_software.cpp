@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 #include <variant>
 
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
 
 #include "rali/drive/link/post.hpp"
 
@@ -47,6 +49,35 @@ fleet::DriveState state_of(sim::DriveStatus status) {
       return fleet::DriveState::kUnreachable;
   }
   return fleet::DriveState::kStanding;
+}
+
+/// What a change of role means, for people.
+std::string_view text_of(fleet::RoleActionKind kind) {
+  switch (kind) {
+    case fleet::RoleActionKind::kBecameAnchor:
+      return "is the anchor";
+    case fleet::RoleActionKind::kRenewedTerm:
+      return "is still the anchor";
+    case fleet::RoleActionKind::kStoppedAnchoring:
+      return "makes no more tables";
+    case fleet::RoleActionKind::kFollows:
+      return "follows a new anchor";
+    case fleet::RoleActionKind::kSealed:
+      return "ends its round";
+    case fleet::RoleActionKind::kOrphaned:
+      return "hears no anchor and stands";
+    case fleet::RoleActionKind::kRejoined:
+      return "hears an anchor again";
+    case fleet::RoleActionKind::kMayLeave:
+      return "was the anchor and may move";
+    case fleet::RoleActionKind::kNotInFleet:
+      return "is not counted on any more";
+    case fleet::RoleActionKind::kConflict:
+      return "heard of a second anchor";
+    case fleet::RoleActionKind::kRefused:
+      return "could not stand for election";
+  }
+  return "";
 }
 
 }  // namespace
@@ -103,9 +134,8 @@ void ClosedLoopFleet::follow(std::size_t index, const vehicle::OutputList& outpu
       tell(index, own_pose(*pose, member.levelled), pose->t);
     } else if (const auto* made = std::get_if<vehicle::FactMade>(&output)) {
       tell(index, fleet::OwnFact{made->fact}, made->fact->t);
-    } else if (std::holds_alternative<vehicle::GravityEstimate>(output)) {
-      member.levelled = true;
     } else if (const auto* status = std::get_if<vehicle::PeerStatus>(&output)) {
+      member.levelled = status->pose.has_value();
       for (std::size_t i = 0; i < members_.size(); ++i) {
         if (i != index) letters_.push_back({i, *status});
       }
@@ -132,6 +162,14 @@ void ClosedLoopFleet::tell(std::size_t index, const fleet::NodeEvent& event, Tim
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
       findings_.push_back(*finding);
       findings_.back().vehicle = member.name;
+    } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
+      Finding role;
+      role.id = "fleet.role";
+      role.severity = Severity::kInfo;
+      role.t = t;
+      role.vehicle = member.name;
+      role.text = fmt::format("{} (term {})", text_of(action->kind), action->term);
+      findings_.push_back(std::move(role));
     }
   }
 }
