@@ -18,7 +18,7 @@ Result<Scores> run_row(const Arguments& a, const Place& place, const Mission& mi
   auto scores = score(mission, *joined, place, row);
   if (!scores) return scores;
   if (!a.dump_dir.empty()) dump(a.dump_dir, mission, *joined, *scores);
-  if (!a.mesh) return scores;
+  if (!a.mesh || scores->joined < 2) return scores;
   const auto world = world_of(place);
   if (!world) return tl::make_unexpected(world.error());
   const auto cloud = compare_cloud(mission, *joined, world->mesh);

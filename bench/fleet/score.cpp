@@ -45,7 +45,8 @@ void score_paths(const Mission& mission, const Joined& joined,
     const eval::PairList own = pairs_of(mission.vehicles[v], joined.paths[v]);
     all.insert(all.end(), own.begin(), own.end());
   }
-  if (!all.empty()) {
+  const bool fleet = members.size() > 1;  // one of several is no fleet
+  if (fleet && !all.empty()) {
     const auto ape = eval::translation_statistics(eval::absolute_errors(all, aligned(all)));
     s.ape_m = ape.rmse;
     s.ape_max_m = ape.max;

@@ -24,7 +24,7 @@ struct Scores {
   std::size_t vehicles = 0;
   std::size_t joined = 0;                     ///< vehicles in the largest group
   std::size_t wrong_joins = 0;                ///< of these, more than 0.5 m or 5 deg off
-  double ape_m = kNone, ape_max_m = kNone;    ///< largest group under one alignment
+  double ape_m = kNone, ape_max_m = kNone;    ///< largest group under one alignment, if of two
   double alone_m = kNone;                     ///< the worst vehicle, each alone under its own
   double frame_m = kNone, frame_deg = kNone;  ///< the worst vehicle against the first of its group
   double nees6 = kNone, nees_median = kNone;  ///< keyframes in the frame of the group's first pose
