@@ -185,6 +185,19 @@ TEST(MapSummary, tells_what_ranges_held_and_why_others_did_not) {
       << text;
 }
 
+TEST(MapSummary, names_the_anchors_of_the_rounds_but_not_without_end) {
+  drive::MapSummary summary = summary_of(2);
+  EXPECT_EQ(summary_text(summary, "out").find("round"), std::string::npos);
+  summary.rounds.resize(3);
+  summary.rounds[1].anchor = VehicleId{1};
+  EXPECT_NE(summary_text(summary, "out").find("\n3 rounds, anchors v1 v2 v1\n"), std::string::npos)
+      << summary_text(summary, "out");
+  summary.rounds.resize(40);
+  EXPECT_NE(summary_text(summary, "out")
+                .find("\n40 rounds, anchors v1 v2 v1 v1 v1 v1 v1 v1 v1 v1 v1 v1 ...\n"),
+            std::string::npos);
+}
+
 TEST(MapSummary, the_exit_code_follows_the_table) {
   drive::MapSummary summary = summary_of(1);
   EXPECT_EQ(exit_code_of(summary, 0), 0);
