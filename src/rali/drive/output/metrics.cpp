@@ -72,8 +72,20 @@ Json vehicle_json(const VehicleSummary& v) {
   return json;
 }
 
+/// The joint estimate's bias between two vehicles, by their names "v1-v2"; of several antennas the
+/// first pair. Null where the vehicles could not be joined.
+const fleet::PairBias* joint_bias(const MapSummary& summary, const std::string& pair) {
+  for (const fleet::PairBias& bias : summary.fleet.biases) {
+    const std::string& a = summary.vehicles[bias.a.value].name;
+    const std::string& b = summary.vehicles[bias.b.value].name;
+    if (pair == a + '-' + b || pair == b + '-' + a) return &bias;
+  }
+  return nullptr;
+}
+
 /// Rejected ranges by reason; what never happened is left out.
-Json ranges_json(const RangeTally& ranges, const MapJob& job) {
+Json ranges_json(const MapSummary& summary, const MapJob& job) {
+  const RangeTally& ranges = summary.ranges;
   Json json{{"total", ranges.total}, {"used", ranges.used()}};
   json["rejected"] = Json::object();
   for (std::size_t i = 1; i < ranges.by_reason.size(); ++i) {
@@ -83,10 +95,12 @@ Json ranges_json(const RangeTally& ranges, const MapJob& job) {
   json["pairs"] = Json::object();
   const Json latency = job.ranges.latency_s ? number(*job.ranges.latency_s) : Json(nullptr);
   for (const RangePair& pair : ranges.pairs) {
+    // Alone, vehicles tell the bias without its sigma.
+    const fleet::PairBias* joint = joint_bias(summary, pair.name);
     json["pairs"][pair.name] = {{"total", pair.total},
                                 {"used", pair.used},
-                                {"bias_m", number(pair.bias_m)},
-                                {"bias_sigma_m", nullptr},  // vehicles tell the bias alone
+                                {"bias_m", number(joint ? joint->bias_m : pair.bias_m)},
+                                {"bias_sigma_m", joint ? number(joint->sigma_m) : Json(nullptr)},
                                 {"residual_std_m", number(pair.residual_std_m)},
                                 {"latency_s", latency}};
   }
@@ -160,7 +174,7 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
   json["vehicles"] = Json::object();
   for (const VehicleSummary& v : summary.vehicles) json["vehicles"][v.name] = vehicle_json(v);
   json["fleet"] = fleet_json(summary);
-  json["ranges"] = ranges_json(summary.ranges, job);
+  json["ranges"] = ranges_json(summary, job);
   json["map"] = {{"points", summary.map_points},
                  {"voxel_m", number(job.map.voxel_m)},
                  {"thickness_m", number(summary.map_thickness_m)}};
