@@ -79,6 +79,14 @@ void read_fleet(const Json& fleet, RunData& run) {
   run.loops_accepted = number(fleet, "loops_accepted");
   run.loops_refused = number(fleet, "loops_refused");
   run.rounds_count = number(fleet, "rounds");
+  const Json& frames = at(fleet, "frames");
+  if (frames.is_object()) {
+    for (const auto& [name, frame] : frames.items()) {
+      if (run.frames.size() >= kVehiclesMax) break;
+      run.frames.push_back({name, text(at(frame, "decided_by")), text(at(frame, "waits_for")),
+                            number(frame, "sigma_m"), number(frame, "sigma_rad")});
+    }
+  }
   const Json& groups = at(fleet, "groups");
   if (!groups.is_array()) return;
   for (const Json& group : groups) {

@@ -142,11 +142,46 @@ TEST(ReportNumbers, shows_the_frontiers_that_were_left) {
   run.vehicles = {"v1", "v2"};
   run.fleet = true;
   const std::string page = page_of(run);
-  EXPECT_TRUE(has(page, "In the last round: 1 unreachable."));
+  EXPECT_TRUE(has(page, "Left in the end:"));
   EXPECT_TRUE(has(page, "behind the gate"));
-  EXPECT_EQ(count(page, "<title>frontier 5: unreachable, 2.5 m</title>"), 2U)
-      << "in the map by error and in that by height";
+  EXPECT_EQ(count(page, "<title>frontier 5: unreachable, 2.5 m</title>"), 3U)
+      << "in the map by error, by height and by vehicle";
   EXPECT_FALSE(has(page, "<title>frontier 4"));
+}
+
+TEST(ReportNumbers, sum_up_loops_per_pair_and_list_only_those_refused) {
+  TestRun run;
+  run.vehicles = {"v1", "v2"};
+  run.fleet = true;
+  const std::string page = page_of(run);
+  EXPECT_TRUE(has(page, "v1 and v2"));
+  EXPECT_EQ(count(page, "v1 at 2.0 s"), 1U) << "of a closed and a refused one from this time";
+  EXPECT_TRUE(has(page, "too few points"));
+}
+
+TEST(ReportNumbers, tell_what_placed_a_vehicle_in_the_frame_of_the_first) {
+  const io::TestFolder folder;
+  TestRun run;
+  run.vehicles = {"v1", "v2"};
+  run.fleet = true;
+  write_test_run(folder, run);
+  std::string metrics = folder.read("metrics.json");
+  const std::string before = R"("loops_accepted")";
+  metrics.replace(metrics.find(before), before.size(),
+                  R"("frames":{"v1":{"decided_by":""},"v2":{"decided_by":"ranges and scans",)"
+                  R"("sigma_m":0.02,"sigma_rad":0.0349066,"waits_for":""}},"loops_accepted")");
+  folder.write("metrics.json", metrics);
+  const std::string page = page_of(folder);
+  EXPECT_TRUE(has(page, "ranges and scans"));
+  EXPECT_TRUE(has(page, "2.00\xC2\xB0")) << "heading in degrees";
+}
+
+TEST(ReportNumbers, colours_the_map_of_a_fleet_per_vehicle_and_not_that_of_one) {
+  TestRun run;
+  EXPECT_FALSE(has(page_of(run), "by vehicle</label>"));
+  run.vehicles = {"v1", "v2"};
+  run.fleet = true;
+  EXPECT_TRUE(has(page_of(run), "by vehicle</label>"));
 }
 
 TEST(ReportNumbers, names_the_day_of_the_data) {

@@ -67,6 +67,12 @@ struct RangeNumbers {
   std::vector<RangePair> pairs;
 };
 
+/// How a vehicle hangs in the fleet's frame: an entry of `fleet.frames` in metrics.json.
+struct FleetFrame {
+  std::string vehicle, decided_by, waits_for;
+  Number sigma_m, sigma_rad;
+};
+
 struct Round {
   std::string round, anchor, ended_by, next_anchor;
   double begin_s = kUnknown, end_s = kUnknown;
@@ -128,6 +134,7 @@ struct RunData {
   Number duration_s;
   std::vector<VehicleView> vehicles;
   std::vector<std::vector<std::string>> groups;  ///< vehicles that share one frame
+  std::vector<FleetFrame> frames;
   Number loops_accepted, loops_refused, rounds_count;
   RangeNumbers ranges;
   RangeTable range_table;  ///< of ranges.csv

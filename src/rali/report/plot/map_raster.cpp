@@ -18,20 +18,31 @@ constexpr double kWeakest = 0.22;
 struct Pixel {
   std::uint32_t slices = 0;  ///< a bit for each slice of the depth that holds a point
   std::uint32_t count = 0;
-  float sum = 0.0F;
-  std::uint32_t known = 0;
+  float sum = 0.0F;         ///< of values; of kinds: the leading one
+  std::uint32_t known = 0;  ///< points with a value; of kinds: by how many it leads
 };
+
+/// Vote of R. Boyer and J. Moore (1981): who has more than half of all leads in the end.
+void vote(double kind, Pixel& p) {
+  if (p.known == 0) p.sum = static_cast<float>(kind);
+  if (p.sum == static_cast<float>(kind)) {
+    ++p.known;
+  } else {
+    --p.known;
+  }
+}
 
 const std::vector<float>& axis_of(const MapPoints& map, std::size_t axis) {
   return axis == 0 ? map.x_m : axis == 1 ? map.y_m : map.z_m;
 }
 
-std::vector<std::array<std::uint8_t, 3>> palette(bool reversed) {
+std::vector<std::array<std::uint8_t, 3>> palette(bool reversed, const std::vector<Rgb>& kinds) {
   std::vector<std::array<std::uint8_t, 3>> colours = {{255, 255, 255}};
   for (std::size_t c = 0; c <= kColours; ++c) {
     // The last one is for points without a value.
     const double place = static_cast<double>(c) / (kColours - 1);
-    const Rgb full = c == kColours ? Rgb{120, 120, 120} : scale_colour(place, reversed);
+    Rgb full = c == kColours ? Rgb{120, 120, 120} : scale_colour(place, reversed);
+    if (c < kinds.size() && c < kColours) full = kinds[c];
     for (std::size_t s = 0; s < kStrengths; ++s) {
       const double alpha = kWeakest + (1.0 - kWeakest) * static_cast<double>(s) / (kStrengths - 1);
       Rgb mixed{};
@@ -61,12 +72,13 @@ std::uint32_t many_slices(const std::vector<Pixel>& pixels) {
   return 2;
 }
 
-std::uint8_t index_of(const Pixel& p, std::uint32_t most) {
+std::uint8_t index_of(const Pixel& p, std::uint32_t most, bool kinds) {
   if (p.count == 0) return 0;
   std::size_t colour = kColours;
   if (p.known > 0) {
     const double share = std::clamp(static_cast<double>(p.sum) / p.known, 0.0, 1.0);
-    colour = static_cast<std::size_t>(std::lround(share * (kColours - 1)));
+    colour = kinds ? static_cast<std::size_t>(p.sum)
+                   : static_cast<std::size_t>(std::lround(share * (kColours - 1)));
   }
   const double height = (static_cast<double>(std::popcount(p.slices)) - 1.0) / (most - 1.0);
   const double strength = std::clamp(height, 0.0, 1.0) * (kStrengths - 1);
@@ -94,7 +106,8 @@ Range range_of_points(const MapPoints& map, std::size_t axis) {
 
 std::vector<std::byte> draw_points(const MapPoints& map, const ViewAxes& axes, const Range& right,
                                    const Range& up, std::uint32_t width, std::uint32_t height,
-                                   const PointShare& share, bool reversed) {
+                                   const PointShare& share, bool reversed,
+                                   const std::vector<Rgb>& kinds) {
   std::vector<Pixel> pixels(std::size_t{width} * height);
   const std::vector<float>& a = axis_of(map, axes.right);
   const std::vector<float>& b = axis_of(map, axes.up);
@@ -112,16 +125,20 @@ std::vector<std::byte> draw_points(const MapPoints& map, const ViewAxes& axes, c
     ++p.count;
     const double value = share(i);
     if (!std::isfinite(value)) continue;
+    if (!kinds.empty()) {
+      vote(std::clamp(value, 0.0, kColours - 1.0), p);
+      continue;
+    }
     p.sum += static_cast<float>(std::clamp(value, 0.0, 1.0));
     ++p.known;
   }
   io::IndexedImage image;
   image.width = width;
   image.height = height;
-  image.palette = palette(reversed);
+  image.palette = palette(reversed, kinds);
   image.index.reserve(pixels.size());
   const std::uint32_t most = many_slices(pixels);
-  for (const Pixel& p : pixels) image.index.push_back(index_of(p, most));
+  for (const Pixel& p : pixels) image.index.push_back(index_of(p, most, !kinds.empty()));
   return io::png_bytes(image);
 }
 

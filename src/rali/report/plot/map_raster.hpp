@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "rali/report/internal/colours.hpp"
 #include "rali/report/plot/axis.hpp"
 #include "rali/report/run_data.hpp"
 
@@ -23,11 +25,13 @@ using PointShare = std::function<double(std::size_t)>;
 
 /// The cloud seen along one axis as a PNG (bytes), white where nothing is. What is high along the
 /// depth (walls) is dark, what is flat to the viewer (floors) is faint; colour by `share`, dark for
-/// 1 if `reversed`.
+/// 1 if `reversed`. With `kinds` (at most 30) the value is the number of a kind: each pixel has the
+/// colour of the kind that most of its points are of, grey where none is.
 [[nodiscard]] std::vector<std::byte> draw_points(const MapPoints& map, const ViewAxes& axes,
                                                  const Range& right, const Range& up,
                                                  std::uint32_t width, std::uint32_t height,
-                                                 const PointShare& share, bool reversed);
+                                                 const PointShare& share, bool reversed,
+                                                 const std::vector<Rgb>& kinds = {});
 
 /// Expected error as share of the colours: 0 at the 2nd, 1 at the 98th percentile.
 struct ErrorScale {

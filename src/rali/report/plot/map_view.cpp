@@ -66,8 +66,8 @@ void draw_cloud(const MapView& view, const Frame& f, std::string& out) {
   const auto width = static_cast<std::uint32_t>(f.width * kPixelsPerUnit);
   const auto height = static_cast<std::uint32_t>(f.height * kPixelsPerUnit);
   const PointShare share = view.share ? view.share : [](std::size_t) { return kUnknown; };
-  const std::vector<std::byte> png =
-      draw_points(*view.map, view.axes, f.right, f.up, width, height, share, view.dark_is_high);
+  const std::vector<std::byte> png = draw_points(*view.map, view.axes, f.right, f.up, width, height,
+                                                 share, view.dark_is_high, view.kinds);
   fmt::format_to(std::back_inserter(out),
                  "<image x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
                  "href=\"data:image/png;base64,{}\"/>\n",
@@ -309,7 +309,8 @@ BarsShown bars_shown(const MapView& view) {
 std::string svg_of(const MapView& view) {
   if (range_of(view, view.axes.right).empty() || range_of(view, view.axes.up).empty()) return {};
   const Frame f = frame_of(view);
-  const bool bar = view.share != nullptr && view.map != nullptr && view.map->size() > 0;
+  const bool bar =
+      view.share != nullptr && view.kinds.empty() && view.map != nullptr && view.map->size() > 0;
   const double height = f.top + f.height + kBottom + (bar ? kBar - 14.0 : 0.0);
   std::string out = fmt::format(
       "<svg class=\"plot map\" viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"map\" "

@@ -43,7 +43,8 @@ struct MapBar {
 struct MapView {
   const MapPoints* map = nullptr;
   ViewAxes axes;
-  PointShare share;  ///< colour of the points; empty: all grey
+  PointShare share;        ///< colour of the points; empty: all grey
+  std::vector<Rgb> kinds;  ///< not empty: `share` is the number of a kind, and there is no bar
   bool dark_is_high = false;
   std::string colour_text;  ///< under the colour bar, with both ends: low, high
   std::string colour_low, colour_high;

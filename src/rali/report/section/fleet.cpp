@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -13,11 +16,29 @@ namespace {
 
 constexpr std::size_t kRowsMax = 60;
 
+/// Who was placed by what, and how surely.
+std::string placed_html(const RunData& run) {
+  Table table({"vehicle", "placed by", "place (1 sigma)", "heading (1 sigma)", "waits for"});
+  for (const FleetFrame& f : run.frames) {
+    if (f.decided_by.empty() && f.waits_for.empty()) continue;
+    const bool placed = !f.decided_by.empty();
+    constexpr double kDegPerRad = 57.29577951308232;
+    table.row({escaped(f.vehicle), placed ? escaped(f.decided_by) : "not placed",
+               placed && f.sigma_m ? metres(f.sigma_m) : fixed(kUnknown, 0),
+               placed && f.sigma_rad ? fixed(*f.sigma_rad * kDegPerRad, 2) + "\xC2\xB0"
+                                     : fixed(kUnknown, 0),
+               escaped(f.waits_for)});
+  }
+  if (table.empty()) return {};
+  return table.html(true) +
+         "<p class=\"note\">Of the vehicle's first pose in the frame of the first vehicle.</p>\n";
+}
+
 std::string groups_html(const RunData& run) {
   if (run.vehicles.size() < 2) return absent("One vehicle: there is nothing to join.");
   if (run.groups.empty()) return absent("Which vehicles share a frame is not known.");
   if (run.groups.size() == 1) {
-    return "<p>All in one frame: " + names_text(run.groups[0]) + ".</p>\n";
+    return "<p>All in one frame: " + names_text(run.groups[0]) + ".</p>\n" + placed_html(run);
   }
   Table table({"frame", "vehicles", "in map.*"});
   for (std::size_t i = 0; i < run.groups.size(); ++i) {
@@ -27,7 +48,36 @@ std::string groups_html(const RunData& run) {
     });
     table.row({fmt::format("{}", i + 1), names_text(group), in_map ? "yes" : "no"});
   }
-  return table.html(true);
+  return table.html(true) + placed_html(run);
+}
+
+/// A vehicle counts as standing while it gets less far than this in a second.
+constexpr double kStands_m = 0.05;
+
+/// Bars of equal kind side by side are one.
+void add_bar(double begin_s, double end_s, const char* css_class, TimeRow& row) {
+  if (!row.bars.empty() && row.bars.back().css_class == css_class &&
+      row.bars.back().end_s == begin_s) {
+    row.bars.back().end_s = end_s;
+  } else {
+    row.bars.push_back({begin_s, end_s, css_class, "", "", 0.0, 1.0});
+  }
+}
+
+void add_motion(const std::vector<WayPoint>& way, TimeRow& row) {
+  for (std::size_t from = 0, to = 0; from + 1 < way.size(); from = to) {
+    while (to + 1 < way.size() && way[to].t_s < way[from].t_s + 1.0) ++to;
+    const double span_s = way[to].t_s - way[from].t_s;
+    const double per_s = (way[to].p_m - way[from].p_m).norm() / std::max(span_s, 1e-3);
+    const bool drives = !(per_s < kStands_m);
+    add_bar(way[from].t_s, way[to].t_s, drives ? "role-drives" : "role-stands", row);
+    if (to == from) break;
+  }
+  for (TimeBar& bar : row.bars) {
+    bar.title =
+        fmt::format("{} from {} to {} s", bar.css_class == "role-drives" ? "drives" : "stands",
+                    fixed(bar.begin_s, 1), fixed(bar.end_s, 1));
+  }
 }
 
 /// Who stands as anchor when: one row per vehicle.
@@ -38,10 +88,7 @@ std::string roles_svg(const RunData& run) {
   std::vector<TimeRow> rows;
   for (const VehicleView& v : run.vehicles) {
     TimeRow row{v.name, {}};
-    if (!v.way.empty()) {
-      row.bars.push_back(
-          {v.way.front().t_s, v.way.back().t_s, "role-drives", "drives", "", 0.0, 1.0});
-    }
+    add_motion(v.way, row);
     for (const Round& r : run.rounds) {
       if (r.anchor != v.name) continue;
       row.bars.push_back({r.begin_s, r.end_s, "role-anchor",
@@ -57,7 +104,24 @@ std::string roles_svg(const RunData& run) {
 constexpr std::string_view kRoleLegend =
     "<p class=\"legend\"><span><svg width=\"24\" height=\"14\"><rect class=\"role-drives\" "
     "width=\"24\" height=\"14\"/></svg> drives</span><span><svg width=\"24\" height=\"14\"><rect "
+    "class=\"role-stands\" width=\"24\" height=\"14\"/></svg> stands</span><span><svg "
+    "width=\"24\" height=\"14\"><rect "
     "class=\"role-anchor\" width=\"24\" height=\"14\"/></svg> stands as anchor</span></p>\n";
+
+std::string end_words(const std::string& ended_by) {
+  static constexpr std::array<std::array<std::string_view, 2>, 7> kWords = {
+      {{"finished", "all others had finished"},
+       {"timeout", "its time was over"},
+       {"anchor_moved", "the anchor drove off"},
+       {"anchor_lost", "the anchor was lost"},
+       {"explored", "nothing left to explore"},
+       {"operator", "the user's table"},
+       {"end_of_data", "the data ended"}}};
+  for (const auto& [word, words] : kWords) {
+    if (word == ended_by) return std::string(words);
+  }
+  return escaped(ended_by);
+}
 
 std::string rounds_html(const RunData& run) {
   if (run.rounds.empty()) return absent("No rounds are recorded.");
@@ -66,57 +130,122 @@ std::string rounds_html(const RunData& run) {
   for (std::size_t i = 0; i < std::min(run.rounds.size(), kRowsMax); ++i) {
     const Round& r = run.rounds[i];
     table.row({escaped(r.round), escaped(r.anchor), fixed(r.begin_s, 1) + " s",
-               fixed(r.end_s, 1) + " s", escaped(r.ended_by), escaped(r.next_anchor)});
+               fixed(r.end_s, 1) + " s", end_words(r.ended_by), escaped(r.next_anchor)});
   }
-  return html + table.html(true);
-}
-
-std::string state_words(const std::string& state) {
-  return state == "too_small" ? "too small" : escaped(state);
-}
-
-std::string loops_html(const RunData& run) {
-  if (run.loops.empty()) return absent("No loop was closed and none was refused.");
-  Table table({"from", "to", "", "why", "score", "shift"});
-  for (std::size_t i = 0; i < std::min(run.loops.size(), kRowsMax); ++i) {
-    const Loop& l = run.loops[i];
-    table.row({fmt::format("{} at {} s", escaped(l.vehicle_from), fixed(l.from_s, 1)),
-               fmt::format("{} at {} s", escaped(l.vehicle_to), fixed(l.to_s, 1)),
-               l.accepted ? "\xE2\x9C\x93 closed" : "\xE2\x9C\x97 refused", escaped(l.reason),
-               fixed(l.score, 2),
-               std::isfinite(l.shift_m) ? metres(l.shift_m) : fixed(kUnknown, 0)});
-  }
-  std::string html = table.html(true);
-  if (run.loops.size() > kRowsMax) {
-    html += fmt::format("<p class=\"note\">and {} more in loops.csv</p>\n",
-                        run.loops.size() - kRowsMax);
+  html += table.html(true);
+  if (run.rounds.size() > kRowsMax) {
+    html += fmt::format("<p class=\"note\">and {} more in rounds.csv</p>\n",
+                        run.rounds.size() - kRowsMax);
   }
   return html;
 }
 
+/// What became of the loops between two vehicles, or of one with itself.
+struct PairLoops {
+  std::size_t accepted = 0, refused = 0;
+  std::vector<double> scores, shifts_m;  ///< of those accepted
+};
+
+double median(std::vector<double> values) {
+  values.erase(
+      std::remove_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); }),
+      values.end());
+  if (values.empty()) return kUnknown;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::string metres_or_none(double value_m) {
+  return std::isfinite(value_m) ? metres(value_m) : fixed(kUnknown, 0);
+}
+
+std::string pairs_html(const RunData& run) {
+  std::map<std::pair<std::string, std::string>, PairLoops> pairs;
+  for (const Loop& l : run.loops) {
+    PairLoops& pair = pairs[std::minmax(l.vehicle_from, l.vehicle_to)];
+    ++(l.accepted ? pair.accepted : pair.refused);
+    if (!l.accepted) continue;
+    pair.scores.push_back(l.score);
+    if (std::isfinite(l.shift_m)) pair.shifts_m.push_back(l.shift_m);
+  }
+  Table table({"vehicles", "closed", "refused", "score, median", "shift, median", "largest"});
+  for (const auto& [names, pair] : pairs) {
+    const auto most = std::max_element(pair.shifts_m.begin(), pair.shifts_m.end());
+    table.row({names.first == names.second
+                   ? fmt::format("{} with itself", escaped(names.first))
+                   : fmt::format("{} and {}", escaped(names.first), escaped(names.second)),
+               fmt::format("{}", pair.accepted), fmt::format("{}", pair.refused),
+               fixed(median(pair.scores), 2), metres_or_none(median(pair.shifts_m)),
+               metres_or_none(most == pair.shifts_m.end() ? kUnknown : *most)});
+  }
+  return table.html() +
+         "<p class=\"note\">Score: share of points that agree. Shift: how far the scans moved the "
+         "two places against what was expected. All loops are in loops.csv.</p>\n";
+}
+
+std::string loops_html(const RunData& run) {
+  if (run.loops.empty()) return absent("No loop was closed and none was refused.");
+  std::string html = pairs_html(run);
+  Table table({"refused: from", "to", "why", "score", "shift"});
+  std::size_t refused = 0;
+  for (const Loop& l : run.loops) {
+    if (l.accepted || ++refused > kRowsMax) continue;
+    table.row({fmt::format("{} at {} s", escaped(l.vehicle_from), fixed(l.from_s, 1)),
+               fmt::format("{} at {} s", escaped(l.vehicle_to), fixed(l.to_s, 1)),
+               escaped(l.reason), fixed(l.score, 2), metres_or_none(l.shift_m)});
+  }
+  if (refused == 0) return html;
+  html += table.html(true);
+  if (refused > kRowsMax) {
+    html += fmt::format("<p class=\"note\">and {} more in loops.csv</p>\n", refused - kRowsMax);
+  }
+  return html;
+}
+
+std::string round_words(const std::string& round) {
+  return round == "0" ? "end of data" : escaped(round);
+}
+
+/// How many there were when each round ended.
+std::string frontier_counts_html(const RunData& run) {
+  Table table({"when round ended", "open", "longest open", "explored", "unreachable", "too small"});
+  for (std::size_t begin = 0; begin < run.frontiers.size() && table.size() < kRowsMax;) {
+    std::map<std::string, std::size_t> states;
+    double longest_m = kUnknown;
+    std::size_t end = begin;
+    for (; end < run.frontiers.size() && run.frontiers[end].round == run.frontiers[begin].round;
+         ++end) {
+      const Frontier& f = run.frontiers[end];
+      ++states[f.state];
+      if (f.state == "open" && !(f.length_m <= longest_m)) longest_m = f.length_m;
+    }
+    table.row({round_words(run.frontiers[begin].round), fmt::format("{}", states["open"]),
+               metres_or_none(longest_m), fmt::format("{}", states["explored"]),
+               fmt::format("{}", states["unreachable"]), fmt::format("{}", states["too_small"])});
+    begin = end;
+  }
+  return table.html();
+}
+
 std::string frontiers_html(const RunData& run) {
   if (run.frontiers.empty()) return {};
-  std::map<std::string, std::size_t> states;
   const std::string& last = run.frontiers.back().round;
-  for (const Frontier& f : run.frontiers) states[f.state] += f.round == last ? 1 : 0;
-  std::string sum;
-  for (const auto& [state, n] : states) {
-    if (n == 0) continue;
-    sum += fmt::format("{}{} {}", sum.empty() ? "" : ", ", n, state_words(state));
+  Table table({"frontier", "at x", "y", "length", "nearest", "state", "why"});
+  std::size_t left = 0;
+  for (const Frontier& f : run.frontiers) {
+    // Too small ones are many, and explored ones are done.
+    if (f.round != last || f.state == "too_small" || f.state == "explored") continue;
+    if (++left > kRowsMax) continue;
+    table.row({escaped(f.id), fixed(f.p_m.x(), 1) + " m", fixed(f.p_m.y(), 1) + " m",
+               metres_or_none(f.length_m), escaped(f.nearest_vehicle), escaped(f.state),
+               escaped(f.reason)});
   }
-  Table table({"round", "frontier", "at x", "y", "length", "nearest", "state", "why"});
-  for (std::size_t i = 0; i < std::min(run.frontiers.size(), kRowsMax); ++i) {
-    const Frontier& f = run.frontiers[i];
-    table.row({escaped(f.round), escaped(f.id), fixed(f.p_m.x(), 1) + " m",
-               fixed(f.p_m.y(), 1) + " m",
-               std::isfinite(f.length_m) ? metres(f.length_m) : fixed(kUnknown, 0),
-               escaped(f.nearest_vehicle), state_words(f.state), escaped(f.reason)});
-  }
-  std::string html = "<h3>Frontiers: borders of what was seen</h3><p>In the last round: " + sum +
-                     ".</p>\n" + "<div class=\"wide\">" + table.html(true) + "</div>";
-  if (run.frontiers.size() > kRowsMax) {
-    html += fmt::format("<p class=\"note\">and {} more in frontiers.csv</p>\n",
-                        run.frontiers.size() - kRowsMax);
+  std::string html = "<h3>Frontiers: borders of what was seen</h3>" + frontier_counts_html(run);
+  if (left == 0) return html + "<p>None was left to drive to.</p>\n";
+  html += "<p>Left in the end:</p><div class=\"wide\">" + table.html(true) + "</div>";
+  if (left > kRowsMax) {
+    html += fmt::format("<p class=\"note\">and {} more in frontiers.csv</p>\n", left - kRowsMax);
   }
   return html;
 }

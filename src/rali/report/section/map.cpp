@@ -29,7 +29,8 @@ void add_frontiers(const RunData& run, MapView& view) {
   std::string last;
   for (const Frontier& f : run.frontiers) last = f.round;
   for (const Frontier& f : run.frontiers) {
-    if (f.round != last || f.state == "explored" || !f.p_m.head<2>().allFinite()) continue;
+    const bool left = f.state != "explored" && f.state != "too_small";
+    if (f.round != last || !left || !f.p_m.head<2>().allFinite()) continue;
     view.frontiers.push_back(
         {f.p_m, fmt::format("frontier {}: {}, {:.1f} m", f.id, f.state, f.length_m)});
   }
@@ -79,6 +80,12 @@ void colour_by_height(const RunData& run, MapView& view) {
   view.colour_low = metres(z.low());
   view.colour_high = metres(z.high());
   view.colour_text = "height z of the points";
+}
+
+/// Each point in the colour of the vehicle that saw it first; the ways have the same colours.
+void colour_by_vehicle(const RunData& run, MapView& view) {
+  view.share = [&map = run.map](std::size_t i) { return static_cast<double>(map.vehicle[i]); };
+  for (std::size_t i = 0; i < run.vehicles.size(); ++i) view.kinds.push_back(style_of(i).colour);
 }
 
 /// Seen from the side along the shorter of the two horizontal axes.
@@ -176,12 +183,21 @@ Section map_section(const RunData& run) {
   }
   section.html += frames_note(run) + legend(top);
   if (run.map.size() > 0 && top.share) {
+    std::string labels, third;
+    if (run.vehicles.size() > 1 && run.map.vehicle.size() == run.map.size()) {
+      MapView vehicles = base_view(run);
+      colour_by_vehicle(run, vehicles);
+      labels =
+          "<input type=\"radio\" name=\"top\" id=\"top-vehicle\"><label for=\"top-vehicle\">"
+          "by vehicle</label>";
+      third = "<figure class=\"c\">" + svg_of(vehicles) + "</figure>";
+    }
     section.html += fmt::format(
         "<div class=\"switch\"><input type=\"radio\" name=\"top\" id=\"top-error\" checked>"
         "<label for=\"top-error\">by expected error</label><input type=\"radio\" name=\"top\" "
-        "id=\"top-height\"><label for=\"top-height\">by height</label>"
-        "<figure class=\"a\">{}</figure><figure class=\"b\">{}</figure></div>\n",
-        by_error, svg_of(heights));
+        "id=\"top-height\"><label for=\"top-height\">by height</label>{}"
+        "<figure class=\"a\">{}</figure><figure class=\"b\">{}</figure>{}</div>\n",
+        labels, by_error, svg_of(heights), third);
   } else {
     section.html += "<figure>" + svg_of(run.map.size() > 0 ? heights : top) + "</figure>\n";
   }
