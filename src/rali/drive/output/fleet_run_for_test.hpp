@@ -82,7 +82,7 @@ class DrivenVehicle {
   void keyframe() {
     const map::test::Room corridor{{0.0, 0.0, 0.0}, {60.0, 3.0, 3.0}, {}};
     const map::test::Sweep sweep =
-        map::test::look_around(corridor, map::test::pose_at(x_m_, 1.5, 0.8), t_s_, kColumns);
+        map::test::look_around(corridor, map::test::pose_at(x_m_, 1.5, 0.8), t_s_);
     auto made = std::make_shared<odometry::Keyframe>();
     made->t = Time::from_s(t_s_);
     made->T_odom_body = sweep.T_map_body;
@@ -94,8 +94,6 @@ class DrivenVehicle {
     made->cloud.ring.assign(view.size(), 0);
     take(vehicle::KeyframeAdded{{id_, keyframes_++}, made});
   }
-
-  static constexpr int kColumns = 600;  ///< enough for a grid of 0.2 m, and soon computed
 
   VehicleId id_;
   VehicleRun run_;
