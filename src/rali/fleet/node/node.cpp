@@ -91,7 +91,11 @@ void Node::on(const HeardRange& event) {
 }
 
 void Node::on(const HeardRadio& event) {
-  if (role_.durable.anchor == event.peer) input_.rssi_dbm = event.rssi_dbm;
+  if (role_.durable.anchor != event.peer) return;
+  // Each counts: radios tell once a second, and the median is taken over two.
+  input_.rssi_dbm = event.rssi_dbm;
+  rssi_dbm_ = event.rssi_dbm;
+  watch_finish();
 }
 
 void Node::on(const DriveStatus& event) {
@@ -198,7 +202,7 @@ VehicleStatus Node::status() const {
   s.T_odom_body = pose_->T_odom_body;
   s.sigma_m = pose_->sigma_m;
   if (pose_->blind) s.blind_azimuth_rad = std::atan2(pose_->blind_odom.y(), pose_->blind_odom.x());
-  s.rssi_dbm = input_.rssi_dbm.value_or(0.0);
+  s.rssi_dbm = rssi_dbm_;
   return s;
 }
 

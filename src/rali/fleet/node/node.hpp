@@ -128,6 +128,7 @@ class Node {
   std::optional<Time> rested_, standing_since_;
   std::vector<geometry::Vec3> trail_odom_m_;  ///< of the last metres
   FinishInput input_;                         ///< gathered since the last look at it
+  double rssi_dbm_ = 0.0;                     ///< last heard from the anchor; 0: nothing
   DriveStatus drive_;
   std::uint32_t ranges_to_anchor_ = 0;
   Time next_status_, next_finish_, next_claim_;

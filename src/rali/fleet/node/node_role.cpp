@@ -51,6 +51,7 @@ void Node::act(const RoleAction& action) {
       goals_.reset();
       backs_ = false;
       ranges_to_anchor_ = 0;
+      rssi_dbm_ = 0.0;
       exchange_.set_points_to(action.vehicle);
       return;
     case RoleActionKind::kOrphaned:
@@ -64,7 +65,7 @@ void Node::act(const RoleAction& action) {
                     fmt::format("two vehicles are anchor of term {}: {} is the other one",
                                 action.term, action.vehicle.value + 1));
     case RoleActionKind::kRefused:
-      return;
+      return;  // told as it is
   }
 }
 

@@ -7,8 +7,6 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <Eigen/Eigenvalues>
-
 #include "rali/fleet/centre/path_frames.hpp"
 
 namespace rali::fleet {
