@@ -1,0 +1,99 @@
+// Two simulated vehicles from their recordings to one map, by the program itself.
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rali/cli/run_for_test.hpp"
+#include "rali/eval/alignment.hpp"
+#include "rali/eval/drift.hpp"
+#include "rali/eval/errors.hpp"
+#include "rali/io/files/test_folder.hpp"
+#include "rali/io/files/tum.hpp"
+
+namespace rali {
+namespace {
+
+std::string read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The trajectory of one vehicle beside its truth.
+eval::PairList pairs_of(const std::string& recording, const std::string& out,
+                        const std::string& vehicle) {
+  const auto est = io::read_tum(out + "/trajectory/" + vehicle + ".tum");
+  const auto ref = io::read_tum(recording + "/truth/" + vehicle + ".tum");
+  EXPECT_TRUE(est && ref);
+  if (!est || !ref) return {};
+  eval::PoseList poses, truth;
+  for (const auto& pose : est->poses) poses.push_back({pose.t, pose.T});
+  for (const auto& pose : ref->poses) truth.push_back({pose.t, pose.T});
+  const auto paired = eval::associate(poses, truth, {eval::AssociationMode::kInterpolate});
+  EXPECT_TRUE(paired) << (paired ? "" : paired.error().message());
+  return paired ? paired->pairs : eval::PairList{};
+}
+
+/// How far the second vehicle's place relative to the first one's is off, typically: no alignment.
+double between_m(const eval::PairList& a, const eval::PairList& b) {
+  std::vector<double> errors;
+  for (const eval::PoseError& e : eval::errors_between(a, b, 0.3)) {
+    errors.push_back(e.translation_m);
+  }
+  EXPECT_GT(errors.size(), 100U);
+  return eval::statistics(errors).rmse;
+}
+
+/// fleet.yaml without what it says about starts.
+std::string without_priors(const std::string& yaml) {
+  std::string out;
+  bool within = false;
+  std::size_t at = 0;
+  while (at < yaml.size()) {
+    const std::size_t end = std::min(yaml.find('\n', at), yaml.size() - 1) + 1;
+    const std::string line = yaml.substr(at, end - at);
+    at = end;
+    if (line[0] != ' ') within = line.rfind("priors:", 0) == 0;
+    if (!within) out += line;
+  }
+  return out;
+}
+
+TEST(FleetMap, of_a_corridor_is_one_map_with_starts_and_never_a_wrong_one_without) {
+  const io::TestFolder folder;
+  const std::string recording = folder.path("recording");
+  const cli::Outcome made = cli::run_rali({"simulate", "corridor", "-o", recording, "--seed", "401",
+                                           "--duration", "40", "--pedestrians", "2"});
+  ASSERT_EQ(made.code, 0) << made.err;
+
+  const std::string out = folder.path("with");
+  const cli::Outcome with = cli::run_rali({"map", recording + "/fleet.yaml", "-o", out, "-q"});
+  ASSERT_EQ(with.code, 0) << with.err << with.out;
+  const eval::PairList a = pairs_of(recording, out, "v1"), b = pairs_of(recording, out, "v2");
+  ASSERT_GT(a.size(), 300U);
+  ASSERT_GT(b.size(), 300U);
+  eval::PairList all = a;
+  all.insert(all.end(), b.begin(), b.end());
+  const auto T = eval::align(all, eval::Alignment::kSe3);
+  ASSERT_TRUE(T) << T.error().message();
+  EXPECT_LT(eval::translation_statistics(eval::absolute_errors(all, *T)).rmse, 0.06);
+  EXPECT_LT(between_m(a, b), 0.15);
+
+  const std::string silent = recording + "/silent.yaml";
+  std::ofstream(silent) << without_priors(read(recording + "/fleet.yaml"));
+  const std::string apart = folder.path("without");
+  const cli::Outcome without = cli::run_rali({"map", silent, "-o", apart, "-q"});
+  if (without.code == 0) {
+    EXPECT_LT(between_m(pairs_of(recording, apart, "v1"), pairs_of(recording, apart, "v2")), 0.3);
+  } else {
+    // Not joined is an honest answer, as long as it says so.
+    EXPECT_EQ(without.code, 3) << without.err;
+    EXPECT_NE((without.err + without.out).find("v2"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace rali
