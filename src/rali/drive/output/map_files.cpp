@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/drive/output/rounds_files.hpp"
 #include "rali/io/files/cloud_writers.hpp"
 #include "rali/io/files/grid_file.hpp"
 #include "rali/map/build_map.hpp"
@@ -71,13 +72,13 @@ Status write_grid_files(const map::OccupancyGrid& grid, const std::string& out_d
 
 Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs, const MapJob& job,
                                    Executor& executor, FindingList& findings) {
-  const map::KeyframeStream stream = [&](const map::KeyframeVisitor& visit) -> Status {
-    for (const VehicleRun* run : runs) {
-      const Status status =
-          keyframe_stream(job.out_dir, run->keyframes(), run->T_map_odom())(visit);
-      if (!status) return status;
-    }
-    return {};
+  // By time: each point is told as that vehicle's which saw it first, not all as the first one's.
+  const FleetRunView fleet{nullptr, runs, job.out_dir};
+  const map::KeyframeStream stream = [&fleet](const map::KeyframeVisitor& visit) {
+    return walk_keyframes(fleet, [&visit](KeyframeId, const map::KeyframeView& keyframe) {
+      visit(keyframe);
+      return Status{};
+    });
   };
   const Result<map::MapResult> result = map::build_map(stream, job.map, executor, findings);
   if (!result) return tl::make_unexpected(result.error());
