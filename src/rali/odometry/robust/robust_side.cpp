@@ -16,11 +16,17 @@ namespace {
 constexpr double kLateMax_s = 0.1;
 
 /// How a measurement moves with the whole state. Without inertial data the state's velocity is in
-/// the body.
-Eigen::Matrix<double, 1, kStateDim> row_of(const SideMeasurement& m, const Mat3& R_odom_v) {
+/// the body, and turns with it.
+Eigen::Matrix<double, 1, kStateDim> row_of(const SideMeasurement& m, const FilterState& state,
+                                           bool inertial) {
   Eigen::Matrix<double, 1, kStateDim> H = Eigen::Matrix<double, 1, kStateDim>::Zero();
   H.segment<6>(kTheta) = m.d_pose;
-  H.segment<3>(kVel) = m.d_velocity * R_odom_v;
+  H.segment<3>(kVel) = m.d_velocity;
+  if (!inertial) {
+    const Mat3& R = state.T_odom_body.R;
+    H.segment<3>(kVel) = m.d_velocity * R;
+    H.segment<3>(kTheta) -= m.d_velocity * R * geometry::skew(state.v);
+  }
   return H;
 }
 
@@ -90,8 +96,7 @@ void RobustOdometry::walk_side(int index, double variance) {
 }
 
 double RobustOdometry::variance(const SideMeasurement& m) const {
-  const Mat3 R_odom_v = inertial_ ? Mat3::Identity() : state_.T_odom_body.R;
-  const Eigen::Matrix<double, 1, kStateDim> H = row_of(m, R_odom_v);
+  const Eigen::Matrix<double, 1, kStateDim> H = row_of(m, state_, inertial_);
   const double map = (m.d_pose * drift_.map_error() * m.d_pose.transpose()).value();
   double out = map + (H * state_.P * H.transpose()).value();
   if (m.d_side.size() > 0) {
@@ -102,8 +107,7 @@ double RobustOdometry::variance(const SideMeasurement& m) const {
 }
 
 Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
-  const Mat3 R_odom_v = inertial_ ? Mat3::Identity() : state_.T_odom_body.R;
-  const Eigen::Matrix<double, 1, kStateDim> H = row_of(m, R_odom_v);
+  const Eigen::Matrix<double, 1, kStateDim> H = row_of(m, state_, inertial_);
   StateVec PH = state_.P * H.transpose();
   if (m.d_side.size() > 0) PH += state_.P_side * m.d_side;
   const SideStates::Vector side_PH =
@@ -139,12 +143,11 @@ Eigen::MatrixXd RobustOdometry::joint_covariance() const {
 }
 
 Eigen::MatrixXd RobustOdometry::joint_rows(const SideRowList& rows) const {
-  const Mat3 R_odom_v = inertial_ ? Mat3::Identity() : state_.T_odom_body.R;
   const int n = state_.side.size();
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(static_cast<int>(rows.size()), kStateDim + n);
   for (int k = 0; k < H.rows(); ++k) {
     const SideMeasurement& row = rows[static_cast<std::size_t>(k)];
-    H.row(k).head<kStateDim>() = row_of(row, R_odom_v);
+    H.row(k).head<kStateDim>() = row_of(row, state_, inertial_);
     if (row.d_side.size() > 0) H.row(k).tail(n) = row.d_side.transpose();
   }
   return H;

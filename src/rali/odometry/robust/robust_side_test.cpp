@@ -1,0 +1,336 @@
+#include <cmath>
+#include <string>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+#include "rali/odometry/robust/driven_for_test.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using geometry::Mat3;
+using geometry::SE3;
+using geometry::Vec3;
+using geometry::Vec6;
+
+constexpr double kSweep_s = TestRoom::kSweep_s;
+
+/// A place (three side states) and a bias, as somebody who measures ranges has them.
+void add_place_and_bias(SideFilter& filter) {
+  SideStates::Vector place = Vec3(9.0, 2.0, 0.5);
+  SideStates::Matrix doubt = Vec3(0.09, 0.25, 0.01).asDiagonal();
+  doubt(0, 1) = doubt(1, 0) = 0.05;
+  ASSERT_EQ(filter.add_side(place, doubt), 0);
+  SideStates::Vector bias(1);
+  bias[0] = 0.1;
+  SideStates::Matrix bias_doubt(1, 1);
+  bias_doubt(0, 0) = 0.01;
+  ASSERT_EQ(filter.add_side(bias, bias_doubt), 3);
+}
+
+/// Anything that depends on all there is.
+SideMeasurement any_measurement(const SideFilter& filter, std::uint64_t seed, double residual) {
+  Rng rng(seed, "measurement");
+  SideMeasurement m;
+  for (int k = 0; k < 6; ++k) m.d_pose[k] = rng.normal();
+  for (int k = 0; k < 3; ++k) m.d_velocity[k] = 0.1 * rng.normal();
+  m.d_side.resize(filter.side().size());
+  for (int k = 0; k < m.d_side.size(); ++k) m.d_side[k] = rng.normal();
+  m.residual = residual;
+  return m;
+}
+
+class RobustSide : public testing::TestWithParam<bool> {
+ protected:
+  /// Means are worked out to second order of residuals of 1 mm.
+  static constexpr double kMean = 1e-5;
+
+  /// Without inertial data the velocity is in the body: a millimetre on, its covariance in odom is
+  /// seen from another attitude.
+  static double covariance_share() { return GetParam() ? 1e-5 : 5e-3; }
+};
+
+TEST_P(RobustSide, updates_move_pose_speed_and_side_states_as_the_textbook_says) {
+  Driven driven = under_way(GetParam());
+  add_place_and_bias(*driven.filter);
+  for (std::uint64_t k = 0; k < 6; ++k) {
+    DenseSideFilter dense = textbook(driven);
+    const SideMeasurement m = any_measurement(*driven.filter, k, 1e-3 * static_cast<double>(k % 3));
+    const double map_m2 = map_error(*driven.filter, m);
+    EXPECT_GE(map_m2, 0.0);
+    const Vec3 shift = driven.filter->apply(m, 0.02);
+    const Vec3 expected = dense.apply(m, 0.02 + map_m2);  // the map's error is noise to it
+    EXPECT_LT((shift - expected).norm(), 1e-9);
+    expect_same(driven, dense, kMean, covariance_share());
+  }
+}
+
+TEST_P(RobustSide, of_considered_side_states_only_the_part_that_is_estimated_moves) {
+  Driven driven = under_way(GetParam());
+  add_place_and_bias(*driven.filter);
+  const Vec3 along = Vec3(0.8, 0.6, 0.0);
+  for (std::uint64_t k = 0; k < 4; ++k) {
+    DenseSideFilter dense = textbook(driven);
+    SideMeasurement m = any_measurement(*driven.filter, 10 + k, 1e-3);
+    m.considered = 0;
+    m.estimates = along * along.transpose();
+    const double R = 0.02 + map_error(*driven.filter, m);
+    const Vec3 before = driven.filter->side().mean.head<3>();
+    static_cast<void>(driven.filter->apply(m, 0.02));
+    static_cast<void>(dense.apply(m, R));
+    const Vec3 moved = driven.filter->side().mean.head<3>() - before;
+    EXPECT_GT(std::abs(moved.dot(along)), 1e-9);
+    EXPECT_LT(moved.cross(along).norm(), 1e-12);
+    expect_same(driven, dense, kMean, covariance_share());
+  }
+}
+
+TEST_P(RobustSide, side_states_come_wander_and_go_as_in_the_textbook) {
+  Driven driven = under_way(GetParam());
+  add_place_and_bias(*driven.filter);
+  DenseSideFilter dense = textbook(driven);
+  for (SideFilter* filter : {driven.filter, static_cast<SideFilter*>(&dense)}) {
+    filter->walk_side(3, 0.04);
+    SideStates::Vector mean(2);
+    mean << -1.0, 2.0;
+    SideStates::Matrix doubt = SideStates::Matrix::Identity(2, 2);
+    doubt(0, 1) = doubt(1, 0) = 0.5;
+    EXPECT_EQ(filter->add_side(mean, doubt), 4);
+  }
+  SideMeasurement m = any_measurement(*driven.filter, 20, 1e-3);
+  const double map_m2 = map_error(*driven.filter, m);
+  static_cast<void>(driven.filter->apply(m, 0.01));
+  static_cast<void>(dense.apply(m, 0.01 + map_m2));
+  // Those in the middle go; what hangs together on both sides of them stays as it was.
+  driven.filter->remove_side(1, 3);
+  dense.remove_side(1, 3);
+  ASSERT_EQ(driven.filter->side().size(), 3);
+  expect_same(driven, dense, kMean, covariance_share());
+}
+
+TEST_P(RobustSide, what_somebody_else_estimated_is_taken_over_and_the_rest_follows) {
+  Driven driven = under_way(GetParam());
+  add_place_and_bias(*driven.filter);
+  static_cast<void>(driven.filter->apply(any_measurement(*driven.filter, 30, 0.0), 0.01));
+  DenseSideFilter dense = textbook(driven);
+  SideRowList rows = {any_measurement(*driven.filter, 31, 0.0),
+                      any_measurement(*driven.filter, 32, 0.0),
+                      any_measurement(*driven.filter, 33, 0.0)};
+  EXPECT_LT((driven.filter->covariance(rows) - dense.covariance(rows)).norm(),
+            1e-9 * dense.covariance(rows).norm());
+  // Narrower in one, wider in another; and a row that says what the first says already.
+  SideStates::Matrix given = dense.covariance(rows);
+  given.row(0) *= 0.5;
+  given.col(0) *= 0.5;
+  given.row(2) *= 2.0;
+  given.col(2) *= 2.0;
+  SideStates::Vector shift(3);
+  shift << 1e-3, -2e-3, 5e-4;
+  const Vec3 moved = driven.filter->replace(rows, shift, given);
+  const Vec3 expected = dense.replace(rows, shift, given);
+  EXPECT_LT((moved - expected).norm(), 1e-9);
+  expect_same(driven, dense, kMean, covariance_share());
+  EXPECT_LT((driven.filter->covariance(rows) - given).norm(), covariance_share() * given.norm());
+}
+
+TEST_P(RobustSide, rows_that_say_the_same_twice_count_once) {
+  Driven once = under_way(GetParam());
+  Driven twice = under_way(GetParam());
+  for (Driven* d : {&once, &twice}) add_place_and_bias(*d->filter);
+  const SideMeasurement m = any_measurement(*once.filter, 40, 0.0);
+  const double before_m2 = once.filter->covariance(SideRowList{m})(0, 0);
+  SideStates::Vector shift = SideStates::Vector::Constant(1, 1e-3);
+  SideStates::Matrix half = SideStates::Matrix::Constant(1, 1, 0.5 * before_m2);
+  static_cast<void>(once.filter->replace({m}, shift, half));
+  shift = SideStates::Vector::Constant(2, 1e-3);
+  half = SideStates::Matrix::Constant(2, 2, 0.5 * before_m2);
+  static_cast<void>(twice.filter->replace({m, m}, shift, half));
+  EXPECT_NEAR(once.filter->covariance(SideRowList{m})(0, 0), 0.5 * before_m2, 1e-4 * before_m2);
+  DenseSideFilter dense = textbook(once);
+  expect_same(twice, dense, kMean, 1e-6);
+}
+
+std::string name_of(const testing::TestParamInfo<bool>& with_imu) {
+  return with_imu.param ? "inertial" : "lidar_only";
+}
+
+INSTANTIATE_TEST_SUITE_P(WithAndWithoutInertialData, RobustSide, testing::Bool(), name_of);
+
+TEST(RobustSideFilter, a_sweep_moves_side_states_by_what_they_share_with_pose_and_speed) {
+  Driven driven = under_way(true);
+  add_place_and_bias(*driven.filter);
+  SideMeasurement range;  // the place hangs on where the vehicle is
+  range.d_pose.tail<3>() = Eigen::RowVector3d(-0.9, -0.4, 0.1);
+  range.d_side = SideStates::Vector::Zero(4);
+  range.d_side.head<3>() = Vec3(0.9, 0.4, -0.1);
+  static_cast<void>(driven.filter->apply(range, 1e-6));
+  driven.imu_until(kSweep_s * (driven.sweeps + 1));
+  driven.t_end = driven.t_end + Duration::from_s(kSweep_s);
+  ASSERT_TRUE(driven.filter->advance_to(driven.t_end));
+  DenseSideFilter dense = textbook(driven);
+  static_cast<void>(driven.sweep());
+  // Regression on the pose and the speed as the sweep left them.
+  SideRowList own = unit_rows(dense);
+  own.resize(DenseSideFilter::kOwn);
+  const Moment after = driven.now();
+  SideStates::Vector shift(DenseSideFilter::kOwn);
+  shift << geometry::boxminus(after.T_odom_body, dense.now.T_odom_body),
+      after.v_odom_mps - dense.now.v_odom_mps;
+  const SideStates::Vector place = dense.known.mean;
+  static_cast<void>(dense.replace(own, shift, driven.filter->covariance(own)));
+  EXPECT_GT((dense.known.mean - place).norm(), 1e-5);
+  expect_same(driven, dense, 0.02, 0.02);
+}
+
+TEST(RobustSideFilter, side_states_follow_the_speed_that_they_hang_on) {
+  Driven driven(small_room(), 18, true);
+  add_place_and_bias(*driven.filter);
+  SideMeasurement m;
+  m.d_velocity = Eigen::RowVector3d(1.0, 0.0, 0.0);
+  m.d_side = SideStates::Vector::Zero(4);
+  m.d_side[3] = -1.0;
+  static_cast<void>(driven.filter->apply(m, 1e-6));  // the bias is as wrong as the speed
+  const Eigen::MatrixXd before = driven.filter->covariance(unit_rows(*driven.filter));
+  constexpr double kStep_s = 0.05;
+  driven.imu_until(driven.t_end.s() + kStep_s);
+  const Moment then = *driven.filter->advance_to(driven.t_end + Duration::from_s(kStep_s));
+  const Eigen::MatrixXd after = driven.filter->covariance(unit_rows(*driven.filter));
+  // cov(p + dt v, bias) = cov(p, bias) + dt cov(v, bias); tilt and biases add a tenth of a percent.
+  const int bias = DenseSideFilter::kOwn + 3;
+  const Vec3 grown = after.block<3, 1>(3, bias) - before.block<3, 1>(3, bias);
+  const Vec3 expected = kStep_s * before.block<3, 1>(6, bias);
+  EXPECT_GT(expected.norm(), 1e-8);
+  EXPECT_LT((grown - expected).norm(), 0.02 * expected.norm());
+  EXPECT_EQ(after.bottomRightCorner(4, 4), before.bottomRightCorner(4, 4));
+  EXPECT_EQ(then.t, driven.t_end + Duration::from_s(kStep_s));
+}
+
+TEST(RobustSideFilter, asking_between_sweeps_changes_nothing_about_the_way) {
+  Driven plain(small_room(), 16, true);
+  Driven asked(small_room(), 16, true);
+  for (int k = 0; k < 4; ++k) {
+    for (Driven* d : {&plain, &asked}) d->imu_until(kSweep_s * (d->sweeps + 1));
+    for (const double part : {0.31, 0.32, 0.8}) {
+      const Time t = asked.t_end + Duration::from_s(part * kSweep_s);
+      const auto then = asked.filter->advance_to(t);
+      ASSERT_TRUE(then);
+      const SE3 truth = asked.room.pose(t.s());
+      EXPECT_LT((then->T_odom_body.p - truth.p).norm(), 0.05);
+      EXPECT_EQ(then->t, t);
+    }
+    const ScanResult a = plain.sweep();
+    const ScanResult b = asked.sweep();
+    const Vec6 apart = geometry::boxminus(a.T_odom_body, b.T_odom_body);
+    EXPECT_LT(apart.norm(), 2e-4) << k;  // samples are split where it was asked
+  }
+}
+
+TEST(RobustSideFilter, tells_nothing_before_it_found_itself_nor_of_long_ago) {
+  Driven waiting(small_room(), 3, true);
+  EXPECT_FALSE(waiting.filter->advance_to(waiting.t_end));
+  Driven driven(small_room(), 20, true);
+  const Moment now = driven.now();
+  ASSERT_GT(now.v_odom_mps.norm(), 0.3);
+  EXPECT_FALSE(driven.filter->advance_to(driven.t_end - Duration::from_s(0.11)));
+  const auto then = driven.filter->advance_to(driven.t_end - Duration::from_s(0.09));
+  ASSERT_TRUE(then);
+  const Vec3 back = now.T_odom_body.p - then->T_odom_body.p;
+  EXPECT_LT((back - 0.09 * now.v_odom_mps).norm(), 1e-9);
+  const SE3 truth = driven.room.pose(driven.t_end.s() - 0.09);
+  EXPECT_LT((then->T_odom_body.p - truth.p).norm(), 0.03);
+}
+
+TEST(RobustSideFilter, is_full_when_it_is_full) {
+  Driven driven(small_room(), 1, false);
+  SideStates::Vector mean = SideStates::Vector::Zero(SideStates::kMax - 1);
+  const SideStates::Matrix doubt =
+      SideStates::Matrix::Identity(SideStates::kMax - 1, SideStates::kMax - 1);
+  EXPECT_EQ(driven.filter->add_side(mean, doubt), 0);
+  mean = SideStates::Vector::Zero(2);
+  EXPECT_EQ(driven.filter->add_side(mean, SideStates::Matrix::Identity(2, 2)), -1);
+  EXPECT_EQ(driven.filter->side().size(), SideStates::kMax - 1);
+}
+
+TEST(RobustSideFilter, counts_the_surfaces_of_the_map_that_a_line_goes_through) {
+  TestRoom room;
+  room.rest_s = 100.0;
+  Driven driven(room, 12, true);
+  const SideFilter& filter = *driven.filter;
+  const Vec3 inside(1.0, 0.5, 0.0);
+  EXPECT_EQ(filter.surfaces_between(inside, Vec3(2.0, 3.0, 0.2)), 0);
+  EXPECT_EQ(filter.surfaces_between(inside, Vec3(1.2, 8.0, 0.1)), 1);  // wall at y = 6.5
+  EXPECT_EQ(filter.surfaces_between(Vec3(1.2, 8.0, 0.1), inside), 1);  // and back
+  EXPECT_EQ(filter.surfaces_between(Vec3(1.1, -6.0, 0.1), Vec3(1.2, 8.0, 0.1)), 2);
+  EXPECT_EQ(filter.surfaces_between(inside, inside), 0);
+}
+
+TEST(RobustSideFilter, in_a_room_no_direction_is_blind_and_nothing_is_widened) {
+  Driven driven(small_room(), 18, true);
+  EXPECT_FALSE(driven.filter->blind_axis());
+  const Eigen::MatrixXd before = driven.filter->covariance(unit_rows(*driven.filter));
+  driven.filter->widen(9.0);
+  EXPECT_EQ(driven.filter->covariance(unit_rows(*driven.filter)), before);
+}
+
+TEST(RobustSideFilter, widens_place_and_speed_along_the_blind_axis_of_a_tunnel_and_nothing_else) {
+  Driven driven(tunnel(), 25, true);
+  const auto axis = driven.filter->blind_axis();
+  ASSERT_TRUE(axis);
+  EXPECT_GT(std::abs(axis->x()), 0.999);
+  const Eigen::MatrixXd before = driven.filter->covariance(unit_rows(*driven.filter));
+  driven.filter->widen(4.0);
+  Eigen::MatrixXd expected = before;
+  for (const int block : {3, 6}) {
+    const double var = axis->dot(before.block<3, 3>(block, block) * *axis);
+    EXPECT_GT(var, 0.0);
+    expected.block<3, 3>(block, block) += 3.0 * var * *axis * axis->transpose();
+  }
+  const Eigen::MatrixXd after = driven.filter->covariance(unit_rows(*driven.filter));
+  EXPECT_LT((after - expected).cwiseAbs().maxCoeff(), 1e-12);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(after);
+  EXPECT_GT(solver.eigenvalues().minCoeff(), -1e-15);
+  EXPECT_EQ(driven.filter->position_covariance(), Mat3(after.block<3, 3>(3, 3)));
+}
+
+TEST(RobustSideFilter, the_map_is_wrong_across_a_tunnel_and_not_along_it) {
+  // Along the axis the pose does not hang on the map: a range there is all the pose's to follow.
+  Driven driven(tunnel(), 25, true);
+  const auto axis = driven.filter->blind_axis();
+  ASSERT_TRUE(axis);
+  SideMeasurement along;
+  along.d_pose.tail<3>() = axis->transpose();
+  SideMeasurement across;
+  across.d_pose.tail<3>() = Vec3::UnitZ().cross(*axis).transpose();
+  EXPECT_LT(map_error(*driven.filter, along), 0.02 * map_error(*driven.filter, across));
+  along.residual = 0.1;
+  const double var = driven.filter->covariance(SideRowList{along})(0, 0);
+  const Vec3 shift = driven.filter->apply(along, 1e-4);
+  EXPECT_NEAR(shift.dot(*axis), 0.1 * var / (var + 1e-4), 1e-3);
+  EXPECT_GT(shift.dot(*axis), 0.02);
+}
+
+TEST(RobustSideFilter, a_blind_sweep_leaves_the_place_along_the_tunnel_as_ranges_left_it) {
+  Driven plain(tunnel(), 25, true);
+  Driven pushed(tunnel(), 25, true);
+  const auto axis = pushed.filter->blind_axis();
+  ASSERT_TRUE(axis);
+  SideMeasurement along;
+  along.d_pose.tail<3>() = axis->transpose();
+  along.residual = 0.3;
+  const Vec3 shift = pushed.filter->apply(along, 1e-4);
+  const Vec3 speed = pushed.now().v_odom_mps - plain.now().v_odom_mps;
+  Vec3 expected = shift;
+  for (int k = 1; k <= 3; ++k) {
+    const ScanResult a = plain.sweep();
+    const ScanResult b = pushed.sweep();
+    expected += kSweep_s * speed;
+    const Vec3 apart = b.T_odom_body.p - a.T_odom_body.p;
+    EXPECT_NEAR(apart.dot(*axis), expected.dot(*axis), 0.03 * expected.norm()) << k;
+    EXPECT_LT((apart - apart.dot(*axis) * *axis).norm(), 0.01) << k;
+  }
+}
+
+}  // namespace
+}  // namespace rali::odometry
