@@ -155,7 +155,7 @@ std::string mission_text(const drive::MissionLog& mission, double duration_s) {
     open += f.round == rounds && f.state == map::FrontierState::kOpen ? 1 : 0;
   }
   if (!mission.ended) {
-    text += "the time limit ended the mission before everything was explored\n";
+    text += "it was ended by its time before everything was explored\n";
   } else if (mission.explored) {
     text += "no frontier is left, everything is explored\n";
   } else {

@@ -79,6 +79,7 @@ class Node {
   void send_role(RoleSend send);
   void tell_self();
   void watch_finish();
+  [[nodiscard]] bool was_near(const FinishInput& input);
   void became_anchor(bool new_round);
   void stopped_anchoring();
   void sealed();
@@ -131,6 +132,8 @@ class Node {
   double rssi_dbm_ = 0.0;                     ///< last heard from the anchor; 0: nothing
   DriveStatus drive_;
   std::uint32_t ranges_to_anchor_ = 0;
+  Time followed_;          ///< begin of the round, as a tag
+  bool was_near_ = false;  ///< the anchor, in this round
   Time next_status_, next_finish_, next_claim_;
 
   std::map<StreamKey, geometry::SE3> frames_;  ///< T_map_odom of all, as last told

@@ -52,6 +52,8 @@ void Node::act(const RoleAction& action) {
       backs_ = false;
       ranges_to_anchor_ = 0;
       rssi_dbm_ = 0.0;
+      was_near_ = false;
+      followed_ = now_;
       exchange_.set_points_to(action.vehicle);
       return;
     case RoleActionKind::kOrphaned:
@@ -90,6 +92,11 @@ void Node::watch_finish() {
     input.frontier_left = std::any_of(goals_->goals.begin(), goals_->goals.end(),
                                       [this](const Goal& g) { return g.vehicle == self_; });
   }
+  if (!was_near(input)) {
+    input.rssi_dbm.reset();
+    input.distance_m.reset();
+    input.range_m.reset();
+  }
   input.moves = is_moving();
   input.blind = pose_->blind;
   input.sigma_m = pose_->blind ? pose_->sigma_m : 0.0;
@@ -98,6 +105,20 @@ void Node::watch_finish() {
     rounds_.tag_finished(self_, finish_view_.reason);
     give(RoleFinished{finish_view_.reason});
   }
+}
+
+/// A round may begin with tags far from their new anchor: they are not to stop before they have
+/// come nearer, and the anchor gives them no goal that is farther away.
+bool Node::was_near(const FinishInput& input) {
+  const FinishSettings& finish = settings_.rounds.finish;
+  const bool heard_well =
+      rssi_dbm_ == 0.0 || rssi_dbm_ >= finish.rssi_stop_dbm + finish.warn_rssi_db;
+  const bool close = !input.distance_m ||
+                     *input.distance_m <= finish.max_distance_m * (1.0 - finish.warn_distance);
+  // Both radios have had their turn by then.
+  const bool known = seconds_between(followed_, now_) >= settings_.roles.stand_s;
+  was_near_ = was_near_ || (known && heard_well && close);
+  return was_near_;
 }
 
 void Node::became_anchor(bool new_round) {

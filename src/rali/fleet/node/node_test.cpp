@@ -135,6 +135,10 @@ TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   fleet.run(5.0);
   ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  for (int k = 0; k < 30; ++k) {
+    fleet.give(1, HeardRadio{id(0), -60.0});
+    fleet.step(0.1);
+  }
   // Three packets below -85 dBm are a weak radio, which is latched.
   for (int k = 0; k < 30; ++k) {
     fleet.give(1, HeardRadio{id(0), -90.0});
@@ -149,6 +153,17 @@ TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
   // Nothing is mapped, so nobody is better than the anchor itself: it goes on in a new round.
   EXPECT_GE(fleet.nodes[0].term(), 2U);
   EXPECT_GE(fleet.nodes[1].rounds().rounds().size(), 2U);
+}
+
+TEST(Node, a_tag_that_was_never_near_its_anchor_does_not_stop_for_its_weak_radio) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  for (int k = 0; k < 90; ++k) {
+    fleet.give(1, HeardRadio{id(0), -90.0});
+    fleet.step(0.1);
+  }
+  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  EXPECT_EQ(fleet.nodes[0].rounds().finished(id(1)), FinishReason::kNone);
 }
 
 TEST(Node, the_tag_takes_over_when_the_anchor_falls_silent_only_with_a_majority) {

@@ -18,8 +18,8 @@ struct NodeSettings {
   double look_s = 2.0;
   double moved_m = 0.02;
   double rest_s = 1.0;
-  double arrive_m = 1.2;
-  double stuck_s = 12.0;
+  double arrive_m = 2.0;
+  double stuck_s = 7.0;
   double taken_m = 4.0;
   double choice_wait_s = 15.0;
   double back_m = 3.0;
