@@ -203,6 +203,7 @@ void MapRun::join_fleet() {
     for (const auto& fact : run.facts()) centre.add(*fact);
   }
   summary_.fleet = centre.estimate(*executor_);
+  add_absent(runs_.size(), summary_.fleet);
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     join_path(summary_.fleet, VehicleId{static_cast<std::uint16_t>(i)}, runs_[i]);
   }

@@ -33,4 +33,20 @@ void join_path(const fleet::FleetEstimate& estimate, VehicleId vehicle, VehicleR
   if (!path.keyframes.empty()) run.join(path.T_map_odom, std::move(path.keyframes));
 }
 
+void add_absent(std::size_t vehicles, fleet::FleetEstimate& estimate) {
+  for (std::size_t i = 0; i < vehicles; ++i) {
+    const VehicleId id{static_cast<std::uint16_t>(i)};
+    const auto place = std::lower_bound(
+        estimate.frames.begin(), estimate.frames.end(), id,
+        [](const fleet::VehicleFrame& frame, VehicleId v) { return frame.vehicle < v; });
+    if (place != estimate.frames.end() && place->vehicle == id) continue;
+    fleet::VehicleFrame frame;
+    frame.vehicle = id;
+    frame.group = estimate.groups.size();
+    frame.waits_for = "it has no path";
+    estimate.frames.insert(place, frame);
+    estimate.groups.push_back({id});
+  }
+}
+
 }  // namespace rali::drive

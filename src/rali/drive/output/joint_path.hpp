@@ -18,4 +18,7 @@ struct JointPath {
 /// estimate leaves the vehicle to itself.
 void join_path(const fleet::FleetEstimate& estimate, VehicleId vehicle, VehicleRun& run);
 
+/// Gives vehicles that told nothing of a path a group of their own, with the reason.
+void add_absent(std::size_t vehicles, fleet::FleetEstimate& estimate);
+
 }  // namespace rali::drive

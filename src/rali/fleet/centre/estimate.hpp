@@ -62,7 +62,7 @@ struct UsedRange {
   double sigma_m = 0.0;
 };
 
-/// One map of all vehicles that could be joined.
+/// One map of all vehicles that could be joined. A vehicle without a path is a group of its own.
 struct FleetEstimate {
   std::vector<std::vector<VehicleId>> groups;  ///< largest first
   std::vector<VehicleFrame> frames;            ///< by vehicle
