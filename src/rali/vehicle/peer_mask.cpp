@@ -1,10 +1,17 @@
 #include "rali/vehicle/peer_mask.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <vector>
+
+#include "rali/base/rng.hpp"
+#include "rali/geometry/pca3.hpp"
 
 namespace rali::vehicle {
 
+using geometry::Mat3;
 using geometry::Vec3;
 using geometry::Vec3f;
 using sensor::LidarScan;
@@ -17,14 +24,146 @@ struct Cylinder {
   Vec3f up;
 };
 
-bool holds(const Cylinder& c, const Vec3f& point, const PeerMaskSettings& s) {
+/// A plane in the frame of the LiDAR: n.x = d.
+struct Surface {
+  Vec3f n = Vec3f::Zero();
+  float d_m = 0.0F;
+
+  [[nodiscard]] bool has(const Vec3f& x, float thickness_m) const {
+    return std::abs(n.dot(x) - d_m) < thickness_m;
+  }
+};
+
+/// Floor, two walls and what stands beside them.
+constexpr int kSurfacesMax = 4;
+/// As thick as floors and walls are rough and ranges noisy.
+constexpr float kThickness_m = 0.05F;
+/// The surroundings reach to so many radii, and so many of their points are looked at.
+constexpr float kReach = 2.0F;
+constexpr std::size_t kAroundMax = 240;
+/// Fewer points tell no surface.
+constexpr std::size_t kPointsMin = 12;
+/// Of all triangles of points on three surfaces a hundred hold several within each.
+constexpr int kTriangles = 100;
+/// Smaller triangles, in radii squared, may lie on a side of the vehicle.
+constexpr float kAreaMin = 0.3F;
+
+/// Level and upright distance, in radii and metres.
+bool within(const Cylinder& c, const Vec3f& point, float radius_m, float above_m, float below_m) {
   const Vec3f d = point - c.p;
   const float height = d.dot(c.up);
-  if (height > static_cast<float>(s.above_m) || height < -static_cast<float>(s.below_m)) {
-    return false;
+  if (height > above_m || height < -below_m) return false;
+  return (d - height * c.up).squaredNorm() < radius_m * radius_m;
+}
+
+bool holds(const Cylinder& c, const Vec3f& point, const PeerMaskSettings& s) {
+  return within(c, point, static_cast<float>(s.radius_m), static_cast<float>(s.above_m),
+                static_cast<float>(s.below_m));
+}
+
+Vec3f point_of(const LidarScan& scan, std::size_t i) {
+  return {scan.x_m[i], scan.y_m[i], scan.z_m[i]};
+}
+
+/// Points beside the cylinder, evenly thinned.
+std::vector<Vec3f> around(const LidarScan& scan, const Cylinder& c, const PeerMaskSettings& s) {
+  const auto radius_m = static_cast<float>(s.radius_m);
+  const float reach_m = kReach * radius_m;
+  const float above_m = static_cast<float>(s.above_m) + radius_m;
+  const float below_m = static_cast<float>(s.below_m) + radius_m;
+  std::vector<Vec3f> all;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    const Vec3f x = point_of(scan, i);
+    if (!within(c, x, reach_m, above_m, below_m)) continue;
+    const Vec3f d = x - c.p;
+    if ((d - d.dot(c.up) * c.up).squaredNorm() > radius_m * radius_m) all.push_back(x);
   }
-  const auto radius = static_cast<float>(s.radius_m);
-  return (d - height * c.up).squaredNorm() < radius * radius;
+  if (all.size() <= kAroundMax) return all;
+  std::vector<Vec3f> out;
+  for (std::size_t k = 0; k < kAroundMax; ++k) out.push_back(all[k * all.size() / kAroundMax]);
+  return out;
+}
+
+std::size_t count(const std::vector<Vec3f>& points, const Surface& s) {
+  return static_cast<std::size_t>(std::count_if(
+      points.begin(), points.end(), [&](const Vec3f& x) { return s.has(x, kThickness_m); }));
+}
+
+/// Through all points near it.
+Surface refined(const std::vector<Vec3f>& points, const Surface& rough) {
+  Vec3 sum = Vec3::Zero();
+  Mat3 squares = Mat3::Zero();
+  double n = 0.0;
+  for (const Vec3f& x : points) {
+    if (!rough.has(x, kThickness_m)) continue;
+    const Vec3 p = x.cast<double>();
+    sum += p;
+    squares += p * p.transpose();
+    n += 1.0;
+  }
+  const Vec3 mean = sum / n;
+  const geometry::Pca3 pca = geometry::pca3(squares / n - mean * mean.transpose());
+  Surface out;
+  out.n = pca.vectors.col(2).cast<float>();
+  out.d_m = static_cast<float>(pca.vectors.col(2).dot(mean));
+  return out;
+}
+
+/// The surface that most of the points lie on (Fischler and Bolles 1981); nothing if it is none.
+std::optional<Surface> surface_of_most(const std::vector<Vec3f>& points, float area_min_m2,
+                                       Rng& rng) {
+  Surface best;
+  std::size_t most = 0;
+  for (int k = 0; k < kTriangles; ++k) {
+    const Vec3f a = points[rng.below(points.size())];
+    const Vec3f b = points[rng.below(points.size())];
+    const Vec3f c = points[rng.below(points.size())];
+    const Vec3f normal = (b - a).cross(c - a);
+    if (0.5F * normal.norm() < area_min_m2) continue;
+    Surface s;
+    s.n = normal.normalized();
+    s.d_m = s.n.dot(a);
+    const std::size_t n = count(points, s);
+    if (n > most) best = s;
+    most = std::max(most, n);
+  }
+  if (most < kPointsMin) return std::nullopt;
+  return refined(points, best);
+}
+
+/// What the vehicle stands on and beside, by the points around it: a vehicle does not reach there.
+std::vector<Surface> surroundings(const LidarScan& scan, const Cylinder& c,
+                                  const PeerMaskSettings& settings) {
+  std::vector<Vec3f> points = around(scan, c, settings);
+  const auto radius_m = static_cast<float>(settings.radius_m);
+  Rng rng(0, "peer mask");
+  std::vector<Surface> out;
+  while (points.size() >= kPointsMin && out.size() < kSurfacesMax) {
+    const auto s = surface_of_most(points, kAreaMin * radius_m * radius_m, rng);
+    if (!s) break;
+    const std::size_t before = points.size();
+    std::erase_if(points, [&s](const Vec3f& x) { return s->has(x, kThickness_m); });
+    if (before - points.size() < kPointsMin) break;
+    out.push_back(*s);
+  }
+  return out;
+}
+
+/// The points on one vehicle: within its cylinder, and on nothing that goes on beyond.
+void mark(const LidarScan& scan, const Cylinder& c, const PeerMaskSettings& settings,
+          std::vector<bool>& on_vehicle) {
+  std::vector<std::size_t> inside;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    if (holds(c, point_of(scan, i), settings)) inside.push_back(i);
+  }
+  if (inside.empty()) return;
+  const std::vector<Surface> surfaces = surroundings(scan, c, settings);
+  for (const std::size_t i : inside) {
+    const Vec3f x = point_of(scan, i);
+    const bool beside = std::any_of(surfaces.begin(), surfaces.end(),
+                                    [&x](const Surface& s) { return s.has(x, kThickness_m); });
+    if (!beside) on_vehicle[i] = true;
+  }
 }
 
 }  // namespace
@@ -35,26 +174,19 @@ std::shared_ptr<const LidarScan> without_peers(const LidarScan& scan,
                                                const Vec3& up_odom,
                                                const PeerMaskSettings& settings) {
   const geometry::SE3 T_lidar_odom = T_odom_lidar.inverse();
-  std::vector<Cylinder> cylinders;
+  std::vector<bool> on_vehicle(scan.size(), false);
   for (const Vec3& p : antennas_odom_m) {
-    cylinders.push_back(
-        {(T_lidar_odom * p).cast<float>(), (T_lidar_odom.R * up_odom).cast<float>()});
+    const Cylinder c{(T_lidar_odom * p).cast<float>(), (T_lidar_odom.R * up_odom).cast<float>()};
+    mark(scan, c, settings, on_vehicle);
   }
-  const auto masked = [&](std::size_t i) {
-    const Vec3f point(scan.x_m[i], scan.y_m[i], scan.z_m[i]);
-    return std::any_of(cylinders.begin(), cylinders.end(),
-                       [&](const Cylinder& c) { return holds(c, point, settings); });
-  };
-  std::size_t first = 0;
-  while (first < scan.size() && !masked(first)) ++first;
-  if (first == scan.size()) return nullptr;
+  if (std::find(on_vehicle.begin(), on_vehicle.end(), true) == on_vehicle.end()) return nullptr;
   auto out = std::make_shared<LidarScan>(scan);  // with all that is not a point
   for (std::vector<float>* v : {&out->x_m, &out->y_m, &out->z_m, &out->intensity, &out->dt_s}) {
     v->clear();
   }
   out->ring.clear();
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    if (i >= first && masked(i)) continue;
+    if (on_vehicle[i]) continue;
     out->push_back(scan.x_m[i], scan.y_m[i], scan.z_m[i], scan.intensity[i], scan.dt_s[i],
                    scan.ring[i]);
   }

@@ -1,6 +1,7 @@
 #include "rali/vehicle/peer_mask.hpp"
 
 #include <array>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -65,6 +66,71 @@ TEST(PeerMask, knows_where_the_lidar_is_and_how_it_is_turned) {
   ASSERT_NE(left, nullptr);
   ASSERT_EQ(left->size(), 1U);
   EXPECT_FLOAT_EQ(left->x_m[0], -3.0F);
+}
+
+/// Floor 0.9 m below the antenna and a wall 0.8 m beside it, both going on, and a box on the floor.
+struct Parked {
+  LidarScan scan = points({});
+  std::size_t on_floor = 0;
+  std::size_t on_wall = 0;
+  std::size_t on_box = 0;
+
+  /// @param slope of the floor along x
+  explicit Parked(double slope) {
+    const auto add = [this](const Vec3& p, std::size_t& n) {
+      const Eigen::Vector3f f = p.cast<float>();
+      scan.push_back(f.x(), f.y(), f.z(), 1.0F, 0.0F, 0);
+      n += (p - Vec3(10.0, 0.0, p.z())).norm() < 1.2;
+    };
+    for (double x = 7.0; x < 13.0; x += 0.2) {
+      const double rise = slope * (x - 10.0);
+      for (double y = -3.0; y < 0.79; y += 0.2) add({x, y, -0.4 + rise}, on_floor);
+      for (double z = -0.3; z < 1.5; z += 0.2) add({x, 0.8, z + rise}, on_wall);
+    }
+    for (double z = -0.3; z < 0.3; z += 0.1) {
+      for (double a = -0.3; a < 0.31; a += 0.1) {
+        add({9.7, a, z}, on_box);
+        add({10.0 + a, -0.3, z}, on_box);
+      }
+    }
+  }
+};
+
+TEST(PeerMask, floor_and_wall_that_go_on_beyond_the_vehicle_stay) {
+  const std::array<Vec3, 1> antenna{Vec3(10.0, 0.0, 0.5)};
+  for (const double slope : {0.0, 0.08}) {
+    const Parked parked(slope);
+    ASSERT_GT(parked.on_floor + parked.on_wall, 100U);
+    const auto left = without_peers(parked.scan, SE3{}, antenna, kUp, {});
+    ASSERT_NE(left, nullptr);
+    EXPECT_EQ(left->size(), parked.scan.size() - parked.on_box) << slope;
+  }
+}
+
+TEST(PeerMask, the_side_of_a_vehicle_is_no_wall_however_many_points_are_on_it) {
+  // It stands 0.6 m off the place where it is thought to be: its front reaches out.
+  const std::array<Vec3, 1> antenna{Vec3(10.0, 0.6, 0.5)};
+  LidarScan scan = points({});
+  std::size_t inside = 0;
+  for (double y = -0.9; y < 0.91; y += 0.05) {
+    for (double z = -0.2; z < 0.21; z += 0.05) {
+      scan.push_back(9.7F, static_cast<float>(y), static_cast<float>(z), 1.0F, 0.0F, 0);
+      inside += std::hypot(0.3, y - 0.6) < 1.2;
+    }
+  }
+  ASSERT_LT(inside, scan.size());
+  const auto left = without_peers(scan, SE3{}, antenna, kUp, {});
+  ASSERT_NE(left, nullptr);
+  EXPECT_EQ(left->size(), scan.size() - inside);
+}
+
+TEST(PeerMask, points_that_are_no_numbers_are_nobodys) {
+  const std::array<Vec3, 1> antenna{Vec3(10.0, 0.0, 0.5)};
+  const double nan = std::nan("");
+  const auto left =
+      without_peers(points({{nan, nan, nan}, {10.0, 0.0, 0.2}}), SE3{}, antenna, kUp, {});
+  ASSERT_NE(left, nullptr);
+  EXPECT_EQ(left->size(), 1U);
 }
 
 }  // namespace
