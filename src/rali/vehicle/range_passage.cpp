@@ -37,8 +37,7 @@ SideMeasurement row_of(const SideFilter& filter) {
 
 /// Where the LiDAR holds the pose in every direction ranges have nothing to ruin; where it is blind
 /// along one, a wrong place across would.
-void RangeStage::enter_passage(const PairKey& key, Place& place, const Moment& now,
-                               SideFilter& filter) {
+void RangeStage::enter_passage(Place& place, const Moment& now, SideFilter& filter) {
   const ranging::MixtureSettings& s = settings_.ranging.mixture;
   if (place.passage || place.passed || !s.use) return;
   const std::optional<Vec3> axis = filter.blind_axis();
@@ -60,7 +59,6 @@ void RangeStage::enter_passage(const PairKey& key, Place& place, const Moment& n
                                 std::numeric_limits<double>::infinity()});
   const SideRowList rows = rows_of(place, filter);
   place.passage->mixture = PlaceMixture(s, across.cross(up_odom_), across, filter.covariance(rows));
-  static_cast<void>(key);
 }
 
 /// The mixture's quantities as functions of the filter's state.

@@ -89,7 +89,7 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
   if (prediction && place.along.isZero(0.0)) {
     place.along = (prediction->p_odom_antenna_m - prediction->p_odom_peer_m).normalized();
   }
-  if (prediction) enter_passage(key, place, now, filter);
+  if (prediction) enter_passage(place, now, filter);
   if (prediction && place.passage) predict_in_passage(key, place, now, filter, *prediction);
   // Near an antenna of doubtful place a range says nothing that a linear update could use.
   const bool bent = prediction && prediction->bent_sigma_m > settings_.ranging.limits.bent_max_m;

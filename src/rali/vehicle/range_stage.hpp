@@ -164,8 +164,7 @@ class RangeStage {
   [[nodiscard]] std::optional<Prediction> predict(const odometry::Moment& now, const PairKey& key,
                                                   const Pair& pair, const Place& place,
                                                   const odometry::SideFilter& filter) const;
-  void enter_passage(const PairKey& key, Place& place, const odometry::Moment& now,
-                     odometry::SideFilter& filter);
+  void enter_passage(Place& place, const odometry::Moment& now, odometry::SideFilter& filter);
   [[nodiscard]] odometry::SideRowList rows_of(const Place& place,
                                               const odometry::SideFilter& filter) const;
   void predict_in_passage(const PairKey& key, Place& place, const odometry::Moment& now,

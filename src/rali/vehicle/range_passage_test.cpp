@@ -1,0 +1,140 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+#include "rali/odometry/side_filter_for_test.hpp"
+#include "rali/vehicle/range_stage.hpp"
+
+namespace rali::vehicle {
+namespace {
+
+using geometry::Vec3;
+using odometry::DenseSideFilter;
+using sensor::RangeSample;
+
+constexpr VehicleId kSelf{1};
+constexpr VehicleId kPeer{2};
+
+/// A peer 40 m ahead in a passage, 1.2 m to the left of the way, that was measured 4 m to the
+/// right; its radio's ranges are all 0.05 m long, 0.1 m noisy, and wander by 0.1 m over seconds.
+struct Passing {
+  DenseSideFilter filter;
+  RangeStage stage;
+  OutputList out;
+  Rng rng{7, "ranges"};
+  double wander_m = 0.0;
+  double x_m = 0.0;
+  double worst_pose_m = 0.0;
+  double worst_bias_m = 0.0;
+  int ranges = 0;
+
+  static constexpr double kStep_s = 0.05;
+
+  static VehicleSettings settings() {
+    VehicleSettings out;
+    PeerSettings peer;
+    peer.id = kPeer;
+    peer.antennas_body_m = {Vec3::Zero()};
+    peer.prior.emplace();
+    peer.prior->T_self_peer.p = Vec3(40.0, -4.0, 0.0);
+    peer.prior->sigma_rad = 0.08;
+    out.peers.push_back(peer);
+    return out;
+  }
+
+  Passing() : stage(kSelf, settings()) {
+    filter.axis = Vec3::UnitX();
+    filter.P.diagonal().segment<3>(3) << 1e-4, 1e-4, 1e-4;
+    filter.P.diagonal().segment<3>(6) << 1e-4, 1e-8, 1e-8;
+  }
+
+  /// Goes on at that speed; while it stands the odometry knows so.
+  void drive(double speed_mps, double duration_s) {
+    const auto steps = static_cast<int>(duration_s / kStep_s);
+    for (int k = 0; k < steps; ++k) step(speed_mps);
+  }
+
+  void step(double speed_mps) {
+    const double t_s = kStep_s * ++ranges;
+    filter.now.v_odom_mps.x() += speed_mps - speed_mps_;
+    speed_mps_ = speed_mps;
+    x_m += speed_mps * kStep_s;
+    if (speed_mps == 0.0) {
+      stand();
+    } else {
+      filter.P(3, 3) += 2.0 * kStep_s * filter.P(3, 6) + kStep_s * kStep_s * filter.P(6, 6);
+      filter.P.block(3, 6, 1, 1) += kStep_s * filter.P.block(6, 6, 1, 1);
+      filter.P(6, 3) = filter.P(3, 6);
+      filter.P(6, 6) += 5e-6;
+    }
+    stage.on(PeerStatus{kPeer, Time::from_s(t_s), true});
+    wander_m += -wander_m * kStep_s / 2.0 + 0.1 * std::sqrt(2.0 * kStep_s / 2.0) * rng.normal();
+    RangeSample s;
+    s.t = Time::from_s(t_s);
+    s.from = kSelf;
+    s.to = kPeer;
+    s.range_m = std::hypot(40.0 - x_m, 1.2) + 0.05 + wander_m + 0.1 * rng.normal();
+    stage.add(s, out);
+    static_cast<void>(
+        stage.run(Time::from_s(t_s), &filter, Vec3(0.0, 0.0, -9.81), geometry::SE3{}, out));
+    worst_pose_m = std::max(worst_pose_m, std::abs(filter.now.T_odom_body.p.x() - x_m));
+    if (filter.side().size() == 5) {
+      worst_bias_m = std::max(worst_bias_m, std::abs(filter.side().mean[4] - 0.05));
+    }
+  }
+
+ private:
+  /// Speed is zero: measured.
+  void stand() {
+    odometry::SideMeasurement zero;
+    zero.d_velocity = Eigen::RowVector3d::UnitX();
+    zero.residual = -filter.now.v_odom_mps.x();
+    static_cast<void>(filter.apply(zero, 1e-6));
+  }
+
+  double speed_mps_ = 0.0;
+};
+
+struct Halt {
+  const char* name;
+  std::function<void(Passing&)> way;
+};
+
+/// A stretch of the way.
+struct Leg {
+  double speed_mps;
+  double duration_s;
+};
+
+struct Way {
+  const char* name;
+  std::vector<Leg> legs;
+};
+
+TEST(RangePassage, whoever_halts_or_turns_in_it_keeps_place_and_bias) {
+  const Way ways[] = {
+      {"goes on", {{1.0, 70.0}}},
+      {"halts 5 m before", {{1.0, 35.0}, {0.0, 90.0}}},
+      {"halts beside", {{1.0, 40.0}, {0.0, 90.0}}},
+      {"halts 3 m past", {{1.0, 43.0}, {0.0, 90.0}}},
+      {"halts and goes on", {{1.0, 43.0}, {0.0, 90.0}, {1.0, 20.0}}},
+      {"turns 5 m before", {{1.0, 35.0}, {-1.0, 35.0}}},
+      {"turns 3 m past", {{1.0, 43.0}, {-1.0, 43.0}}},
+      {"to and fro", {{1.0, 43.0}, {-1.0, 6.0}, {1.0, 6.0}, {-1.0, 6.0}, {1.0, 6.0}}}};
+  for (const Way& way : ways) {
+    Passing p;
+    for (const Leg& leg : way.legs) p.drive(leg.speed_mps, leg.duration_s);
+    ASSERT_EQ(p.filter.side().size(), 5) << way.name;
+    // Its sigma is 0.1 m before anything is known of it.
+    EXPECT_LT(p.worst_bias_m, 0.15) << way.name;
+    EXPECT_LT(p.worst_pose_m, 0.45) << way.name;
+    const double off_m = p.filter.now.T_odom_body.p.x() - p.x_m;
+    EXPECT_LT(std::abs(off_m), 3.0 * std::sqrt(p.filter.P(3, 3))) << way.name;
+  }
+}
+
+}  // namespace
+}  // namespace rali::vehicle
