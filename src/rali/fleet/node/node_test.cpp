@@ -140,11 +140,12 @@ TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
     fleet.step(0.1);
   }
   // Three packets below -85 dBm are a weak radio, which is latched.
-  for (int k = 0; k < 30; ++k) {
+  const auto told = [&] { return fleet.nodes[0].rounds().finished(id(1)); };
+  for (int k = 0; k < 30 && told() == FinishReason::kNone; ++k) {
     fleet.give(1, HeardRadio{id(0), -90.0});
     fleet.step(0.1);
   }
-  EXPECT_EQ(fleet.nodes[0].rounds().finished(id(1)), FinishReason::kSignal);
+  EXPECT_EQ(told(), FinishReason::kSignal);
   fleet.run(1.0);
   EXPECT_TRUE(fleet.did(0, RoleActionKind::kSealed));
   ASSERT_FALSE(fleet.nodes[0].rounds().rounds().empty());
