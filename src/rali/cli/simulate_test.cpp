@@ -75,11 +75,14 @@ TEST_F(Simulate, json_is_one_document_and_the_same_as_simulation_json) {
   EXPECT_EQ(done.out, bytes("simulation.json"));
 }
 
-TEST_F(Simulate, closed_loop_says_honestly_that_the_software_is_missing) {
-  const Outcome refused = simulate({"corridor", "-o", folder_, "--closed-loop"});
-  EXPECT_EQ(refused.code, 2);
-  EXPECT_NE(refused.err.find("does not have it yet"), std::string::npos) << refused.err;
-  EXPECT_FALSE(fs::exists(folder_));
+TEST_F(Simulate, a_closed_loop_that_its_time_ends_says_so_and_leaves_the_recording) {
+  const Outcome ended =
+      simulate({"corridor", "-o", folder_, "--closed-loop", "--vehicles", "2", "--duration", "3"});
+  EXPECT_EQ(ended.code, 1) << ended.err;
+  for (const char* name : {"v1.mcap", "v2.mcap", "ranges.csv", "fleet.yaml", "rounds.csv",
+                           "frontiers.csv", "truth/v2.tum"}) {
+    EXPECT_TRUE(fs::exists(fs::path(folder_) / name)) << name;
+  }
 }
 
 TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {
