@@ -8,8 +8,7 @@
 
 #include "common/cpu_time.hpp"
 #include "common/option_hash.hpp"
-#include "rali/config/apply.hpp"
-#include "rali/config/room_settings.hpp"
+#include "common/vehicle_settings.hpp"
 #include "rali/vehicle/vehicle.hpp"
 #include "rali/wire/fleet/codec.hpp"
 
@@ -19,24 +18,6 @@ namespace {
 
 /// Shares of the whole recording: the halves overlap by a fifth of it.
 constexpr double kFirstUntil = 0.6, kSecondFrom = 0.4;
-
-Result<vehicle::VehicleSettings> settings_of(const std::vector<std::string>& assignments) {
-  config::RoomSettings rooms;
-  config::FieldList fields;
-  config::collect_fields("", rooms, fields);
-  config::Origins origins;
-  for (const std::string& text : assignments) {
-    const auto node = config::parse_assignment(text);
-    if (!node) return tl::make_unexpected(node.error());
-    if (auto ok = config::apply_map(*node, "", "--set", fields, origins); !ok) {
-      return tl::make_unexpected(ok.error());
-    }
-  }
-  vehicle::VehicleSettings settings = rooms.vehicle;
-  settings.odometry = rooms.odometry;
-  settings.ranging = rooms.ranging;
-  return settings;
-}
 
 sim::FleetOptions options_of(const Place& place) {
   sim::FleetOptions options;
@@ -211,7 +192,7 @@ std::string file_name(const Place& place) {
 }
 
 Result<Mission> drive_anew(const Place& place) {
-  const auto settings = settings_of(place.settings);
+  const auto settings = bench::vehicle_settings(place.settings);
   if (!settings) return tl::make_unexpected(settings.error());
   auto world = world_of(place);
   if (!world) return tl::make_unexpected(world.error());

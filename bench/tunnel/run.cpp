@@ -4,9 +4,8 @@
 #include <numbers>
 
 #include "common/cpu_time.hpp"
+#include "common/vehicle_settings.hpp"
 #include "rali/base/rng.hpp"
-#include "rali/config/apply.hpp"
-#include "rali/config/room_settings.hpp"
 #include "rali/vehicle/vehicle.hpp"
 
 namespace rali::tunnel {
@@ -19,24 +18,6 @@ namespace {
 constexpr double kStatus_s = 0.1;  // a vehicle tells ten times a second that it stands
 constexpr double kPriorSigma_m = 0.2;
 constexpr double kPriorSigma_rad = 3.0 * std::numbers::pi / 180.0;
-
-Result<vehicle::VehicleSettings> settings_of(const std::vector<std::string>& assignments) {
-  config::RoomSettings rooms;
-  config::FieldList fields;
-  config::collect_fields("", rooms, fields);
-  config::Origins origins;
-  for (const std::string& text : assignments) {
-    const auto node = config::parse_assignment(text);
-    if (!node) return tl::make_unexpected(node.error());
-    if (auto ok = config::apply_map(*node, "", "--set", fields, origins); !ok) {
-      return tl::make_unexpected(ok.error());
-    }
-  }
-  vehicle::VehicleSettings settings = rooms.vehicle;
-  settings.odometry = rooms.odometry;
-  settings.ranging = rooms.ranging;
-  return settings;
-}
 
 /// Upright, heading as the body.
 SE3 levelled(const SE3& T_world_body) {
@@ -173,7 +154,7 @@ class Driver {
 }  // namespace
 
 Status check_settings(const std::vector<std::string>& settings) {
-  if (const auto checked = settings_of(settings); !checked) {
+  if (const auto checked = bench::vehicle_settings(settings); !checked) {
     return tl::make_unexpected(checked.error());
   }
   return {};
@@ -183,7 +164,7 @@ Result<Track> run(const Recording& recording, const Row& row,
                   const std::vector<std::string>& settings) {
   std::vector<std::string> all = settings;
   all.insert(all.end(), row.settings.begin(), row.settings.end());
-  auto made = settings_of(all);
+  auto made = bench::vehicle_settings(all);
   if (!made) return tl::make_unexpected(made.error());
   const std::uint64_t seed = recording.place().seed;
   Driver driver(row, seed, std::move(*made));

@@ -11,7 +11,7 @@
 #include "rali/cli/map_job.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/load_fleet.hpp"
-#include "rali/drive/closed_loop/mission_files.hpp"
+#include "rali/drive/output/rounds_table.hpp"
 #include "rali/scenario/recording/fleet_yaml.hpp"
 
 namespace rali::cli {
@@ -140,7 +140,9 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
   auto recording = scenario::record_drive(sim, options, drive);
   if (!recording) return tl::make_unexpected(recording.error());
   ClosedLoopRun run{std::move(*recording), fleet.log()};
-  if (Status s = drive::write_mission_files(options.folder, run.mission, names); !s) {
+  if (Status s = drive::write_rounds_table(options.folder, names, run.mission.rounds,
+                                           run.mission.frontiers);
+      !s) {
     return tl::make_unexpected(s.error());
   }
   return run;

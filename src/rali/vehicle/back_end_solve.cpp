@@ -3,8 +3,7 @@
 #include <map>
 
 #include "rali/fleet/path/shape.hpp"
-#include "rali/ranging/excess_watch.hpp"
-#include "rali/ranging/range_gate.hpp"
+#include "rali/ranging/second_look.hpp"
 #include "rali/vehicle/back_end.hpp"
 
 namespace rali::vehicle {
@@ -144,12 +143,8 @@ void BackEnd::judge_again(LocalGraph& graph, const std::vector<PairRecord>& pair
     RangeRecord& record = range.record;
     const graph::RangeFactor factor = factor_of(range);
     const double nu_m = -graph.residual(factor);
-    const double S = record.sigma_m * record.sigma_m + path_sigma_m * path_sigma_m;
-    const auto verdict = watches.at(record.pair)
-                             .look(record.t, nu_m, record.sigma_m, path_sigma_m, path_sigma_m / 4);
-    const bool step =
-        verdict == ranging::ExcessVerdict::kExcess || verdict == ranging::ExcessVerdict::kWaiting;
-    const bool fits = !step && ranging::gate(nu_m, S, record.sigma_m, true, r.gate).inside;
+    const bool fits = ranging::fits_path(watches.at(record.pair), record.t, nu_m, record.sigma_m,
+                                         path_sigma_m, r.gate);
     if (fits == record.used) continue;
     if (fits && !graph.contains_range(record.id)) {
       graph.add(factor);

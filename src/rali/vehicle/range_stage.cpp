@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rali/ranging/range_model.hpp"
+#include "rali/ranging/second_look.hpp"
 #include "rali/ranging/signal_quality.hpp"
 
 namespace rali::vehicle {
@@ -90,9 +91,7 @@ RangeStage::Pair& RangeStage::pair_of(const PairKey& key) {
   if (found != pairs_.end()) return found->second;
   const ranging::RangingSettings& r = settings_.ranging;
   const std::optional<double> given = peers_.at(std::get<1>(key)).settings.bias_m;
-  // A bias somebody calibrated still wanders by some of what it was.
-  constexpr double kCalibratedShare = 0.2;
-  const double sigma_m = given ? kCalibratedShare * r.bias.sigma_m : r.bias.sigma_m;
+  const double sigma_m = ranging::bias_sigma_m(r.bias, given.has_value());
   Pair pair(r, given.value_or(0.0), sigma_m);
   pair.number = static_cast<int>(pairs_.size());
   pair_records_.push_back({pair.number, pair.bias_m, pair.bias_sigma_m});

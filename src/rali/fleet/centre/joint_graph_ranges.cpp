@@ -3,9 +3,8 @@
 #include <map>
 
 #include "rali/fleet/centre/joint_graph.hpp"
-#include "rali/ranging/excess_watch.hpp"
-#include "rali/ranging/range_gate.hpp"
 #include "rali/ranging/range_thinning.hpp"
+#include "rali/ranging/second_look.hpp"
 
 namespace rali::fleet {
 
@@ -41,12 +40,10 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
   const auto in_group = [&](const AntennaPair& pair) {
     return T_map_odom_[pair.a.path] && T_map_odom_[pair.b.path];
   };
-  // A bias somebody calibrated still wanders by some of what it was.
-  constexpr double kCalibratedShare = 0.2;
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     if (!settings_.bias || !in_group(pairs_[k])) continue;
-    const double share = bias_m[k] ? kCalibratedShare : 1.0;
-    graph_->add_bias(static_cast<int>(k), bias_m[k].value_or(0.0), share * ranging_.bias.sigma_m);
+    graph_->add_bias(static_cast<int>(k), bias_m[k].value_or(0.0),
+                     ranging::bias_sigma_m(ranging_.bias, bias_m[k].has_value()));
   }
   graph_->add_tau(0, 0.0, ranging_.bias.tau_sigma_s);
   std::map<int, ranging::RangeThinning> thinning;
@@ -84,12 +81,8 @@ void JointGraph::judge_again() {
   for (Range& range : ranges_) {
     auto& watch = watches.emplace(range.pair, ranging::ExcessWatch(ranging_.excess)).first->second;
     const double nu_m = -graph_->residual(range.factor);
-    const double S_m2 = range.sigma_m * range.sigma_m + path_sigma_m * path_sigma_m;
-    const auto verdict =
-        watch.look(range.factor.t, nu_m, range.sigma_m, path_sigma_m, path_sigma_m / 4);
-    const bool step =
-        verdict == ranging::ExcessVerdict::kExcess || verdict == ranging::ExcessVerdict::kWaiting;
-    const bool fits = !step && ranging::gate(nu_m, S_m2, range.sigma_m, true, ranging_.gate).inside;
+    const bool fits =
+        ranging::fits_path(watch, range.factor.t, nu_m, range.sigma_m, path_sigma_m, ranging_.gate);
     if (fits == range.used) continue;
     if (fits) {
       range.factor.id = next_range_++;

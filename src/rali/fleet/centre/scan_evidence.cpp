@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "rali/fleet/centre/path_frames.hpp"
-#include "rali/fleet/path/level.hpp"
 
 namespace rali::fleet {
 
@@ -45,13 +44,9 @@ GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const Pat
                          std::size_t relative_to, std::size_t path, const SE3& T_relative_path,
                          double sigma_m, double sigma_rad) {
   // Both submaps in the level frame of the one that the start is relative to.
-  const auto T_start_odom = [&](std::size_t p) {
-    const SE3& T_odom_first = paths[p].nodes().front().step.T_odom_body;
-    return level_start(T_odom_first, paths[p].up_odom()).inverse();
-  };
   std::vector<SE3> T_common_odom(paths.size());
-  T_common_odom[relative_to] = T_start_odom(relative_to);
-  T_common_odom[path] = T_relative_path * T_start_odom(path);
+  T_common_odom[relative_to] = T_map_odom_alone(paths[relative_to]);
+  T_common_odom[path] = T_relative_path * T_map_odom_alone(paths[path]);
   return [submaps, T_common_odom, relative_to, path, T_relative_path, sigma_m, sigma_rad](
              std::size_t target, std::size_t source) -> std::optional<places::Guess> {
     const PathSubmap& t = submaps[target];
