@@ -26,6 +26,9 @@ constexpr double kLearnedSpeed = 0.02;
 /// And gaining more than that from one range to the next is somebody's doing.
 constexpr double kWidenedShare = 0.5;
 
+/// Times what is known already: a range that tells more is told in parts.
+constexpr double kMuch = 4.0;
+
 /// In slices: wider gaps part the sides of the way.
 constexpr double kApart = 2.0;
 
@@ -174,18 +177,37 @@ void PlaceMixture::update(const MixtureSight& sight, int bias, double residual_m
     const Expected e = expected(s, sight, bias);
     const double nu = measured_m - e.range_m;
     const double S = e.variance_m2 + R_m2;
-    const Vector PH = s.covariance * e.row;
-    Vector moved = PH;
-    if (!learns_across) moved[kAcross] = 0.0;
-    s.mean += moved * (nu / S);
-    s.covariance -=
-        ((moved * PH.transpose() + PH * moved.transpose() - moved * moved.transpose()) / S).eval();
+    learn(s, sight, bias, measured_m, R_m2, learns_across);
     if (!learns_across) continue;
     const double likelihood =
         (1.0 - settings_.wild_share) * gauss(nu, S) + settings_.wild_share * gauss(nu, S + wild_m2);
     s.log_weight += std::log(std::max(1e-300, likelihood));
   }
   normalise();
+}
+
+/// A range that says much more than was known moves the slice far, and there the distance bends
+/// otherwise: it is told in parts, each at the place to which the last one led. Where nothing bends
+/// the parts are the whole.
+void PlaceMixture::learn(Slice& s, const MixtureSight& sight, int bias, double measured_m,
+                         double R_m2, bool learns_across) {
+  double told = 0.0;
+  for (;;) {
+    const Expected e = expected(s, sight, bias);
+    const double untold = 1.0 / (R_m2 + e.bend_m2) - told;
+    if (untold <= 0.0) return;
+    const double known = 1.0 / std::max(1e-9, e.variance_m2 - e.bend_m2);
+    const double part = untold < kMuch * known ? untold : known;
+    told += part;
+    const Vector PH = s.covariance * e.row;
+    const double S = e.row.dot(PH) + 1.0 / part;
+    Vector moved = PH;
+    if (!learns_across) moved[kAcross] = 0.0;
+    s.mean += moved * ((measured_m - e.range_m) / S);
+    s.covariance -=
+        ((moved * PH.transpose() + PH * moved.transpose() - moved * moved.transpose()) / S).eval();
+    if (part == untold) return;
+  }
 }
 
 void PlaceMixture::normalise() {

@@ -110,6 +110,8 @@ class PlaceMixture {
 
   [[nodiscard]] Expected expected(const Slice& slice, const MixtureSight& sight, int bias) const;
   void learn_zero(int index, double R);
+  void learn(Slice& s, const MixtureSight& sight, int bias, double measured_m, double R_m2,
+             bool learns_across);
   void normalise();
 
   MixtureSettings settings_;

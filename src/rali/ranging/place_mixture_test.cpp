@@ -60,6 +60,23 @@ TEST(PlaceMixture, from_afar_it_is_the_kalman_filter) {
   EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 0.01, 1e-9);
 }
 
+TEST(PlaceMixture, a_range_after_long_silence_leads_to_where_it_was_measured) {
+  // 20 m before the peer by its own account, to 8 m; in truth 12 m. It stands 3 m aside: from
+  // -20 m the distance changes by 0.989 m per metre, from -12 m by 0.970.
+  Mixture::Matrix P = known_to(0.01);
+  P.diagonal() << 64.0, 0.0025, 1e-6, 1e-4, 1e-6;
+  Mixture m(MixtureSettings{}, Vec3::UnitX(), Vec3::UnitY(), P);
+  ASSERT_EQ(m.add_bias(0.01), Mixture::kBias);
+  MixtureSight sight = from(-20.0);
+  sight.p_odom_peer_m = Vec3(0.0, 3.0, 0.0);
+  const double predicted_m = m.predict(sight, Mixture::kBias).predicted_m;
+  m.update(sight, Mixture::kBias, std::hypot(12.0, 3.0) - predicted_m, 1e-4, false);
+  EXPECT_NEAR(m.mean()[Mixture::kAlong], 8.0, 0.01);
+  EXPECT_NEAR(m.mean()[Mixture::kBias], 0.0, 0.005);
+  // What the bias leaves open: 0.1 m and the range's own 0.01 m over 0.970.
+  EXPECT_NEAR(std::sqrt(m.covariance()(Mixture::kAlong, Mixture::kAlong)), 0.1036, 0.002);
+}
+
 TEST(PlaceMixture, finds_both_sides_by_passing_and_keeps_one) {
   Mixture m = mixture(3.0);
   for (double x_m = -10.0; x_m < 8.0; x_m += 0.1) {

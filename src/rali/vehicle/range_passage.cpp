@@ -27,6 +27,11 @@ Vec3 worst_level(const Mat3& covariance_m2, const Vec3& up) {
   return worst.normalized();
 }
 
+/// How far the peer is ahead along the passage.
+double ahead_m(const Vec3& along_odom, const ranging::MixtureSight& sight) {
+  return along_odom.dot(sight.p_odom_peer_m - sight.p_odom_antenna_m);
+}
+
 SideMeasurement row_of(const SideFilter& filter) {
   SideMeasurement row;
   row.d_side = SideStates::Vector::Zero(filter.side().size());
@@ -56,7 +61,8 @@ void RangeStage::enter_passage(Place& place, const Moment& now, SideFilter& filt
                                 now.t,
                                 now.t,
                                 std::numeric_limits<double>::infinity(),
-                                std::numeric_limits<double>::infinity()});
+                                std::numeric_limits<double>::infinity(),
+                                std::nullopt});
   const SideRowList rows = rows_of(place, filter);
   place.passage->mixture = PlaceMixture(s, across.cross(up_odom_), across, filter.covariance(rows));
 }
@@ -106,6 +112,7 @@ void RangeStage::predict_in_passage(const PairKey& key, Place& place, const Mome
   prediction.sight.p_odom_peer_m = prediction.p_odom_peer_m;
   prediction.sight.axis_odom = passage.axis_odom;
   prediction.sight.tau_s = filter.side().mean[tau_];
+  if (!passage.ahead_m) passage.ahead_m = ahead_m(passage.mixture.along_odom(), prediction.sight);
   const ranging::FinderSettings& f = settings_.ranging.finder;
   constexpr double kNearer = 0.9;
   if (prediction.predicted_m < kNearer * passage.said_at_m) {
@@ -130,8 +137,10 @@ Vec3 RangeStage::update_in_passage(const PlaceKey& key, const Prediction& predic
   mixture.update(prediction.sight, prediction.mixture_bias, prediction.measurement.residual, R_m2,
                  near);
   passage.nearest_m = std::min(passage.nearest_m, prediction.predicted_m);
-  const bool past = prediction.predicted_m > passage.nearest_m + settings_.ranging.mixture.past_m;
-  if (near && past) {
+  const bool far = prediction.predicted_m > passage.nearest_m + settings_.ranging.mixture.past_m;
+  const bool turned = ahead_m(mixture.along_odom(), prediction.sight) * *passage.ahead_m < 0.0;
+  // The ranges may have been silent while it was near: then the side is told by where it is now.
+  if (far && (near || turned)) {
     mixture.take_side();
     place.passed = true;
   }

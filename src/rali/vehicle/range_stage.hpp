@@ -105,12 +105,13 @@ class RangeStage {
   /// While the vehicle is in a passage and where across it the other stands is open.
   struct Passage {
     ranging::PlaceMixture mixture;
-    std::vector<PairKey> pairs;  ///< in the order of the mixture's biases
-    geometry::Vec3 axis_odom;    ///< along which the LiDAR is blind, unit
-    Time t;                      ///< of the last range
-    Time t_blind;                ///< when it was blind last
-    double said_at_m = 0.0;      ///< range when it was said last how wide the passage is
-    double nearest_m = 0.0;      ///< shortest range so far
+    std::vector<PairKey> pairs;     ///< in the order of the mixture's biases
+    geometry::Vec3 axis_odom;       ///< along which the LiDAR is blind, unit
+    Time t;                         ///< of the last range
+    Time t_blind;                   ///< when it was blind last
+    double said_at_m = 0.0;         ///< range when it was said last how wide the passage is
+    double nearest_m = 0.0;         ///< shortest range so far
+    std::optional<double> ahead_m;  ///< along the mixture's axis, at the first range
   };
 
   struct Place {

@@ -128,7 +128,19 @@ Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
     state_.side.mean += moved * (m.residual / S);
   }
   add_error(state_, shift);
+  doubt_across(shift.segment<3>(kPos));
   return shift.segment<3>(kPos);
+}
+
+/// A tunnel is not as straight as the direction in which the covariance is long: after metres of
+/// correction the walls are elsewhere by centimetres, and the filter, which knows them to the
+/// millimetre, would explain that by biases.
+void RobustOdometry::doubt_across(const Vec3& shift_m) {
+  const UpdateSettings& u = settings_.update;
+  const double off_m = u.shift_slope * (shift_m.norm() - u.straight_m);
+  if (!(off_m > 0.0)) return;
+  const Vec3 d = shift_m.normalized();
+  state_.P.block<3, 3>(kPos, kPos) += off_m * off_m * (Mat3::Identity() - d * d.transpose());
 }
 
 /// Of the state and, behind it, the side states.
@@ -175,6 +187,7 @@ Vec3 RobustOdometry::replace(const SideRowList& rows, const SideStates::Vector& 
   state_.side.mean += moved.tail(n);
   const StateVec own = moved.head<kStateDim>();
   add_error(state_, own);
+  doubt_across(own.segment<3>(kPos));
   return own.segment<3>(kPos);
 }
 

@@ -311,6 +311,24 @@ TEST(RobustSideFilter, the_map_is_wrong_across_a_tunnel_and_not_along_it) {
   EXPECT_GT(shift.dot(*axis), 0.02);
 }
 
+TEST(RobustSideFilter, a_long_shift_along_a_tunnel_leaves_doubt_across_it) {
+  // 0.02 of what it is longer than 0.3 m.
+  Driven driven(tunnel(), 25, true);
+  const auto axis = driven.filter->blind_axis();
+  ASSERT_TRUE(axis);
+  const Vec3 across = Vec3::UnitZ().cross(*axis);
+  const auto variance_across = [&] {
+    return across.dot(driven.filter->position_covariance() * across);
+  };
+  SideMeasurement along;
+  along.d_pose.tail<3>() = axis->transpose();
+  along.residual = 2.0;
+  const double before_m2 = variance_across();
+  const Vec3 shift = driven.filter->apply(along, 1e-6);
+  ASSERT_NEAR(shift.norm(), 2.0, 0.1);
+  EXPECT_NEAR(variance_across() - before_m2, std::pow(0.02 * (shift.norm() - 0.3), 2), 2e-5);
+}
+
 TEST(RobustSideFilter, a_blind_sweep_leaves_the_place_along_the_tunnel_as_ranges_left_it) {
   Driven plain(tunnel(), 25, true);
   Driven pushed(tunnel(), 25, true);

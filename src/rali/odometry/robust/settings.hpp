@@ -35,6 +35,8 @@ struct UpdateSettings {
   double rematch_m = 0.02;
   int matches_min = 15;
   double tilt_sigma_rad = 0.0015;
+  double straight_m = 0.3;
+  double shift_slope = 0.02;
 
   template <class V>
   void visit(V& v) {
@@ -45,6 +47,8 @@ struct UpdateSettings {
     v("matches_min", matches_min, 6, 10000, "fewer matches: the scan tells nothing");
     v("tilt_sigma_rad", tilt_sigma_rad, 0.0, 0.1,
       "roll and pitch that a scan cannot know: leaves room for gravity");
+    v("straight_m", straight_m, 0.0, 1000.0, "ranges may shift the pose so far along a passage");
+    v("shift_slope", shift_slope, 0.0, 1.0, "and beyond it is off across by so much per metre");
   }
 };
 

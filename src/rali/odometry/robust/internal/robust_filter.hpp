@@ -90,6 +90,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
 
   [[nodiscard]] Eigen::MatrixXd joint_covariance() const;
   [[nodiscard]] Eigen::MatrixXd joint_rows(const SideRowList& rows) const;
+  void doubt_across(const geometry::Vec3& shift_m);
 
   ScanResult start(const sensor::LidarScan& scan);
   void straighten_first(const sensor::LidarScan& second);
