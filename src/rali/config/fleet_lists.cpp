@@ -4,6 +4,7 @@
 
 #include "rali/config/apply.hpp"
 #include "rali/config/codecs.hpp"
+#include "rali/fleet/facts/told.hpp"
 
 namespace rali::config {
 namespace {
@@ -98,8 +99,19 @@ CustomTarget antennas_target(std::vector<AntennaConfig>& antennas) {
   target.decode = [&antennas, type = target.type](const Node& node,
                                                   const std::string& key) -> Status {
     if (node.kind != Node::Kind::kMap) return not_allowed(node, key, type);
+    if (node.children.size() > fleet::kAntennasMax) {
+      return fail(ErrorCode::kUsage, node.where,
+                  fmt::format("{} has {} antennas; at most {} are possible", key,
+                              node.children.size(), fleet::kAntennasMax));
+    }
     std::vector<AntennaConfig> read;
     for (const Node& child : node.children) {
+      long long number = 0;
+      if (child.key.empty() || parse_integer(child.key, number)) {
+        return fail(ErrorCode::kUsage, child.key_where,
+                    fmt::format("{}: {} is no name of an antenna", key, yaml_quoted(child.key)),
+                    "A number in ranges.csv is a place in this list, from 0.");
+      }
       AntennaConfig antenna;
       antenna.name = child.key;
       const std::string prefix = key + '.' + child.key + '.';

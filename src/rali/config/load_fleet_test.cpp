@@ -190,6 +190,87 @@ TEST(LoadFleet, a_file_without_vehicle_or_recording_is_told_what_to_write) {
       std::string::npos);
 }
 
+constexpr std::string_view kTwo = "vehicles: {v1: {recording: a}, v2: {recording: b}}\n";
+
+std::string error_of_priors(const std::string& one, const std::string& two) {
+  return error_of(std::string(kTwo) + "priors:\n  - " + one + "\n  - " + two + "\n");
+}
+
+TEST(LoadFleet, start_poses_of_one_pair_must_agree) {
+  const std::string v2 = "{vehicle: v2, relative_to: v1, xyz_m: [-2, 0, 0]}";
+  EXPECT_EQ(error_of_priors(v2, "{vehicle: v2, xyz_m: [-2.3, 0.2, 0], yaw_deg: 5}"), "");
+  EXPECT_EQ(error_of_priors(v2, "{vehicle: v2, xyz_m: [8, 0, 0]}"),
+            "fleet.yaml:3: priors: two of 'v2' relative to 'v1' differ by 10.0 m, 0 deg. Remove "
+            "the wrong one, or raise sigma_m and sigma_deg.");
+  EXPECT_NE(error_of_priors(v2, "{vehicle: v2, xyz_m: [-2, 0, 0], yaw_deg: 90}").find("90 deg"),
+            std::string::npos);
+}
+
+TEST(LoadFleet, a_start_pose_told_from_the_other_end_is_the_inverse) {
+  const std::string v2 = "{vehicle: v2, relative_to: v1, xyz_m: [0, 4, 0], yaw_deg: 90}";
+  const std::string right = "{vehicle: v1, relative_to: v2, xyz_m: [-4, 0, 0], yaw_deg: -90}";
+  const std::string wrong = "{vehicle: v1, relative_to: v2, xyz_m: [4, 0, 0], yaw_deg: -90}";
+  EXPECT_EQ(error_of_priors(v2, right), "");
+  EXPECT_NE(error_of_priors(v2, wrong).find("'v1' relative to 'v2' differ by 8.0 m"),
+            std::string::npos)
+      << error_of_priors(v2, wrong);
+}
+
+TEST(LoadFleet, the_first_vehicle_has_no_start_pose_in_itself) {
+  EXPECT_NE(error_of(std::string(kTwo) + "priors: [{vehicle: v1}]").find("itself"),
+            std::string::npos);
+}
+
+// The twin stood in its own tracks: two vehicles, one truth told twice.
+TEST(LoadFleet, two_vehicles_do_not_share_their_sweeps) {
+  EXPECT_EQ(error_of("vehicles: {v1: {recording: a}, v2: {recording: [b, a]}}"),
+            "fleet.yaml:1: /data/run/a is the recording of both 'v1' and 'v2'. Give each its own, "
+            "or tell them apart by lidar.topic or by start_s and duration_s.");
+  EXPECT_EQ(error_of("vehicles: {v1: {recording: a, lidar: {topic: /1}}, "
+                     "v2: {recording: a, lidar: {topic: /2}}}"),
+            "");
+  EXPECT_EQ(error_of("vehicles: {v1: {recording: a, duration_s: 60}, "
+                     "v2: {recording: a, start_s: 60}}"),
+            "");
+  EXPECT_NE(error_of("vehicles: {v1: {recording: a, duration_s: 60}, "
+                     "v2: {recording: a, start_s: 59}}"),
+            "");
+}
+
+TEST(LoadFleet, one_recording_under_two_paths_is_still_one) {
+  const std::string folder = testing::TempDir() + "shared_recording";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder + "/a.mcap") << "x";
+  const auto config = parse_fleet(
+      "vehicles: {v1: {recording: a.mcap}, v2: {recording: ../shared_recording/a.mcap}}",
+      "fleet.yaml", folder, {});
+  std::filesystem::remove_all(folder);
+  ASSERT_FALSE(config);
+  EXPECT_NE(config.error().message().find("recording of both"), std::string::npos);
+}
+
+TEST(LoadFleet, antennas_have_names_and_are_few) {
+  const auto with = [](const std::string& antennas) {
+    return error_of("vehicles: {v1: {recording: a, antennas: {" + antennas + "}}}");
+  };
+  std::string many = "a0: {xyz_m: [0, 0, 0]}";
+  for (int k = 1; k < 16; ++k) many += ", a" + std::to_string(k) + ": {xyz_m: [0, 0, 0]}";
+  EXPECT_EQ(with(many), "");
+  EXPECT_EQ(with(many + ", a16: {xyz_m: [0, 0, 0]}"),
+            "fleet.yaml:1: vehicles.v1.antennas has 17 antennas; at most 16 are possible.");
+  // "1" in ranges.csv would be the second one of the list.
+  EXPECT_NE(with("1: {xyz_m: [0, 0, 0]}").find("is no name of an antenna"), std::string::npos);
+}
+
+TEST(LoadFleet, a_pair_of_radios_has_one_bias) {
+  const std::string two(kTwo);
+  EXPECT_EQ(error_of(two + "ranges: {bias_m: {v2-v1: 0.1}}"), "");
+  EXPECT_NE(error_of(two + "ranges: {bias_m: {v1-v1: 0.1}}").find("no pair of vehicles"),
+            std::string::npos);
+  EXPECT_NE(error_of(two + "ranges: {bias_m: {v1-v2: 0.1, v2-v1: 0.3}}").find("the other way"),
+            std::string::npos);
+}
+
 TEST(LoadFleet, names_that_do_not_fit_each_other_are_refused_with_their_line) {
   const std::string v1 = "vehicles: {v1: {recording: a}}\n";
   EXPECT_EQ(error_of(v1 + "priors: [{vehicle: v2}]\n"),
