@@ -1,6 +1,9 @@
 #include "rali/drive/ranges/range_findings.hpp"
 
+#include <algorithm>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -48,6 +51,24 @@ std::string remedy_of(RangeReason reason) {
   }
 }
 
+/// All of them before or after all data: said as such, since nothing else would be true.
+std::optional<Finding> other_clock(const RangeTally& tally,
+                                   const std::vector<InputReport>& reports) {
+  std::optional<Time> begin, end;
+  for (const InputReport& report : reports) {
+    if (report.sweeps == 0) continue;
+    begin = std::min(begin.value_or(report.t_begin), report.t_begin);
+    end = std::max(end.value_or(report.t_end), report.t_end);
+  }
+  if (!begin || (tally.last >= *begin && tally.first <= *end)) return std::nullopt;
+  return finding("ranges.other_clock",
+                 fmt::format("none of {} was used: they are stamped {:.3f} to {:.3f} s, the "
+                             "recordings {:.3f} to {:.3f} s",
+                             counted(tally.total, "range"), tally.first.s(), tally.last.s(),
+                             begin->s(), end->s()),
+                 "Put both on one clock.");
+}
+
 }  // namespace
 
 FindingList range_findings(const RangeTally& tally, const MapJob& job,
@@ -70,6 +91,10 @@ FindingList range_findings(const RangeTally& tally, const MapJob& job,
   bool wanted = false;
   for (const VehicleJob& vehicle : job.vehicles) wanted |= vehicle.settings.ranging.use;
   if (!wanted) return list;
+  if (auto odd = other_clock(tally, reports)) {
+    list.push_back(std::move(*odd));
+    return list;
+  }
   const RangeReason reason = tally.commonest_refusal();
   const auto index = static_cast<std::size_t>(reason);
   list.push_back(

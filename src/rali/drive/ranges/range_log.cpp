@@ -113,6 +113,8 @@ RangeTally RangeLog::tally() const {
   RangeTally tally;
   std::map<std::pair<VehicleId, VehicleId>, std::pair<RangePair, Spread>> pairs;
   for (const RangeUse* use : in_order()) {
+    if (tally.total == 0) tally.first = use->sample.t;
+    tally.last = use->sample.t;
     ++tally.total;
     ++tally.by_reason[static_cast<std::size_t>(use->reason)];
     const auto [low, high] = std::minmax(use->sample.from, use->sample.to);

@@ -24,6 +24,7 @@ struct RangePair {
 /// What the ranges of a run came to.
 struct RangeTally {
   std::size_t total = 0;
+  Time first, last;  ///< stamps of the earliest and of the latest
   std::array<std::size_t, ranging::kRangeReasonNames.size()> by_reason{};
   std::vector<RangePair> pairs;  ///< of vehicles of the fleet, by their order
 

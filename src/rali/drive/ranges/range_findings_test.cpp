@@ -1,0 +1,53 @@
+#include "rali/drive/ranges/range_findings.hpp"
+
+#include <gtest/gtest.h>
+
+namespace rali::drive {
+namespace {
+
+using ranging::RangeReason;
+
+RangeLog log_of(double first_s, double last_s) {
+  RangeLog log({"v1", "v2"});
+  for (const double t_s : {first_s, last_s}) {
+    sensor::RangeSample sample;
+    sample.t = Time::from_s(t_s);
+    sample.from = VehicleId{0};
+    sample.to = VehicleId{1};
+    log.add_refused(sample, RangeReason::kNoPose);
+  }
+  return log;
+}
+
+/// Two vehicles with data from 100 to 200 s and from 150 to 260 s, and one without any.
+FindingList findings_of(double first_s, double last_s) {
+  MapJob job;
+  job.vehicles.resize(3);
+  std::vector<InputReport> reports(3);
+  reports[0].sweeps = reports[1].sweeps = 10;
+  reports[0].t_begin = Time::from_s(100.0);
+  reports[0].t_end = Time::from_s(200.0);
+  reports[1].t_begin = Time::from_s(150.0);
+  reports[1].t_end = Time::from_s(260.0);
+  return range_findings(log_of(first_s, last_s).tally(), job, reports);
+}
+
+TEST(RangeFindings, ranges_of_another_clock_are_said_to_be_of_another_clock) {
+  const FindingList before = findings_of(3.0, 99.0);
+  ASSERT_EQ(before.size(), 1U);
+  EXPECT_EQ(before[0].id, "ranges.other_clock");
+  EXPECT_EQ(before[0].text,
+            "none of 2 ranges was used: they are stamped 3.000 to 99.000 s, the recordings "
+            "100.000 to 260.000 s");
+  ASSERT_EQ(findings_of(3700.0, 3800.0).size(), 1U);
+  EXPECT_EQ(findings_of(3700.0, 3800.0)[0].id, "ranges.other_clock");
+}
+
+TEST(RangeFindings, a_clock_that_touches_the_data_is_not_blamed) {
+  ASSERT_EQ(findings_of(90.0, 100.0).size(), 1U);
+  EXPECT_EQ(findings_of(90.0, 100.0)[0].id, "ranges.none_used");
+  EXPECT_EQ(findings_of(260.0, 300.0)[0].id, "ranges.none_used");
+}
+
+}  // namespace
+}  // namespace rali::drive
