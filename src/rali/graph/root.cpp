@@ -14,6 +14,17 @@ constexpr double kZeroEigenvalue = 1e-12;
 constexpr double kSigmaMin = 1e-9;
 constexpr double kCorrelationSlack = 1e-10;
 
+Eigen::VectorXd unscale_of(const Eigen::MatrixXd& covariance) {
+  return covariance.diagonal().cwiseMax(kSigmaMin * kSigmaMin).cwiseSqrt().cwiseInverse();
+}
+
+Eigen::MatrixXd correlations(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& unscale) {
+  Eigen::MatrixXd unit =
+      unscale.asDiagonal() * (0.5 * (covariance + covariance.transpose())) * unscale.asDiagonal();
+  unit.diagonal().setConstant(1.0 + kCorrelationSlack);
+  return unit;
+}
+
 }  // namespace
 
 Eigen::MatrixXd information_root(const Eigen::MatrixXd& information) {
@@ -29,13 +40,16 @@ Eigen::MatrixXd information_root(const Eigen::MatrixXd& information) {
   return roots.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
 }
 
+bool is_covariance(const Eigen::MatrixXd& covariance) {
+  if (!covariance.allFinite()) return false;
+  return Eigen::LLT<Eigen::MatrixXd>(correlations(covariance, unscale_of(covariance))).info() ==
+         Eigen::Success;
+}
+
 Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance) {
   RALI_ASSERT(covariance.allFinite());
-  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(kSigmaMin * kSigmaMin).cwiseSqrt();
-  const Eigen::VectorXd unscale = sigma.cwiseInverse();
-  Eigen::MatrixXd unit =
-      unscale.asDiagonal() * (0.5 * (covariance + covariance.transpose())) * unscale.asDiagonal();
-  unit.diagonal().setConstant(1.0 + kCorrelationSlack);
+  const Eigen::VectorXd unscale = unscale_of(covariance);
+  const Eigen::MatrixXd unit = correlations(covariance, unscale);
   const Eigen::LLT<Eigen::MatrixXd> llt(unit);
   RALI_ASSERT(llt.info() == Eigen::Success);
   const Eigen::MatrixXd inverse_root =

@@ -12,4 +12,7 @@ namespace rali::graph {
 /// 1e-9 of its unit, one that others determine to 1e-5 of its own sigma.
 [[nodiscard]] Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
 
+/// That covariance_root() can take it: finite, and positive but for rounding.
+[[nodiscard]] bool is_covariance(const Eigen::MatrixXd& covariance);
+
 }  // namespace rali::graph

@@ -131,12 +131,15 @@ void Exchange::on_request(Peer& peer, const Request& request, const FactStore& s
 }
 
 void Exchange::on_withheld(const Withheld& message, const FactStore& store) {
-  if (takes_points(self_)) return;
+  if (takes_points(self_) || peers_.count(message.stream.vehicle) == 0) return;
+  // Bounded as what is held is: what does not fit is asked for in vain, no more.
+  constexpr StoreLimits kLimits;
+  if (withheld_.count(message.stream) == 0 && withheld_.size() >= kLimits.streams) return;
   std::size_t looked_at = 0;
   SeqSet& numbers = withheld_[message.stream];
   for (const SeqInterval& interval : message.numbers) {
     for (std::uint64_t seq = interval.first; seq <= interval.last; ++seq) {
-      if (++looked_at > kAnswersMax) return;
+      if (++looked_at > kAnswersMax || numbers.gap_count() >= kLimits.gaps) return;
       const FactKey key{message.stream.vehicle, message.stream.epoch,
                         static_cast<std::uint32_t>(seq)};
       if (store.find(key) == nullptr) numbers.insert(key.seq);

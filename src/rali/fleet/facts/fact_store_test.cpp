@@ -139,5 +139,47 @@ TEST(Told, what_is_not_a_number_is_not_told) {
   EXPECT_NE(refused.error().message().find("number 8"), std::string::npos);
 }
 
+TEST(Told, inertial_steps_that_no_solver_takes_are_not_told) {
+  Rng rng(7);
+  const Increment good = random_increment(rng);
+  ASSERT_TRUE(told({{kA, 0, 0}, {}, good}));
+  for (const double bad : {0.0, -1.0, 1e9}) {
+    Increment step = good;
+    step.inertial->duration_s = bad;
+    EXPECT_FALSE(told({{kA, 0, 0}, {}, step})) << bad;
+  }
+  for (const double bad : {0.0, -1e-5, 1e-60}) {
+    Increment step = good;
+    step.inertial->gyro_walk_radps_rts = bad;
+    EXPECT_FALSE(told({{kA, 0, 0}, {}, step})) << bad;
+    step = good;
+    step.inertial->accel_walk_mps2_rts = bad;
+    EXPECT_FALSE(told({{kA, 0, 0}, {}, step})) << bad;
+  }
+}
+
+// Any solver that heard of such a step ended with an internal error.
+TEST(Told, an_inertial_step_whose_covariance_is_none_is_left_out) {
+  Rng rng(8);
+  Increment step = random_increment(rng);
+  step.inertial->covariance.setIdentity();
+  const auto hangs_together = [&](int i, int j, double correlation) {
+    step.inertial->covariance(i, j) = step.inertial->covariance(j, i) = correlation;
+  };
+  hangs_together(0, 1, 1.0);
+  const auto singular = told({{kA, 0, 0}, {}, step});
+  ASSERT_TRUE(singular);
+  EXPECT_TRUE(std::get<Increment>(singular->body).inertial) << "two that are one are possible";
+  // a = b and b = c, but a = -c.
+  hangs_together(1, 2, 1.0);
+  hangs_together(0, 2, -1.0);
+  const auto impossible = told({{kA, 0, 0}, {}, step});
+  ASSERT_TRUE(impossible);
+  EXPECT_FALSE(std::get<Increment>(impossible->body).inertial);
+  const auto again = told(*impossible);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(content_hash(*again), content_hash(*impossible));
+}
+
 }  // namespace
 }  // namespace rali::fleet

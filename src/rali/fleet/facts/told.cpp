@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "rali/fleet/facts/rounding.hpp"
+#include "rali/graph/root.hpp"
 
 namespace rali::fleet {
 
@@ -24,6 +25,7 @@ using Fault = std::optional<const char*>;
 constexpr double kPlaceMax_m = 1e7;
 constexpr double kRangeMax_m = 1e5;
 constexpr double kNumberMax = 1e30;
+constexpr double kWalkMin = 1e-30;  ///< a float keeps it
 const char* const kNoNumber = "holds a value that is not a number or out of all bounds";
 
 template <class Matrix>
@@ -55,13 +57,15 @@ Fault round(EpochStart& start) {
 }
 
 Fault round(graph::InertialFactor& f) {
-  const bool ok = std::isfinite(f.duration_s) && sane(f.dv_mps, kPlaceMax_m) &&
-                  sane(SE3{f.dR, f.dp_m}) && sane(f.gyro_bias_radps) && sane(f.accel_bias_mps2) &&
-                  sane(f.d_rotation_d_gyro) && sane(f.d_velocity_d_gyro) &&
-                  sane(f.d_velocity_d_accel) && sane(f.d_position_d_gyro) &&
-                  sane(f.d_position_d_accel) && sane(f.covariance) && sane(f.g_odom_mps2) &&
-                  sane(f.T_body_imu) && std::abs(f.gyro_walk_radps_rts) < kNumberMax &&
-                  std::abs(f.accel_walk_mps2_rts) < kNumberMax;
+  constexpr double kDurationMax_s = 1e5;
+  const bool ok = f.duration_s > 0.0 && f.duration_s < kDurationMax_s &&
+                  sane(f.dv_mps, kPlaceMax_m) && sane(SE3{f.dR, f.dp_m}) &&
+                  sane(f.gyro_bias_radps) && sane(f.accel_bias_mps2) && sane(f.d_rotation_d_gyro) &&
+                  sane(f.d_velocity_d_gyro) && sane(f.d_velocity_d_accel) &&
+                  sane(f.d_position_d_gyro) && sane(f.d_position_d_accel) && sane(f.covariance) &&
+                  sane(f.g_odom_mps2) && sane(f.T_body_imu) && f.gyro_walk_radps_rts > kWalkMin &&
+                  f.gyro_walk_radps_rts < kNumberMax && f.accel_walk_mps2_rts > kWalkMin &&
+                  f.accel_walk_mps2_rts < kNumberMax;
   if (!ok) return kNoNumber;
   f.i = f.j = 0;
   f.dR = rounded(f.dR);
@@ -92,7 +96,12 @@ Fault round(Increment& step) {
   }
   step.covariance = covariance_of<6>(covariance_code<6>(step.covariance));
   step.lidar_information = rounded_information(step.lidar_information);
-  return step.inertial ? round(*step.inertial) : std::nullopt;
+  if (!step.inertial) return std::nullopt;
+  const Fault fault = round(*step.inertial);
+  // Rounded, what hangs together (velocity and place of a single sample) may be no covariance any
+  // more: such a step says nothing that the LiDAR does not know better.
+  if (!fault && !graph::is_covariance(step.inertial->covariance)) step.inertial.reset();
+  return fault;
 }
 
 Fault round(RangeBlock& block) {
