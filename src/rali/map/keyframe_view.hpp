@@ -20,6 +20,8 @@ struct KeyframeView {
   std::span<const float> x_m, y_m, z_m;                ///< in body, deskewed to t
   std::span<const float> intensity;                    ///< may be empty
   std::span<const std::uint16_t> ring;                 ///< may be empty
+  /// Bodies of the fleet's other vehicles at t; may be empty.
+  std::span<const geometry::Vec3> others_map_m;
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 

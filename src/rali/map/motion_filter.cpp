@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "rali/base/assert.hpp"
-#include "rali/map/plane_grid.hpp"
 
 namespace rali::map {
 namespace {
@@ -15,12 +14,16 @@ namespace {
 constexpr double kTile_m = 4.0;
 constexpr double kTileRadius_m = 3.4642;  ///< half the diagonal of a tile
 
-/// 1-sigma of the position of a place 10 m away, from the keyframe's own covariance: a badly known
-/// pose needs a wider margin before it may call a place empty.
-double pose_sigma_m(const KeyframeView& keyframe) {
+/// Places this near to a wall that goes on are the wall's.
+constexpr double kOnPlane_m = 0.05;
+/// Fewer places on planes do not tell whether a keyframe sees through walls.
+constexpr std::size_t kPlanePlacesMin = 50;
+
+/// Variance of the position of a place 10 m away, per axis, by the keyframe's own covariance.
+double pose_variance_m2(const KeyframeView& keyframe) {
   const double position_m2 = keyframe.covariance.bottomRightCorner<3, 3>().trace();
   const double rotation_rad2 = keyframe.covariance.topLeftCorner<3, 3>().trace();
-  return std::sqrt(std::max(position_m2 + 100.0 * rotation_rad2, 0.0) / 3.0);
+  return std::max(position_m2 + 100.0 * rotation_rad2, 0.0) / 3.0;
 }
 
 }  // namespace
@@ -30,6 +33,7 @@ MotionFilter::MotionFilter(const DynamicSettings& settings) : settings_(settings
 void MotionFilter::collect(const KeyframeView& keyframe) {
   if (!is_usable(keyframe)) return;
   RALI_ASSERT(tiles_.empty());  // the first pass ends with the first look()
+  const auto pose_m2 = static_cast<float>(pose_variance_m2(keyframe));
   for (std::size_t i = 0; i < keyframe.size(); ++i) {
     const geometry::Vec3 p_map = keyframe.T_map_body * keyframe.point_body(i);
     const VoxelKey key = voxel_key(p_map, settings_.voxel_m);
@@ -38,12 +42,23 @@ void MotionFilter::collect(const KeyframeView& keyframe) {
     if (slot.is_new) places_.emplace_back().key = key;
     Place& place = places_[slot.index];
     ++place.points;
+    if (is_near_peer(keyframe, p_map)) ++place.peer_points;
     const geometry::Vec3f offset = (p_map - voxel_corner(key, settings_.voxel_m)).cast<float>();
     const auto n = static_cast<float>(place.points);
     place.x_m += (offset.x() - place.x_m) / n;
     place.y_m += (offset.y() - place.y_m) / n;
     place.z_m += (offset.z() - place.z_m) / n;
+    place.pose_m2 += (pose_m2 - place.pose_m2) / n;
   }
+}
+
+bool MotionFilter::is_near_peer(const KeyframeView& keyframe, const geometry::Vec3& p_map) const {
+  for (const geometry::Vec3& peer_map : keyframe.others_map_m) {
+    const geometry::Vec3 d = p_map - peer_map;
+    const bool level = d.head<2>().norm() < settings_.peer_radius_m;
+    if (level && std::abs(d.z()) < settings_.peer_height_m) return true;
+  }
+  return false;
 }
 
 geometry::Vec3 MotionFilter::position(const Place& place) const {
@@ -71,6 +86,20 @@ void MotionFilter::sort_into_tiles() {
     tiles_.back().end = i + 1;
   }
   places_ = std::move(sorted);
+  mark_planes();
+}
+
+void MotionFilter::mark_planes() {
+  PlaneGrid all;
+  for (const Place& place : places_) {
+    all.add(position(place));
+    if (place.peer_points < place.points) fixed_.add(position(place));
+  }
+  const std::vector<std::uint8_t> planes = all.planes();
+  for (Place& place : places_) {
+    const auto cube = all.find(position(place));
+    place.plane = cube && planes[*cube] != 0;
+  }
 }
 
 void MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
@@ -81,32 +110,66 @@ void MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
   image_.build(keyframe);
   const geometry::SE3 T_map_lidar = keyframe.T_map_body * keyframe.T_body_lidar;
   const geometry::SE3 T_lidar_map = T_map_lidar.inverse();
-  const double margin_m = settings_.margin_m + 3.0 * pose_sigma_m(keyframe);
-  const auto t_s = static_cast<float>(seconds_between(t_first_, keyframe.t));
-  const auto near_tile = [&](const Tile& tile) {
-    const geometry::Vec3 middle =
-        voxel_corner(tile.key, kTile_m) + geometry::Vec3::Constant(0.5 * kTile_m);
-    return (middle - T_map_lidar.p).norm() < settings_.range_m + kTileRadius_m;
-  };
+  const double pose_m2 = pose_variance_m2(keyframe);
+  find_near_tiles(T_map_lidar.p);
+  sights_.resize(places_.size());
   // Each tile is written by one block only, so the order of the blocks does not matter.
-  executor.for_blocks(tiles_.size(), 16, [&](std::size_t, std::size_t begin, std::size_t end) {
+  executor.for_blocks(near_.size(), 16, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (!near_tile(tiles_[i])) continue;
-      for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
-        look_at(places_[k], T_lidar_map, margin_m, t_s);
+      const Tile& tile = tiles_[near_[i]];
+      for (std::size_t k = tile.begin; k < tile.end; ++k) {
+        sights_[k] = look_at(places_[k], T_lidar_map, pose_m2);
       }
     }
   });
+  if (sees_through_walls()) {
+    ++doubted_;
+  } else {
+    count(static_cast<float>(seconds_between(t_first_, keyframe.t)));
+  }
 }
 
-void MotionFilter::look_at(Place& place, const geometry::SE3& T_lidar_map, double margin_m,
-                           float t_s) const {
-  const SightLimits limits{settings_.range_m, margin_m, 0.5 * settings_.voxel_m, settings_.thin_m};
-  const Sight sight = image_.look(T_lidar_map * position(place), limits);
-  if (sight == Sight::kHit && place.hits < 0xffff) ++place.hits;
-  if (sight != Sight::kPassed || place.passes == 0xffff) return;
-  if (place.passes++ == 0) place.first_pass_s = t_s;
-  place.last_pass_s = t_s;
+void MotionFilter::find_near_tiles(const geometry::Vec3& p_map) {
+  near_.clear();
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    const geometry::Vec3 middle =
+        voxel_corner(tiles_[i].key, kTile_m) + geometry::Vec3::Constant(0.5 * kTile_m);
+    if ((middle - p_map).norm() < settings_.range_m + kTileRadius_m) near_.push_back(i);
+  }
+}
+
+Sight MotionFilter::look_at(const Place& place, const geometry::SE3& T_lidar_map,
+                            double pose_m2) const {
+  const double between_m2 = std::abs(pose_m2 - static_cast<double>(place.pose_m2));
+  if (between_m2 > settings_.pose_sigma_max_m * settings_.pose_sigma_max_m) return Sight::kUnknown;
+  const SightLimits limits{settings_.range_m, settings_.margin_m,       0.5 * settings_.voxel_m,
+                           settings_.voxel_m, 0.5 * settings_.margin_m, settings_.thin_m};
+  return image_.look(T_lidar_map * position(place), limits);
+}
+
+bool MotionFilter::sees_through_walls() const {
+  std::size_t looks = 0, passes = 0;
+  for (const std::size_t i : near_) {
+    for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
+      if (!places_[k].plane || sights_[k] == Sight::kUnknown) continue;
+      ++looks;
+      if (sights_[k] == Sight::kPassed) ++passes;
+    }
+  }
+  return looks >= kPlanePlacesMin &&
+         static_cast<double>(passes) > settings_.look_share_max * static_cast<double>(looks);
+}
+
+void MotionFilter::count(float t_s) {
+  for (const std::size_t i : near_) {
+    for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
+      Place& place = places_[k];
+      if (sights_[k] == Sight::kHit && place.hits < 0xffff) ++place.hits;
+      if (sights_[k] != Sight::kPassed || place.passes == 0xffff) continue;
+      if (place.passes++ == 0) place.first_pass_s = t_s;
+      place.last_pass_s = t_s;
+    }
+  }
 }
 
 bool MotionFilter::is_empty_place(const Place& place) const {
@@ -118,23 +181,24 @@ bool MotionFilter::is_empty_place(const Place& place) const {
 }
 
 double MotionFilter::plane_share_lost() const {
-  PlaneGrid grid;
-  for (const Place& place : places_) grid.add(position(place));
-  const std::vector<std::uint8_t> planes = grid.planes();
   std::size_t on_planes = 0, lost = 0;
   for (const Place& place : places_) {
-    const auto cube = grid.find(position(place));
-    if (!cube || planes[*cube] == 0) continue;
+    if (!place.plane) continue;
     ++on_planes;
     if (place.removed) ++lost;
   }
   return on_planes == 0 ? 0.0 : static_cast<double>(lost) / static_cast<double>(on_planes);
 }
 
+bool MotionFilter::is_of_peer(const Place& place) const {
+  return place.peer_points == place.points &&
+         fixed_.distance_to_planes_m(position(place)) > kOnPlane_m;
+}
+
 void MotionFilter::decide(FindingList& findings) {
   removed_ = 0;
   for (Place& place : places_) {
-    place.removed = is_empty_place(place);
+    place.removed = is_empty_place(place) || is_of_peer(place);
     if (place.removed) ++removed_;
   }
   const double share = plane_share_lost();

@@ -7,6 +7,7 @@
 #include "rali/base/executor.hpp"
 #include "rali/base/finding.hpp"
 #include "rali/map/keyframe_view.hpp"
+#include "rali/map/plane_grid.hpp"
 #include "rali/map/range_image.hpp"
 #include "rali/map/settings.hpp"
 #include "rali/map/voxel_index.hpp"
@@ -17,8 +18,16 @@ namespace rali::map {
 ///
 /// Two passes over the keyframes. The first collects the places (cubes of 0.1 m with their mean
 /// point), the second asks each keyframe's rays about each place near it. A place is taken out if
-/// enough keyframes, over enough time, looked through it and few found it occupied. A place that
+/// enough keyframes, over enough time, looked through it and few got a return from it. A place that
 /// nobody looked through again is kept: without evidence nothing is removed.
+///
+/// Vehicles of the fleet need no such evidence, where they were is known: what was only ever seen
+/// within their room while they were there is theirs, unless it lies on a surface that goes on
+/// beyond (the floor they stand on, the wall beside).
+///
+/// What protects from wrong poses: keyframes that see through walls prove nothing, nor do those
+/// whose pose is known much worse, or much better, than that which saw the place. The stated
+/// uncertainty itself is no measure: of it, keyframes near each other share almost all.
 class MotionFilter {
  public:
   explicit MotionFilter(const DynamicSettings& settings);
@@ -38,13 +47,19 @@ class MotionFilter {
 
   [[nodiscard]] std::size_t removed() const { return removed_; }
 
+  /// Keyframes that saw through walls and were not believed.
+  [[nodiscard]] std::size_t doubted() const { return doubted_; }
+
  private:
   struct Place {
     VoxelKey key = kNoVoxel;
     float x_m = 0.0F, y_m = 0.0F, z_m = 0.0F;  ///< mean point, offset from the corner
+    float pose_m2 = 0.0F;                      ///< mean variance of the poses that saw it
     std::uint32_t points = 0;
+    std::uint32_t peer_points = 0;       ///< of these, while a vehicle of the fleet was there
     std::uint16_t hits = 0, passes = 0;  ///< keyframes
     float first_pass_s = 0.0F, last_pass_s = 0.0F;
+    bool plane = false;
     bool removed = false;
   };
 
@@ -55,9 +70,16 @@ class MotionFilter {
   };
 
   [[nodiscard]] geometry::Vec3 position(const Place& place) const;
+  [[nodiscard]] bool is_near_peer(const KeyframeView& keyframe, const geometry::Vec3& p_map) const;
   void sort_into_tiles();
-  void look_at(Place& place, const geometry::SE3& T_lidar_map, double margin_m, float t_s) const;
+  void mark_planes();
+  void find_near_tiles(const geometry::Vec3& p_map);
+  [[nodiscard]] Sight look_at(const Place& place, const geometry::SE3& T_lidar_map,
+                              double pose_m2) const;
+  [[nodiscard]] bool sees_through_walls() const;
+  void count(float t_s);
   [[nodiscard]] bool is_empty_place(const Place& place) const;
+  [[nodiscard]] bool is_of_peer(const Place& place) const;
   [[nodiscard]] double plane_share_lost() const;
 
   DynamicSettings settings_;
@@ -65,10 +87,14 @@ class MotionFilter {
   std::vector<Place> places_;        ///< by first sight, by tile after the first pass
   std::vector<std::uint32_t> rank_;  ///< number by first sight -> place
   std::vector<Tile> tiles_;
+  PlaneGrid fixed_;  ///< places that were seen while no vehicle was there
   RangeImage image_;
+  std::vector<std::size_t> near_;  ///< tiles around the keyframe
+  std::vector<Sight> sights_;      ///< by place: what the keyframe says
   Time t_first_;
   bool has_time_ = false;
   std::size_t removed_ = 0;
+  std::size_t doubted_ = 0;
 };
 
 }  // namespace rali::map

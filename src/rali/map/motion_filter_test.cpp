@@ -111,10 +111,87 @@ TEST(MotionFilter, wrong_poses_do_not_eat_the_walls) {
   EXPECT_EQ(findings[0].id, "map.dynamic");
 }
 
-TEST(MotionFilter, an_uncertain_pose_removes_nothing) {
+TEST(MotionFilter, doubt_that_all_poses_share_does_not_keep_a_person) {
+  // Where the map itself lies may be unknown by metres: keyframes side by side still agree.
   Drive drive(true);
+  const std::size_t removed = mapped(drive).removed.size();
   for (Sweep& s : drive.sweeps) s.covariance.diagonal().setConstant(9.0);
-  EXPECT_EQ(mapped(drive).removed.size(), 0U);
+  EXPECT_EQ(mapped(drive).removed.size(), removed);
+}
+
+TEST(MotionFilter, poses_that_are_unsure_of_each_other_remove_nothing) {
+  // Variances 0, 1, 4, 9, ... m2: from one keyframe to the next at least 1 m2, above 0.5 m squared.
+  Drive drive(true);
+  for (std::size_t k = 0; k < drive.sweeps.size(); ++k) {
+    const auto sigma_m = static_cast<double>(k);
+    drive.sweeps[k].covariance.bottomRightCorner<3, 3>().diagonal().setConstant(sigma_m * sigma_m);
+  }
+  MapSettings settings = without_grid();
+  settings.dynamic.voxel_m = 0.02;  // places of one keyframe each, but for the walls
+  EXPECT_EQ(mapped(drive, settings).removed.size(), 0U);
+}
+
+TEST(MotionFilter, a_keyframe_that_sees_through_walls_is_not_believed) {
+  Drive drive(true);
+  drive.sweeps[6].T_map_body.p.y() += 1.5;
+  SerialExecutor executor;
+  MotionFilter filter(DynamicSettings{});
+  for (const Sweep& s : drive.sweeps) filter.collect(s.view());
+  for (const Sweep& s : drive.sweeps) filter.look(s.view(), executor);
+  EXPECT_EQ(filter.doubted(), 1U);
+}
+
+/// Two vehicles see each other; the second, 0.5 m wide and 0.8 m high, never moves, so that nobody
+/// looks through its place.
+struct Meeting {
+  static constexpr Cylinder kBody{8.0, 4.0, 0.25, 0.8};
+  std::vector<Sweep> sweeps;
+  std::vector<geometry::Vec3> bodies_map_m{{8.0, 4.0, 0.6}};
+  bool told = true;
+
+  explicit Meeting(const geometry::Vec3& start_m = {2.0, 4.0, 0.6}) {
+    for (int k = 0; k < 8; ++k) {
+      Room room;
+      room.cylinders.push_back(kBody);
+      const geometry::SE3 T = test::pose_at(start_m.x() + 0.5 * k, start_m.y(), start_m.z());
+      sweeps.push_back(test::look_around(room, T, k));
+    }
+  }
+
+  [[nodiscard]] MapResult map() const {
+    SerialExecutor executor;
+    FindingList findings;
+    const KeyframeStream stream = [this](const KeyframeVisitor& visit) -> Status {
+      for (const Sweep& s : sweeps) {
+        KeyframeView view = s.view();
+        if (told) view.others_map_m = bodies_map_m;
+        visit(view);
+      }
+      return {};
+    };
+    Result<MapResult> result = build_map(stream, without_grid(), executor, findings);
+    EXPECT_TRUE(result.has_value());
+    return std::move(*result);
+  }
+};
+
+TEST(MotionFilter, the_body_of_another_vehicle_goes_though_nobody_looked_through_it) {
+  Meeting meeting;
+  meeting.told = false;
+  const MapResult before = meeting.map();
+  EXPECT_GT(points_near(before.map, 8.0, 4.0, 0.4, 0.1), 100U);
+  EXPECT_EQ(before.removed.size(), 0U);
+  meeting.told = true;
+  EXPECT_EQ(points_near(meeting.map().map, 8.0, 4.0, 0.4, 0.1), 0U);
+}
+
+TEST(MotionFilter, a_wall_beside_another_vehicle_stays) {
+  // Rings 9 to 17 cm apart on the wall: it is a plane that goes on beyond the vehicle's room.
+  Meeting meeting({4.0, 7.5, 0.6});
+  meeting.bodies_map_m = {{9.0, 9.5, 0.6}};  // 0.5 m from the wall at y = 10 m
+  const MapResult result = meeting.map();
+  EXPECT_GT(points_near(result.map, 9.0, 10.0, 0.4, 0.1), 100U);
+  EXPECT_EQ(points_near(result.removed, 9.0, 9.5, 2.0, 0.05), 0U);
 }
 
 /// Blocks in reverse order: what threads might do.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rali/geometry/pca3.hpp"
 
@@ -13,6 +14,8 @@ constexpr std::uint64_t kPointsMin = 10;
 constexpr double kFlatness = 0.1;
 /// The middle axis must reach over a good part of the cube, or a pole counts as a plane.
 constexpr double kWidthMin_m = 0.05;
+/// Cubes in a row whose planes are near: two on either side.
+constexpr int kAround = 5;
 
 }  // namespace
 
@@ -28,15 +31,35 @@ void PlaneGrid::add(const geometry::Vec3& p_m) {
   voxel.square_m2 += offset * offset.transpose();
 }
 
-double PlaneGrid::plane_thickness_m(const Voxel& voxel) {
-  if (voxel.points < kPointsMin) return -1.0;
+PlaneGrid::Plane PlaneGrid::plane_of(const Voxel& voxel) {
+  if (voxel.points < kPointsMin) return {};
   const auto n = static_cast<double>(voxel.points);
   const geometry::Vec3 mean = voxel.sum_m / n;
   const geometry::Pca3 pca = geometry::pca3(voxel.square_m2 / n - mean * mean.transpose());
   const double smallest = std::max(pca.values(2), 0.0);
   const bool plane =
       smallest < kFlatness * pca.values(1) && pca.values(1) > kWidthMin_m * kWidthMin_m;
-  return plane ? std::sqrt(smallest) : -1.0;
+  if (!plane) return {};
+  return {std::sqrt(smallest), mean, pca.vectors.col(2)};
+}
+
+double PlaneGrid::plane_thickness_m(const Voxel& voxel) { return plane_of(voxel).thickness_m; }
+
+double PlaneGrid::distance_to_planes_m(const geometry::Vec3& p_m) const {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kAround * kAround * kAround; ++i) {
+    const geometry::Vec3 step =
+        geometry::Vec3(i / (kAround * kAround), i / kAround % kAround, i % kAround) -
+        geometry::Vec3::Constant(kAround / 2);
+    const VoxelKey key = voxel_key(p_m + kSide_m * step, kSide_m);
+    const auto number = index_.find(key);
+    if (!number) continue;
+    const Plane plane = plane_of(voxels_[*number]);
+    if (plane.thickness_m < 0.0) continue;
+    const geometry::Vec3 from_plane = p_m - voxel_corner(key, kSide_m) - plane.mean_m;
+    nearest_m = std::min(nearest_m, std::abs(plane.normal.dot(from_plane)));
+  }
+  return nearest_m;
 }
 
 std::vector<std::uint8_t> PlaneGrid::planes() const {

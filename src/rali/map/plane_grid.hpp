@@ -29,12 +29,24 @@ class PlaneGrid {
   /// One flag per voxel.
   [[nodiscard]] std::vector<std::uint8_t> planes() const;
 
+  /// From p to the nearest of the planes in its cube and up to two cubes away [m]; infinity if
+  /// there is none.
+  [[nodiscard]] double distance_to_planes_m(const geometry::Vec3& p_m) const;
+
   /// Number of the cube that holds p, if it is known.
   [[nodiscard]] std::optional<std::uint32_t> find(const geometry::Vec3& p_m) const {
     return index_.find(voxel_key(p_m, kSide_m));
   }
 
  private:
+  struct Plane {
+    double thickness_m = -1.0;                       ///< negative: none
+    geometry::Vec3 mean_m = geometry::Vec3::Zero();  ///< offset from the corner
+    geometry::Vec3 normal = geometry::Vec3::Zero();
+  };
+
+  [[nodiscard]] static Plane plane_of(const Voxel& voxel);
+
   VoxelIndex index_;
   std::vector<Voxel> voxels_;
 };

@@ -88,6 +88,8 @@ Sight RangeImage::look(const geometry::Vec3& p_lidar_m, const SightLimits& limit
 
   const auto margin = static_cast<float>(limits.margin_m);
   const auto radius = static_cast<float>(limits.radius_m);
+  const auto beside = static_cast<float>(limits.beside_m);
+  const auto depth = static_cast<float>(limits.depth_m);
   const float cos_elevation = std::max(std::cos(elevation), 0.05F);
   const auto reach = [radius, r](float pitch) {
     return std::min(1 + static_cast<int>(radius / (r * pitch)), kNeighboursMax);
@@ -95,22 +97,23 @@ Sight RangeImage::look(const geometry::Vec3& p_lidar_m, const SightLimits& limit
   const int row_reach = reach(row_pitch_rad_);
   const int column_reach = reach(kColumnPitch_rad * cos_elevation);
   const int row0 = row_of(elevation), column0 = column_of(azimuth);
-  bool hit = false, nearer = false, passed = false;
+  bool hit = false, near = false, passed = false;
   for (int i = std::max(row0 - row_reach, 0); i <= std::min(row0 + row_reach, rows_ - 1); ++i) {
     for (int j = column0 - column_reach; j <= column0 + column_reach; ++j) {
       const int column = (j + kColumns) % kColumns;
       const Pixel& pixel = pixels_[static_cast<std::size_t>(i * kColumns + column)];
       if (pixel.range_m == 0.0F) continue;
-      hit = hit || std::abs(pixel.range_m - r) <= margin;
-      nearer = nearer || pixel.range_m < r - margin;
       const float across = std::remainder(pixel.azimuth_rad - azimuth, 2.0F * kPi) * cos_elevation;
       const float miss_m = r * std::hypot(across, pixel.elevation_rad - elevation);
-      passed = passed || (pixel.range_m > r + margin && miss_m <= radius);
+      const bool behind = pixel.range_m > r + margin;
+      passed = passed || (behind && miss_m <= radius);
+      near = near || !behind;
+      hit = hit || (std::abs(pixel.range_m - r) <= depth && miss_m <= beside);
     }
   }
   if (hit) return Sight::kHit;
   const bool dense = range_m * ray_spacing_rad_ <= limits.thin_m;
-  return passed && !nearer && dense ? Sight::kPassed : Sight::kUnknown;
+  return passed && !near && dense ? Sight::kPassed : Sight::kUnknown;
 }
 
 }  // namespace rali::map

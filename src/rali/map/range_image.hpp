@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "rali/map/keyframe_view.hpp"
@@ -8,9 +9,9 @@
 namespace rali::map {
 
 /// What a keyframe says about one place.
-enum class Sight {
+enum class Sight : std::uint8_t {
   kUnknown,  ///< nothing: not looked at, hidden, or the rays are too sparse to tell
-  kHit,      ///< something is there
+  kHit,      ///< a ray came back from it
   kPassed    ///< a ray went through it and on
 };
 
@@ -18,6 +19,8 @@ struct SightLimits {
   double range_m = 25.0;
   double margin_m = 0.3;   ///< depth difference that separates the place from what is behind it
   double radius_m = 0.05;  ///< half the size of the place; the passing ray must touch it
+  double beside_m = 0.1;   ///< a return this far beside the place ...
+  double depth_m = 0.15;   ///< ... and this far before or behind it is still of it
   double thin_m = 0.06;    ///< rays spread wider than this may miss a pole
 };
 
@@ -32,7 +35,8 @@ class RangeImage {
   ///
   /// Passed is said only if a ray touched the place and ended `margin_m` behind it while no
   /// neighbouring ray ended before or at it: beside a silhouette, on a floor or along a wall at
-  /// grazing incidence one of the neighbours does, and the place is kept.
+  /// grazing incidence one of the neighbours does, and nothing is said. Nor is such a neighbour a
+  /// hit: rows are 2 degrees apart, and the floor before a person says nothing of the person.
   [[nodiscard]] Sight look(const geometry::Vec3& p_lidar_m, const SightLimits& limits) const;
 
   /// Mean angle between neighbouring rays of one laser [rad]; infinity without points.

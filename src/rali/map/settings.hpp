@@ -15,8 +15,12 @@ struct DynamicSettings {
   double thin_m = 0.06;           ///< rays spread wider than this may miss a pole: prove nothing
   double passes_min = 2.0;        ///< keyframes that looked through the place
   double separation_s = 1.0;      ///< between the first and last of them
-  double pass_share = 0.6;        ///< passes / (passes + hits) above which the place was empty
+  double pass_share = 0.4;        ///< passes / (passes + hits) above which the place was empty
+  double pose_sigma_max_m = 0.5;  ///< of a pose against that which saw the place; else no proof
+  double look_share_max = 0.08;   ///< planes a keyframe looks through; more: its pose is wrong
   double plane_share_max = 0.05;  ///< more planes gone than this: the poses are wrong, remove none
+  double peer_radius_m = 0.8;     ///< around another vehicle's body, level
+  double peer_height_m = 0.8;     ///< above and below it
 
   template <class V>
   void visit(V& v) {
@@ -28,7 +32,11 @@ struct DynamicSettings {
     v("passes_min", passes_min, 1.0, 1000.0, "keyframes that must look through a place");
     v("separation_s", separation_s, 0.0, 1000.0, "time between first and last of them [s]");
     v("pass_share", pass_share, 0.0, 1.0, "passes / (passes + hits) of an empty place");
+    v("pose_sigma_max_m", pose_sigma_max_m, 0.01, 100.0, "poses less sure of each other: no proof");
+    v("look_share_max", look_share_max, 0.0, 1.0, "planes a keyframe may look through");
     v("plane_share_max", plane_share_max, 0.0, 1.0, "more planes gone than this: remove none");
+    v("peer_radius_m", peer_radius_m, 0.0, 20.0, "room of the fleet's other vehicles; 0: none [m]");
+    v("peer_height_m", peer_height_m, 0.0, 20.0, "above and below their bodies [m]");
   }
 };
 
