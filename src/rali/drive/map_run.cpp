@@ -261,10 +261,8 @@ Status MapRun::write_results() {
     summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;
     if (Status s = write_vehicle_files(runs_[i], job_.out_dir, names); !s) return s;
   }
-  if (!is_connected(summary_.fleet)) {
-    for (Finding& f : not_joined_findings(summary_.fleet, names)) report(std::move(f));
-    summary_.gaps = true;
-  }
+  for (Finding& f : fleet_findings(summary_.fleet, names)) report(std::move(f));
+  summary_.gaps |= !is_connected(summary_.fleet);
   if (Status s = write_fleet_files(runs_, summary_.fleet, job_); !s) return s;
   if (Status s = write_ranges(); !s) return s;
   log_.stage("trajectories");

@@ -1,5 +1,7 @@
 #include "rali/drive/run_findings.hpp"
 
+#include <numbers>
+
 #include <fmt/format.h>
 
 #include "rali/base/counted.hpp"
@@ -34,14 +36,26 @@ Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps) {
   f.severity = Severity::kError;
   f.vehicle = vehicle;
   f.text = fmt::format("no pose from {}", counted(sweeps, "sweep"));
-  f.remedy = sweeps == 0 ? "Do start_s and duration_s leave a part of the recording?"
+  f.remedy = sweeps == 0 ? "Let start_s and duration_s leave a part of the recording."
                          : "See run.log for what was refused.";
   return f;
 }
 
-FindingList not_joined_findings(const fleet::FleetEstimate& estimate,
-                                const std::vector<std::string>& names) {
+FindingList fleet_findings(const fleet::FleetEstimate& estimate,
+                           const std::vector<std::string>& names) {
   FindingList findings;
+  for (const fleet::DeniedStart& start : estimate.denied_starts) {
+    Finding f;
+    f.id = "fleet.prior_denied";
+    f.vehicle = names[start.vehicle.value];
+    f.value = start.off_m;
+    f.text = fmt::format("the start pose relative to {} is {:.2f} m, {:.0f} deg off all else",
+                         names[start.relative_to.value], start.off_m,
+                         start.off_rad * 180.0 / std::numbers::pi);
+    f.effect = "It was not used.";
+    f.remedy = "Measure it again, see priors.";
+    findings.push_back(std::move(f));
+  }
   for (const fleet::VehicleFrame& frame : estimate.frames) {
     if (frame.group == 0) continue;
     Finding f;

@@ -18,9 +18,10 @@ namespace rali::drive {
 [[nodiscard]] std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& input);
 
 [[nodiscard]] Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps);
-/// One for each group but the largest, with what would join it.
-[[nodiscard]] FindingList not_joined_findings(const fleet::FleetEstimate& estimate,
-                                              const std::vector<std::string>& names);
+/// Start poses that all else denies; one for each vehicle outside the largest group, with what
+/// would join it.
+[[nodiscard]] FindingList fleet_findings(const fleet::FleetEstimate& estimate,
+                                         const std::vector<std::string>& names);
 [[nodiscard]] Finding no_map_finding();
 
 /// A vehicle whose data could not be read to their end, while others could.

@@ -62,6 +62,12 @@ struct UsedRange {
   double sigma_m = 0.0;
 };
 
+/// A start pose measured by hand that all else denies: it was left out.
+struct DeniedStart {
+  VehicleId relative_to, vehicle;
+  double off_m = 0.0, off_rad = 0.0;  ///< from where the vehicle is found to have started
+};
+
 /// One map of all vehicles that could be joined. A vehicle without a path is a group of its own.
 struct FleetEstimate {
   std::vector<std::vector<VehicleId>> groups;  ///< largest first
@@ -70,6 +76,7 @@ struct FleetEstimate {
   std::vector<LoopVerdict> loops;  ///< by time of the later keyframe
   std::vector<PairBias> biases;
   std::vector<UsedRange> ranges;
+  std::vector<DeniedStart> denied_starts;
 };
 
 }  // namespace rali::fleet

@@ -1,0 +1,81 @@
+#include "rali/fleet/centre/group_estimate.hpp"
+
+#include <gtest/gtest.h>
+
+namespace rali::fleet {
+namespace {
+
+using geometry::Vec3;
+
+/// 10 m straight ahead, seen by a LiDAR that knows all directions.
+VehiclePath path(std::uint16_t id) {
+  VehiclePath p(VehicleId{id});
+  p.add(Time::from_s(0), EpochStart{"v", {Vec3::Zero()}});
+  for (std::uint32_t k = 0; k < 11; ++k) {
+    Increment step;
+    step.node = k;
+    step.begins = k == 0;
+    step.keyframe = k;
+    step.levelled = true;
+    step.T_odom_body.p = {1.0 * k, 0.0, 0.0};
+    step.lidar_information.setIdentity();
+    step.lidar_information *= 1e6;
+    step.covariance.setIdentity();
+    step.covariance *= 1e-6;
+    p.add(Time::from_s(k), step);
+  }
+  return p;
+}
+
+/// The second vehicle was found 3 m to the left of the first one.
+FleetEstimate estimate(const std::vector<StartPrior>& starts) {
+  const std::vector<VehiclePath> paths = {path(1), path(2)};
+  PathFrames frames;
+  frames.groups = {{0, 1}};
+  frames.group = {0, 0};
+  frames.T_map_odom.resize(2);
+  frames.T_map_odom[1].p = {0.0, 3.0, 0.0};
+  frames.decided_by = {"", "ranges and scans"};
+  const JointRanges ranges;
+  const FleetSettings settings;
+  SerialExecutor executor;
+  FleetEstimate out;
+  estimate_group({paths, {}, frames, ranges, starts, {}, settings}, 0, executor, out);
+  return out;
+}
+
+StartPrior start(double x_m, double y_m) {
+  StartPrior s;
+  s.path = 1;
+  s.T_relative_path.p = {x_m, y_m, 0.0};
+  return s;
+}
+
+TEST(GroupEstimate, a_start_pose_that_fits_is_used) {
+  const FleetEstimate e = estimate({start(0.1, 3.1)});
+  EXPECT_TRUE(e.denied_starts.empty());
+  EXPECT_NEAR(e.frames[1].T_map_odom.p.x(), 0.1, 1e-3);
+  EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.1, 1e-3);
+}
+
+// Two of them 10 m apart once put the vehicle in the middle, and called it certain to 0.1 m.
+TEST(GroupEstimate, a_start_pose_that_all_else_denies_does_not_bend_the_paths) {
+  const FleetEstimate e = estimate({start(0.1, 3.1), start(10.0, 3.0)});
+  EXPECT_NEAR(e.frames[1].T_map_odom.p.x(), 0.1, 1e-3);
+  EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.1, 1e-3);
+  ASSERT_EQ(e.denied_starts.size(), 1U);
+  EXPECT_EQ(e.denied_starts[0].vehicle, VehicleId{2});
+  EXPECT_EQ(e.denied_starts[0].relative_to, VehicleId{1});
+  EXPECT_NEAR(e.denied_starts[0].off_m, 10.0, 1e-9);
+}
+
+TEST(GroupEstimate, a_heading_that_is_wrong_denies_a_start_pose_too) {
+  StartPrior turned = start(0.0, 3.0);
+  turned.T_relative_path.R = geometry::rotation_from_rpy(0.0, 0.0, 1.0);
+  const FleetEstimate e = estimate({start(0.0, 3.0), turned});
+  ASSERT_EQ(e.denied_starts.size(), 1U);
+  EXPECT_NEAR(e.denied_starts[0].off_rad, 1.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace rali::fleet
