@@ -108,6 +108,8 @@ void Node::on(const DriveStatus& event) {
 
 void Node::on(const Envelope& event) {
   if (event.from == self_ || (event.to && *event.to != self_)) return;
+  // Another fleet on the same radio must not end this one's mission.
+  if (!std::binary_search(store_.fleet().begin(), store_.fleet().end(), event.from)) return;
   exchange_.receive(event, store_, now_);
   if (const auto* role = std::get_if<RoleMessage>(&event.message)) {
     if (role->op == RoleOp::kFinished && survey_) {

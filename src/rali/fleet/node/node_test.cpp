@@ -116,6 +116,21 @@ TEST(Node, the_first_vehicle_becomes_anchor_when_it_has_stood_for_three_seconds)
   EXPECT_EQ(fleet.nodes[1].rounds().rounds()[0].anchor, id(0));
 }
 
+// "Done" of a fleet next door, of a later term than ours, once stood all of ours still.
+TEST(Node, a_stranger_ends_no_mission) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  fleet.run(4.0);
+  VehicleStatus status;
+  status.term = 99;
+  status.mode = Mode::kDone;
+  status.t_send = fleet.now;
+  fleet.give(0, Envelope{id(7), std::nullopt, status});
+  EXPECT_FALSE(fleet.nodes[0].done());
+  fleet.give(0, Envelope{id(1), std::nullopt, status});
+  EXPECT_TRUE(fleet.nodes[0].done());
+}
+
 TEST(Node, a_vehicle_that_is_not_levelled_claims_nothing) {
   Fleet fleet(2);
   OwnPose pose;
