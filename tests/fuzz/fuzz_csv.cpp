@@ -1,8 +1,9 @@
-// Tables, inertial data, ranges, radio and trajectories of any content: no crash, no hang.
+// Tables, inertial data, ranges, radio, rounds and trajectories of any content: no crash, no hang.
 #include <cstdint>
 #include <string>
 
 #include "rali/base/assert.hpp"
+#include "rali/drive/output/rounds_input.hpp"
 #include "rali/io/files/csv_reader.hpp"
 #include "rali/io/files/imu_csv.hpp"
 #include "rali/io/files/range_csv.hpp"
@@ -47,6 +48,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                       {"v2", {rali::VehicleId{1}, 0}}};
   (void)rali::io::parse_ranges_csv(text, "ranges.csv", names);
   (void)rali::io::parse_radio_csv(text, "radio.csv", names);
+  const auto rounds = rali::drive::parse_rounds_csv(text, "rounds.csv", names);
+  if (rounds) RALI_ASSERT(rali::fleet::rounds_of_table(*rounds).has_value());
   const auto tum = rali::io::parse_tum(text, "a.tum");
   RALI_ASSERT(!tum || !tum->poses.empty());
   return 0;

@@ -3,23 +3,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <vector>
+#include <span>
 
+#include "message_bytes.hpp"
 #include "rali/wire/fleet/codec.hpp"
-#include "rali/wire/fleet/crc32c.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace rali::wire;
-  const auto raw = std::as_bytes(std::span(data, size));
-  Bytes bytes(raw.begin(), raw.end());
-  constexpr std::size_t kSumAt = 6, kSumEnd = 10;
-  if (size >= kSumEnd) {
-    const std::span<const std::byte> all(bytes);
-    const std::uint32_t sum = crc32c(all.subspan(kSumEnd), crc32c(all.first(kSumAt)));
-    for (std::size_t k = 0; k < kSumEnd - kSumAt; ++k) {
-      bytes[kSumAt + k] = static_cast<std::byte>(sum >> (8 * k) & 0xFFU);
-    }
-  }
+  const Bytes bytes = rali::fuzz::with_checksum(std::as_bytes(std::span(data, size)));
   const auto read = decode_envelope(bytes);
   if (!read) return 0;
   const auto once = encode_envelope(*read);

@@ -1,6 +1,7 @@
 #include "rali/drive/output/rounds_input.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -27,11 +28,8 @@ Result<VehicleId> anchor_of(const io::CsvReader& csv, int column, const io::Radi
               "Use the names under `vehicles`.");
 }
 
-}  // namespace
-
-Result<std::vector<fleet::Stand>> read_rounds_csv(const std::string& path,
-                                                  const io::RadioNames& names) {
-  Result<io::CsvReader> csv = io::CsvReader::open(path);
+Result<std::vector<fleet::Stand>> rounds_from(Result<io::CsvReader> csv,
+                                              const io::RadioNames& names) {
   if (!csv) return tl::make_unexpected(csv.error());
   const Result<int> anchor = csv->require("anchor");
   if (!anchor) return tl::make_unexpected(anchor.error());
@@ -63,6 +61,18 @@ Result<std::vector<fleet::Stand>> read_rounds_csv(const std::string& path,
     }
   }
   return table;
+}
+
+}  // namespace
+
+Result<std::vector<fleet::Stand>> read_rounds_csv(const std::string& path,
+                                                  const io::RadioNames& names) {
+  return rounds_from(io::CsvReader::open(path), names);
+}
+
+Result<std::vector<fleet::Stand>> parse_rounds_csv(std::string text, const std::string& name,
+                                                   const io::RadioNames& names) {
+  return rounds_from(io::CsvReader::from_text(std::move(text), name), names);
 }
 
 Status read_radio(const std::string& path, const io::RadioNames& names, RoundsJob& job) {

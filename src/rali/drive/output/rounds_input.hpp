@@ -36,6 +36,11 @@ struct RoundsJob {
 [[nodiscard]] Result<std::vector<fleet::Stand>> read_rounds_csv(const std::string& path,
                                                                 const io::RadioNames& names);
 
+/// The same from a text. @param name for messages
+[[nodiscard]] Result<std::vector<fleet::Stand>> parse_rounds_csv(std::string text,
+                                                                 const std::string& name,
+                                                                 const io::RadioNames& names);
+
 /// Reads radio.csv into `job`, by time, with what is odd about it. Errors: kInput.
 [[nodiscard]] Status read_radio(const std::string& path, const io::RadioNames& names,
                                 RoundsJob& job);

@@ -1,0 +1,104 @@
+// A vehicle of a fleet of three hears anything that a link can bring: well-formed messages in any
+// order, of any content, from anybody. It must neither fall over nor hang, and what it says must be
+// such that others can read it.
+//
+// Input: a sequence of (1 byte: what; 2 bytes: length or tenths of a second; bytes). The checksum
+// of a message is put right.
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "message_bytes.hpp"
+#include "rali/base/assert.hpp"
+#include "rali/fleet/node/node.hpp"
+#include "rali/wire/fleet/codec.hpp"
+
+namespace {
+
+using namespace rali;
+
+constexpr std::size_t kStepsMax = 400;
+
+/// v1 of three, that stands and knows where it is.
+class Hearer {
+ public:
+  Hearer() : node_(VehicleId{1}, {VehicleId{1}, VehicleId{2}, VehicleId{3}}, settings(), {}, now_) {
+    fleet::OwnPose pose;
+    pose.t = now_;
+    pose.at_rest = pose.levelled = true;
+    give(pose);
+    wait(5.0);  // it asks for votes
+  }
+
+  void wait(double s) {
+    now_ = now_ + Duration::from_s(s);
+    fleet::OwnPose pose;
+    pose.t = now_;
+    pose.at_rest = pose.levelled = true;
+    give(pose);
+    give(fleet::NodeTick{});
+  }
+
+  void hear(std::span<const std::byte> raw) {
+    const auto envelope = wire::decode_envelope(fuzz::with_checksum(raw));
+    if (envelope) give(*envelope);
+  }
+
+  /// Both others vote for it.
+  void elect() {
+    for (const VehicleId voter : {VehicleId{2}, VehicleId{3}}) {
+      fleet::RoleMessage vote;
+      vote.op = fleet::RoleOp::kGrant;
+      vote.term = node_.term();
+      vote.candidate = VehicleId{1};
+      vote.t_echo = vote.t_heard = now_;
+      give(fleet::Envelope{voter, VehicleId{1}, vote});
+    }
+  }
+
+ private:
+  static fleet::NodeSettings settings() {
+    fleet::NodeSettings s;
+    s.fleet.loops.use = false;  // registration of points is fuzzed by its own target
+    return s;
+  }
+
+  void give(const fleet::NodeEvent& event) {
+    fleet::NodeOutputs out;
+    node_.step(event, now_, executor_, out);
+    for (const fleet::NodeOutput& o : out) {
+      const auto* said = std::get_if<fleet::Envelope>(&o);
+      if (said == nullptr) continue;
+      const auto bytes = wire::encode_envelope(*said);
+      RALI_ASSERT(bytes.has_value());
+      RALI_ASSERT(wire::decode_envelope(*bytes).has_value());
+    }
+    for (const geometry::Vec3& place : node_.order().places_map_m) RALI_ASSERT(place.allFinite());
+  }
+
+  Time now_ = Time::from_s(1000.0);
+  SerialExecutor executor_;
+  fleet::Node node_;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  std::span<const std::byte> rest = std::as_bytes(std::span(data, size));
+  Hearer hearer;
+  for (std::size_t step = 0; step < kStepsMax && rest.size() >= 3; ++step) {
+    const auto what = std::to_integer<unsigned>(rest[0]);
+    rest = rest.subspan(1);
+    const std::size_t number = fuzz::take_number(rest);
+    if (what % 8 == 0) {
+      hearer.wait(0.1 * static_cast<double>(number % 256));
+    } else if (what % 8 == 1) {
+      hearer.elect();
+    } else {
+      hearer.hear(fuzz::take_bytes(rest, number));
+    }
+  }
+  hearer.wait(1.0);
+  return 0;
+}
