@@ -39,6 +39,12 @@ class DrivenVehicle {
     return *this;
   }
 
+  /// Something that stands in the corridor at its keyframes from now on.
+  DrivenVehicle& sees(const map::test::Cylinder& cylinder) {
+    cylinders_.push_back(cylinder);
+    return *this;
+  }
+
   /// Where it begins, at t = 0.
   DrivenVehicle& begin(double x_m, bool at_rest) {
     x_m_ = x_m;
@@ -80,7 +86,7 @@ class DrivenVehicle {
   }
 
   void keyframe() {
-    const map::test::Room corridor{{0.0, 0.0, 0.0}, {60.0, 3.0, 3.0}, {}};
+    const map::test::Room corridor{{0.0, 0.0, 0.0}, {60.0, 3.0, 3.0}, cylinders_};
     const map::test::Sweep sweep =
         map::test::look_around(corridor, map::test::pose_at(x_m_, 1.5, 0.8), t_s_);
     auto made = std::make_shared<odometry::Keyframe>();
@@ -97,6 +103,7 @@ class DrivenVehicle {
 
   VehicleId id_;
   VehicleRun run_;
+  std::vector<map::test::Cylinder> cylinders_;
   double t_s_ = 0.0, x_m_ = 0.0;
   std::uint32_t facts_ = 0, keyframes_ = 0;
 };

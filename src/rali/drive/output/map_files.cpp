@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/drive/output/final_path.hpp"
 #include "rali/drive/output/rounds_files.hpp"
 #include "rali/io/files/cloud_writers.hpp"
 #include "rali/io/files/grid_file.hpp"
@@ -68,15 +69,31 @@ Status write_grid_files(const map::OccupancyGrid& grid, const std::string& out_d
   return io::write_grid(out_dir + "/map_2d", view);
 }
 
+/// Where the other vehicles' bodies were at t.
+std::vector<geometry::Vec3> others_at(const std::vector<const VehicleRun*>& runs, VehicleId vehicle,
+                                      Time t) {
+  std::vector<geometry::Vec3> others_map_m;
+  for (const VehicleRun* run : runs) {
+    if (run->keyframes().empty() || run->keyframes().front().id.vehicle == vehicle) continue;
+    const auto T_map_body = FinalPath(run->poses(), run->T_map_odom()).at(t);
+    if (T_map_body) others_map_m.push_back(T_map_body->p);
+  }
+  return others_map_m;
+}
+
 }  // namespace
 
 Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs, const MapJob& job,
                                    Executor& executor, FindingList& findings) {
   // By time: each point is told as that vehicle's which saw it first, not all as the first one's.
   const FleetRunView fleet{nullptr, runs, job.out_dir};
-  const map::KeyframeStream stream = [&fleet](const map::KeyframeVisitor& visit) {
-    return walk_keyframes(fleet, [&visit](KeyframeId, const map::KeyframeView& keyframe) {
-      visit(keyframe);
+  const map::KeyframeStream stream = [&](const map::KeyframeVisitor& visit) {
+    return walk_keyframes(fleet, [&](KeyframeId id, const map::KeyframeView& keyframe) {
+      map::KeyframeView seen = keyframe;
+      std::vector<geometry::Vec3> others_map_m;
+      if (job.known.common_clock) others_map_m = others_at(runs, id.vehicle, keyframe.t);
+      seen.others_map_m = others_map_m;
+      visit(seen);
       return Status{};
     });
   };

@@ -37,5 +37,31 @@ TEST(MapFiles, name_the_vehicle_that_saw_a_point_first_by_time_not_by_number) {
   EXPECT_EQ(of_v2, file->size());
 }
 
+/// Points taken out of the map when v1 has v2 before it in all its keyframes, 4 m ahead.
+std::size_t removed_of_v2(bool common_clock) {
+  const io::TestFolder folder;
+  const map::test::Cylinder body{5.0, 1.5, 0.25, 0.75};
+  std::vector<VehicleRun> runs;
+  runs.push_back(DrivenVehicle(folder.path(), 0).sees(body).begin(1.0, true).finish());
+  runs.push_back(DrivenVehicle(folder.path(), 1).begin(5.0, true).finish());
+  MapJob job;
+  job.out_dir = folder.path();
+  job.formats = {"pcd"};
+  job.known.common_clock = common_clock;
+  SerialExecutor executor;
+  FindingList findings;
+  const auto numbers = write_map_files({&runs[0], &runs[1]}, job, executor, findings);
+  EXPECT_TRUE(numbers) << numbers.error().message();
+  return numbers ? numbers->removed : 0;
+}
+
+TEST(MapFiles, leave_out_the_body_of_another_vehicle_though_it_never_left_its_place) {
+  EXPECT_GT(removed_of_v2(true), 20U);
+}
+
+TEST(MapFiles, without_a_common_clock_nobody_knows_where_the_others_were) {
+  EXPECT_EQ(removed_of_v2(false), 0U);
+}
+
 }  // namespace
 }  // namespace rali::drive
