@@ -1,5 +1,6 @@
 #include "cloud.hpp"
 
+#include "rali/drive/output/final_path.hpp"
 #include "rali/eval/alignment.hpp"
 #include "rali/map/build_map.hpp"
 #include "truth.hpp"
@@ -13,6 +14,18 @@ eval::TriangleMesh mesh_of(const sim::TriangleMesh& world) {
   mesh.triangles = world.triangles;
   for (const auto& v : world.vertices) mesh.vertices.push_back(v.cast<double>());
   return mesh;
+}
+
+/// As write_map_files() tells the map.
+std::vector<geometry::Vec3> others_at(const Joined& joined, VehicleId vehicle, Time t) {
+  std::vector<geometry::Vec3> others_map_m;
+  for (const VehicleId id : joined.estimate.groups.front()) {
+    if (id == vehicle) continue;
+    const Path& path = joined.paths[id.value];
+    const auto T_map_body = drive::FinalPath(path.poses, path.T_map_odom).at(t);
+    if (T_map_body) others_map_m.push_back(T_map_body->p);
+  }
+  return others_map_m;
 }
 
 map::KeyframeStream stream_of(const Mission& mission, const Joined& joined) {
@@ -36,6 +49,8 @@ map::KeyframeStream stream_of(const Mission& mission, const Joined& joined) {
         view.z_m = points.z_m;
         view.intensity = points.intensity;
         view.ring = points.ring;
+        const auto others_map_m = others_at(joined, id, record.t);
+        view.others_map_m = others_map_m;
         visit(view);
       }
     }
