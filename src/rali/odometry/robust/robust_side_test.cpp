@@ -311,6 +311,29 @@ TEST(RobustSideFilter, the_map_is_wrong_across_a_tunnel_and_not_along_it) {
   EXPECT_GT(shift.dot(*axis), 0.02);
 }
 
+TEST(RobustSideFilter, a_blind_sweep_tells_nothing_of_places_and_biases) {
+  // They hang on the pose along the tunnel; what the walls say would reach them by the covariance's
+  // slope only.
+  Driven driven(tunnel(), 25, true);
+  const auto axis = driven.filter->blind_axis();
+  ASSERT_TRUE(axis);
+  add_place_and_bias(*driven.filter);
+  SideMeasurement range;
+  range.d_pose.tail<3>() = -axis->transpose();
+  range.d_side = SideStates::Vector::Zero(4);
+  range.d_side.head<3>() = *axis;
+  range.d_side[3] = 1.0;
+  range.residual = 0.2;
+  static_cast<void>(driven.filter->apply(range, 1e-4));
+  const SideStates before = driven.filter->side();
+  const double expected_m2 = driven.filter->variance(range);
+  static_cast<void>(driven.sweep());
+  EXPECT_EQ(driven.filter->side().mean, before.mean);
+  EXPECT_EQ(driven.filter->side().covariance, before.covariance);
+  // And what the pose shares with them along the tunnel stays: the next range is no surprise.
+  EXPECT_LT(driven.filter->variance(range), expected_m2 + 1e-3);
+}
+
 TEST(RobustSideFilter, a_long_shift_along_a_tunnel_leaves_doubt_across_it) {
   // 0.02 of what it is longer than 0.3 m.
   Driven driven(tunnel(), 25, true);

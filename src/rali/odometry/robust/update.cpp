@@ -65,6 +65,11 @@ class Untouched {
     m.template middleRows<3>(kVel) -= (axes_v_ * m.template middleRows<3>(kVel)).eval();
   }
 
+  /// Side states are estimated like the pose where the LiDAR sees in all directions. Where it is
+  /// blind along one they hang on the pose along it, and that hangs on what is seen across only by
+  /// how straight the way is: millimetres across would become metres of a radio's place.
+  [[nodiscard]] bool estimates_side() const { return axes_.isZero(0.0); }
+
  private:
   Mat3 axes_ = Mat3::Zero();    ///< projector on the blind translations
   Mat3 axes_v_ = Mat3::Zero();  ///< the same for the velocity
@@ -115,13 +120,17 @@ void set_posterior(FilterState& state, const FilterState& predicted, const Mat6&
   symmetrise(out);
   state.P = out;
   if (predicted.side.size() == 0) return;
-  // Side states are touched by what they share with the pose, in any direction.
   using PoseCross = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, SideStates::kMax>;
   const PoseCross gained = gain * predicted.P_side.topRows<6>();
-  state.P_side = predicted.P_side - P.leftCols<6>() * gained;
+  SideCross taken = P.leftCols<6>() * gained;
+  if (untouched.estimates_side()) {
+    state.side.covariance =
+        predicted.side.covariance - predicted.P_side.topRows<6>().transpose() * gained;
+  } else {
+    untouched.clear_rows(taken);
+  }
+  state.P_side = predicted.P_side - taken;
   state.P_side.topRows<3>() = (J * state.P_side.topRows<3>()).eval();
-  state.side.covariance =
-      predicted.side.covariance - predicted.P_side.topRows<6>().transpose() * gained;
 }
 
 }  // namespace
@@ -167,10 +176,13 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     const Mat6 A = Mat6::Identity() + system.I * P66;
     const Vec6 y = A.partialPivLu().solve(system.I * before - system.b);
     delta = predicted.P.leftCols<6>() * y;
-    Untouched(result.directions, R_odom_v).clear_rows(delta);
+    const Untouched untouched(result.directions, R_odom_v);
+    untouched.clear_rows(delta);
     state = predicted;
     add_error(state, delta);
-    if (state.side.size() > 0) state.side.mean += predicted.P_side.topRows<6>().transpose() * y;
+    if (state.side.size() > 0 && untouched.estimates_side()) {
+      state.side.mean += predicted.P_side.topRows<6>().transpose() * y;
+    }
 
     const double step_m = (delta.segment<3>(kPos) - before.tail<3>()).norm();
     const double step_deg = kRadian * (delta.segment<3>(kTheta) - before.head<3>()).norm();
