@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
 #include "rali/fleet/centre/path_frames.hpp"
 
 namespace rali::fleet {
@@ -19,6 +22,32 @@ SE3 T_level_body(const VehiclePath& path, const PathSubmap& submap) {
   return T_level_odom(path) * path.nodes()[submap.node].step.T_odom_body;
 }
 
+/// Covariance of (heading, place) of a piece in its path's upright odom, as the odometry told it.
+Mat4 drift_of(const VehiclePath& path, const PathSubmap& submap) {
+  const geometry::Mat6& P = path.nodes()[submap.node].step.covariance;
+  const geometry::Mat3 R = T_level_odom(path).R;
+  const geometry::Mat3 R_body = R * path.nodes()[submap.node].step.T_odom_body.R;
+  Mat4 out = Mat4::Zero();
+  out(0, 0) = R_body.row(2) * P.topLeftCorner<3, 3>() * R_body.row(2).transpose();
+  out.bottomRightCorner<3, 3>() = R * P.bottomRightCorner<3, 3>() * R.transpose();
+  return out;
+}
+
+Mat4 turned(const Mat4& covariance, double yaw_rad) {
+  Mat4 G = Mat4::Identity();
+  G.bottomRightCorner<3, 3>() = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
+  return G * covariance * G.transpose();
+}
+
+/// (I^-1 + P)^-1 without inverting I: what was zero stays zero.
+Mat4 doubted(const Mat4& information, Mat4 covariance) {
+  constexpr double kLeast = 1e-10;  // keeps it regular: 0.01 mm, 0.01 mrad
+  covariance.diagonal().array() += kLeast;
+  const Mat4 sum = information + covariance.inverse();
+  const Mat4 out = information - information * sum.ldlt().solve(information);
+  return 0.5 * (out + out.transpose());
+}
+
 }  // namespace
 
 void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
@@ -29,12 +58,18 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
   if (target.path == source.path) return;
   const VehiclePath& of_target = paths[target.path];
   const VehiclePath& of_source = paths[source.path];
-  for (const places::Placement& placement : found.recognition.placements) {
+  const places::Recognition& r = found.recognition;
+  const std::size_t told = r.usable() ? 1 : r.placements.size();  // the others are refuted
+  for (const places::Placement& placement : std::span(r.placements).first(told)) {
     const places::BodyRelation relation =
         places::between_bodies(placement.registration, target.submap, source.submap);
     PoseEvidence evidence = keyframe_evidence(
         stream_of(of_source), stream_of(of_target), T_level_body(of_source, source),
         T_level_body(of_target, target), relation.T_target_source, relation.information, settings);
+    const Mat4 drift =
+        drift_of(of_target, target) + turned(drift_of(of_source, source), evidence.T_b_a().yaw_rad);
+    evidence.information = doubted(evidence.information, drift);
+    evidence.unrivalled = r.usable() && r.certainty == places::Certainty::kUnique;
     evidence.group = group;
     solver.add_evidence(evidence);
   }

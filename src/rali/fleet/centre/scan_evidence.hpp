@@ -9,8 +9,9 @@
 
 namespace rali::fleet {
 
-/// What a comparison of pieces of two paths says about their frames: each believable placement is
-/// an alternative, of which at most one holds. Nothing between pieces of one path.
+/// What a comparison of pieces of two paths says about their frames: the placement
+/// that stands alone, else each believable one as an alternative, of which at most one holds. What
+/// the paths may have drifted by then is part of its doubt. Nothing between pieces of one path.
 /// @param group number of the alternatives, never used before
 void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                        const LoopFound& found, int group, const InitSettings& settings,

@@ -35,6 +35,14 @@ bool needs_prior(const HypothesisSet& set, const InitSettings& settings) {
   });
 }
 
+/// Scans alone: the same wrong place is recognised more than once where places are alike, but not
+/// without rival.
+bool seen_enough(const HypothesisSet& set, const CommitSettings& settings) {
+  int against = 0;
+  for (std::size_t k = 1; k < set.all.size(); ++k) against = std::max(against, set.all[k].views);
+  return set.all.front().views >= settings.views_min + against;
+}
+
 /// Preset paper: once the map is large enough, whatever the residuals say.
 Decision decide_at_size(const HypothesisSet& set, const CommitInputs& inputs,
                         const InitSettings& settings, Decision d) {
@@ -79,6 +87,8 @@ Decision decide(const HypothesisSet& set, const Observability& seen, const Commi
     d.advice = Advice::kSmallMap;
   } else if (!fit_is_plausible(best.solution.fit_chi2, best.solution.dof, settings.commit)) {
     d.advice = d.fit > 1.0 ? Advice::kMisfit : Advice::kTooGood;
+  } else if (set.only_scans && !seen_enough(set, settings.commit)) {
+    d.advice = Advice::kFewViews;
   } else if (inputs.check && !verified(*inputs.check, settings.scan2map)) {
     d.advice = Advice::kNotVerified;
   } else {

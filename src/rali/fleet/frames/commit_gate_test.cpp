@@ -36,6 +36,26 @@ int evaluations_until_commit(const HypothesisSet& set, double spacing_s, int mos
   return 0;
 }
 
+// One place that looks alike is enough to be wrong; a rival that was recognised once, too, is a
+// reason to want one more.
+TEST(CommitGate, scans_alone_want_two_views_and_one_more_for_each_against) {
+  const InitSettings settings;
+  HypothesisSet set = two(10.0, 60.0);
+  set.only_scans = true;
+  const auto ready = [&](int views, int against) {
+    set.all[0].views = views;
+    set.all[1].views = against;
+    return decide(set, observability(set, settings), {}, settings).ready;
+  };
+  EXPECT_FALSE(ready(0, 0));
+  EXPECT_FALSE(ready(1, 0));
+  EXPECT_TRUE(ready(2, 0));
+  EXPECT_FALSE(ready(2, 1));
+  EXPECT_TRUE(ready(3, 1));
+  set.only_scans = false;
+  EXPECT_TRUE(ready(0, 0));
+}
+
 // T16
 TEST(CommitGate, commits_by_a_gap_of_14_and_not_by_one_of_13) {
   EXPECT_EQ(evaluations_until_commit(two(10.0, 23.0), 2.0, 3), 0);

@@ -90,6 +90,12 @@ struct FrameSolution {
 [[nodiscard]] std::vector<int> best_alternatives(const FrameProblem& problem,
                                                  const FrameValues& values, bool none_allowed);
 
+/// The same to begin with: none where even the nearest is neither believable at these values nor so
+/// near that it would be one hypothesis with them. Held all the same, a wrong registration of 1 cm
+/// would carry the frames off before any choice is made.
+[[nodiscard]] std::vector<int> near_alternatives(const FrameProblem& problem,
+                                                 const FrameValues& values);
+
 /// solve_frames() with the alternatives chosen anew until they stay.
 [[nodiscard]] FrameSolution solve_frames_choosing(const FrameProblem& problem,
                                                   const FrameSolution& start);

@@ -278,6 +278,24 @@ void settle(const FrameProblem& p, double cost, Normal& normal, FrameSolution& s
   s.prior_information = normal.H.topLeftCorner(frames, frames);
 }
 
+/// The alternative that costs least at some values.
+struct Nearest {
+  int alternative = kNoneHolds;
+  double cost = std::numeric_limits<double>::infinity();
+  Vec4 residual = Vec4::Zero();
+};
+
+Nearest nearest_of(const FrameValues& values, const EvidenceGroup& group) {
+  Nearest out;
+  for (std::size_t k = 0; k < group.alternatives.size(); ++k) {
+    const PoseEvidence& e = group.alternatives[k];
+    const Vec4 r = Normal::evidence_residual(values, group, k);
+    const double cost = e.chi2 + r.dot(e.information * r);
+    if (cost < out.cost) out = {static_cast<int>(k), cost, r};
+  }
+  return out;
+}
+
 bool finite(const FrameValues& v) {
   return std::all_of(v.T_ref_odom.begin(), v.T_ref_odom.end(), [](const YawPose& T) {
     return std::isfinite(T.yaw_rad) && T.t_m.allFinite();
@@ -327,18 +345,22 @@ std::vector<int> best_alternatives(const FrameProblem& problem, const FrameValue
                                    bool none_allowed) {
   std::vector<int> out;
   for (const EvidenceGroup& group : problem.evidence) {
-    int best = kNoneHolds;
-    double least = none_allowed ? group.alternatives.front().wrong_chi2
-                                : std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < group.alternatives.size(); ++k) {
-      const PoseEvidence& e = group.alternatives[k];
-      const Vec4 r = Normal::evidence_residual(values, group, k);
-      const double cost = e.chi2 + r.dot(e.information * r);
-      if (!(cost < least)) continue;
-      least = cost;
-      best = static_cast<int>(k);
-    }
-    out.push_back(best);
+    const Nearest nearest = nearest_of(values, group);
+    const bool none = none_allowed && !(nearest.cost < group.alternatives.front().wrong_chi2);
+    out.push_back(none ? kNoneHolds : nearest.alternative);
+  }
+  return out;
+}
+
+std::vector<int> near_alternatives(const FrameProblem& problem, const FrameValues& values) {
+  const SearchSettings& one = problem.settings.search;
+  std::vector<int> out;
+  for (const EvidenceGroup& group : problem.evidence) {
+    const Nearest nearest = nearest_of(values, group);
+    const bool near = nearest.residual.tail<3>().norm() < one.merge_m &&
+                      std::abs(nearest.residual[0]) < one.merge_deg * kDegree;
+    const bool believable = nearest.cost < group.alternatives.front().wrong_chi2;
+    out.push_back(near || believable ? nearest.alternative : kNoneHolds);
   }
   return out;
 }

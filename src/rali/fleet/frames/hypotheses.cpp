@@ -73,6 +73,7 @@ class Finder {
     for (const EvidenceGroup& g : problem_.evidence) {
       if (g.alternatives.front().source == EvidenceSource::kPrior) out_.has_prior = true;
     }
+    out_.only_scans = !out_.has_prior && out_.ranges.empty();
   }
 
   HypothesisSet find() {
@@ -156,8 +157,12 @@ class Finder {
     for (const YawPose& T : a_.T_ref_odom) values.T_ref_odom.push_back(T_b_a * T);
     values.others.setZero(problem_.size() - problem_.frame_size());
     std::vector<int> holds(problem_.evidence.size(), kNoneHolds);
-    if (k != kNoneHolds) holds = best_alternatives(problem_, values, false);
-    if (group != kNoGroup) holds[group] = k;
+    if (group != kNoGroup) {
+      holds = near_alternatives(problem_, values);
+      holds[group] = k;
+    } else if (k != kNoneHolds) {
+      holds = best_alternatives(problem_, values, false);
+    }
     FrameSolution s = solve_frames(problem_, values, holds);
     const bool paper = settings_.commit.rule == CommitRule::kAtSize;
     if (!paper) s = solve_frames_choosing(problem_, s);
@@ -175,8 +180,33 @@ class Finder {
     h.drift_information = rigid(s.drift_information, s);
     h.offset_information = rigid(s.offset_information, s);
     h.prior_information = rigid(s.prior_information, s);
+    h.views = views(s.holds);
     h.solution = std::move(s);
     return h;
+  }
+
+  /// Pieces that overlap show the same walls: their errors are the same one.
+  [[nodiscard]] int views(const std::vector<int>& holds) const {
+    std::vector<const PoseEvidence*> held;
+    for (std::size_t g = 0; g < holds.size(); ++g) {
+      if (holds[g] < 0) continue;
+      const PoseEvidence& e = problem_.evidence[g].alternatives[static_cast<std::size_t>(holds[g])];
+      if (e.unrivalled) held.push_back(&e);
+    }
+    const double apart_m = settings_.commit.view_apart_m;
+    std::size_t most = 0;
+    for (const PoseEvidence* first : held) {  // beginning in the middle would find fewer
+      std::vector<const PoseEvidence*> seen = {first};
+      for (const PoseEvidence* e : held) {
+        const bool is_new = std::all_of(seen.begin(), seen.end(), [&](const PoseEvidence* s) {
+          return (s->pivot_a_m - e->pivot_a_m).norm() >= apart_m &&
+                 (s->place_b_m - e->place_b_m).norm() >= apart_m;
+        });
+        if (is_new) seen.push_back(e);
+      }
+      most = std::max(most, seen.size());
+    }
+    return static_cast<int>(most);
   }
 
   /// Information on the transform of group a as one piece, b's frames held: how certain the frames

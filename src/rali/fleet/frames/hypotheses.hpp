@@ -26,7 +26,10 @@ struct FrameHypothesis {
   Mat4 prior_information = Mat4::Zero();   ///< the part of it that the user gave
   double chi2 = 0.0;                       ///< for comparison with rivals
   double prior_chi2 = 0.0;                 ///< the user's part of it
-  FrameSolution solution;                  ///< of all vehicles of both groups, those of b first
+  /// Unrivalled scans that hold, of pieces of both paths that are CommitSettings::view_apart_m
+  /// apart.
+  int views = 0;
+  FrameSolution solution;  ///< of all vehicles of both groups, those of b first
 
   [[nodiscard]] geometry::Vec3 place_b_m() const { return T_b_a * pivot_a_m; }
 };
@@ -37,6 +40,7 @@ struct HypothesisSet {
   std::vector<PlanarRange> ranges;  ///< between the groups, x in a's and y in b's reference frame
   bool a_stands = false, b_stands = false;
   bool has_prior = false;
+  bool only_scans = false;  ///< nothing but what scans show: no prior, and no range
 
   /// Inflation of chi2 by a fit that is worse than its sigmas (7.4, step 4).
   [[nodiscard]] double inflation() const;

@@ -1,6 +1,7 @@
 #include "rali/fleet/frames/hypotheses.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <Eigen/Eigenvalues>
@@ -181,6 +182,61 @@ TEST(Hypotheses, of_ranges_and_a_corridors_scans_complete_each_other) {
   EXPECT_NEAR((set.all.front().T_b_a.t_m - kTruth.t_m).norm(), 0.0, 0.15);
   const Observability seen = observability(set, settings);
   EXPECT_TRUE(seen.sufficient) << seen.eigenvalues.transpose();
+}
+
+/// A registration good to 1 cm and 0.05 deg at a place of a's frame, where T_b_a is `T`.
+PoseEvidence registered(const YawPose& T, const Vec3& pivot_a_m, int group) {
+  PoseEvidence e;
+  e.a = kTag;
+  e.b = kAnchor;
+  e.group = group;
+  e.unrivalled = true;
+  e.yaw_rad = T.yaw_rad;
+  e.pivot_a_m = pivot_a_m;
+  e.place_b_m = T * pivot_a_m;
+  e.information = Vec4(1.0 / std::pow(0.05 * kDegree, 2), 1e4, 1e4, 1e4).asDiagonal();
+  return e;
+}
+
+// Held at first all at once, the wrong ones moved the frames by metres, and then none was believed:
+// two halves of one recording were never joined.
+TEST(Hypotheses, a_wrong_registration_does_not_carry_off_what_right_ones_say) {
+  const InitSettings settings;
+  std::vector<PoseEvidence> evidence;
+  for (const double x_m : {0.0, 10.0, 20.0}) {
+    evidence.push_back(registered(kTruth, Vec3(x_m, 0.0, 0.0), static_cast<int>(x_m)));
+  }
+  for (int k = 1; k <= 4; ++k) {
+    const YawPose wrong{(30.0 + 80.0 * k) * kDegree, Vec3(4.0 + 7.0 * k, 1.0 - 9.0 * k, 0.0)};
+    evidence.push_back(registered(wrong, Vec3(5.0 * k, 3.0, 0.0), 100 + k));
+  }
+  const PairTrack none(kTag, kAnchor, settings.track);
+  const HypothesisSet set = joint_hypotheses(none, evidence, settings);
+  ASSERT_EQ(set.all.size(), 5U);
+  EXPECT_TRUE(set.only_scans);
+  EXPECT_NEAR((set.all.front().T_b_a.t_m - kTruth.t_m).norm(), 0.0, 1e-3);
+  EXPECT_NEAR(wrapped(set.all.front().T_b_a.yaw_rad - kTruth.yaw_rad), 0.0, 1e-4);
+  EXPECT_NEAR(set.all.front().chi2, 4 * 16.0, 0.1);  // four are held for wrong
+  EXPECT_NEAR(set.all[1].chi2, 6 * 16.0, 0.1);
+  EXPECT_EQ(set.all.front().views, 3);
+  EXPECT_EQ(set.all[1].views, 1);
+  EXPECT_TRUE(decide(set, observability(set, settings), {}, settings).ready);
+}
+
+// Four times the same walls are one piece of news.
+TEST(Hypotheses, pieces_that_overlap_are_one_view) {
+  const InitSettings settings;
+  std::vector<PoseEvidence> evidence;
+  for (int k = 0; k < 4; ++k) {
+    evidence.push_back(registered(kTruth, Vec3(2.0 * k, 0.0, 0.0), k));
+  }
+  const PairTrack none(kTag, kAnchor, settings.track);
+  const HypothesisSet set = joint_hypotheses(none, evidence, settings);
+  ASSERT_EQ(set.all.size(), 1U);
+  EXPECT_EQ(set.all.front().views, 1);
+  const Decision d = decide(set, observability(set, settings), {}, settings);
+  EXPECT_FALSE(d.ready);
+  EXPECT_EQ(d.advice, Advice::kFewViews);
 }
 
 TEST(Hypotheses, of_rubbish_are_none_or_undecided) {

@@ -25,7 +25,8 @@ enum class Advice {
   kNotVerified,     ///< scans do not overlap where they should
   kNoPrior,         ///< preset paper needs a start pose
   kSmallMap,        ///< preset paper waits for keyframes
-  kDrift            ///< enough, were it not for the drift of odometry
+  kDrift,           ///< enough, were it not for the drift of odometry
+  kFewViews         ///< only scans tell, and too few of them beyond doubt
 };
 
 /// What is known of a transform. The eigenvalues, in units of CommitSettings (1 deg, 0.1 m), say

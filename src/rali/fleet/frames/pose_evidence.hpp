@@ -31,6 +31,7 @@ struct PoseEvidence {
   int group = -1;              ///< alternatives share it; negative: stands alone
   double chi2 = 0.0;           ///< its own, to compare alternatives
   double wrong_chi2 = 16.0;    ///< what it costs to hold all of the group for wrong
+  bool unrivalled = false;     ///< a scan recognised without any other place that would fit
   double point_sigma_m = 0.0;  ///< sigma per point that the information is made with; 0: unknown
 
   /// T_b_a as it says.

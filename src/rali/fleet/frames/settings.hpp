@@ -119,6 +119,8 @@ struct CommitSettings {
   double information_min = 0.25;
   double yaw_unit_deg = 1.0;
   double place_unit_m = 0.1;
+  int views_min = 2;
+  double view_apart_m = 8.0;
   double z_sigma_max_m = 0.5;
   double yaw_sigma_max_deg = 10.0;
   double place_sigma_max_m = 1.0;
@@ -139,6 +141,9 @@ struct CommitSettings {
       "least eigenvalue in the units below, were odometry exact");
     v("yaw_unit_deg", yaw_unit_deg, 0.01, 180.0, "unit of heading for it");
     v("place_unit_m", place_unit_m, 0.001, 100.0, "unit of place for it");
+    v("views_min", views_min, 1, 1000,
+      "places recognised without rival, where only scans tell; each against it wants one more");
+    v("view_apart_m", view_apart_m, 0.0, 1000.0, "between two of them at least");
     v("z_sigma_max_m", z_sigma_max_m, 0.001, 100.0, "largest sigma of the height of a frame");
     v("yaw_sigma_max_deg", yaw_sigma_max_deg, 0.01, 180.0,
       "largest sigma of its heading, drift of odometry included");

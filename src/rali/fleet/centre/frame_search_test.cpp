@@ -1,0 +1,94 @@
+#include "rali/fleet/centre/frame_search.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/centre/path_frames.hpp"
+#include "rali/places/world_for_test.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+namespace world = places::test;
+
+/// 60 m along x with things of all sizes on both sides of a free lane.
+world::World lane(std::uint64_t seed) {
+  world::World w;
+  world::add_shell(w, {0.0, -6.0, 0.0}, {60.0, 6.0, 4.0});
+  Rng rng(seed, "lane");
+  for (double x = 1.0; x < 59.0; x += 1.5) {
+    const double side = rng.below(2) == 0 ? 1.0 : -1.0;
+    const Vec3 middle(x + rng.uniform(-0.5, 0.5), side * rng.uniform(2.5, 5.5), 0.0);
+    const Vec3 half(rng.uniform(0.2, 0.6), rng.uniform(0.2, 0.6), 0.0);
+    w.push_back({middle - half, middle + half + Vec3(0.0, 0.0, rng.uniform(0.5, 3.5))});
+  }
+  return w;
+}
+
+/// A vehicle that drives along x through a world and tells of it in an odom frame of its own.
+VehiclePath driven(const world::World& w, std::uint16_t vehicle, double from_x_m, double to_x_m,
+                   const SE3& T_odom_world) {
+  VehiclePath path(VehicleId{vehicle});
+  Rng rng(vehicle, "sweeps");
+  const double sign = to_x_m > from_x_m ? 1.0 : -1.0;
+  const world::Sensor sensor;
+  for (std::uint32_t k = 0; k <= static_cast<std::uint32_t>(std::abs(to_x_m - from_x_m)); ++k) {
+    const world::Sweep sweep =
+        world::look(w, world::at(from_x_m + sign * k, 0.0, sign > 0.0 ? 0.0 : 180.0), rng, sensor);
+    KeyframePoints points;
+    points.keyframe = k;
+    points.T_body_lidar.p.z() = sensor.height_m;
+    points.x_m = sweep.x_m;
+    points.y_m = sweep.y_m;
+    points.z_m = sweep.z_m;
+    Increment step;
+    step.node = k;
+    step.keyframe = k;
+    step.begins = k == 0;
+    step.T_odom_body = T_odom_world * sweep.T_world_body;
+    // 1 cm and 0.03 deg for each 10 m.
+    step.covariance.diagonal().setConstant(k * 1e-5);
+    step.covariance.diagonal().head<3>().setConstant(k * 2.5e-8);
+    path.add(Time::from_s(k), step);
+    path.add(Time::from_s(k), points);
+  }
+  return path;
+}
+
+PathFrames found(const std::vector<VehiclePath>& paths) {
+  const FleetSettings settings;
+  SerialExecutor executor;
+  const auto submaps = cut_into_submaps(paths, settings.cut, settings.places, executor);
+  return frames_of(paths, find_frames(paths, submaps, {}, {}, settings, executor));
+}
+
+// Without ranges, start poses or clocks in common: two recordings of other days.
+TEST(FrameSearch, joins_two_paths_by_the_places_that_both_saw) {
+  const world::World w = lane(7);
+  const SE3 T_odom2_world(geometry::rotation_from_rpy(0.0, 0.0, 0.7), Vec3(5.0, -3.0, 0.1));
+  const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
+                                          driven(w, 1, 56.0, 12.0, T_odom2_world)};
+  const PathFrames frames = found(paths);
+  ASSERT_EQ(frames.groups.size(), 1U);
+  EXPECT_EQ(frames.decided_by[1], "ranges and scans");
+  // Where the second path begins, seen from where the first does: 52 m ahead, turned around.
+  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
+  EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.1);
+  EXPECT_NEAR(std::abs(places::yaw_of(T.R)), std::acos(-1.0), 0.005);
+}
+
+// Every door is like the next one: what looks the same is 50 m away.
+TEST(FrameSearch, does_not_join_two_parts_of_a_corridor_that_only_look_alike) {
+  const world::World w = world::corridor({});
+  const std::vector<VehiclePath> paths = {driven(w, 0, -45.0, -15.0, SE3{}),
+                                          driven(w, 1, 5.0, 35.0, world::at(7.0, 1.0, 20.0))};
+  EXPECT_EQ(found(paths).groups.size(), 2U);
+}
+
+}  // namespace
+}  // namespace rali::fleet
