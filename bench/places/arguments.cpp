@@ -83,6 +83,10 @@ Result<Arguments> parse_arguments(int argc, const char* const* argv) {
       a.help = true;
     } else if (name == "--verbose") {
       a.study.verbose = true;
+    } else if (name == "--stages") {
+      a.stages = true;
+    } else if (name == "--halves") {
+      a.record.halves = true;
     } else if (k + 1 == argc) {
       return fail(ErrorCode::kUsage, name, "the option needs a value", "See --help.");
     } else if (auto ok = set_one(name, argv[++k], a); !ok) {
@@ -98,6 +102,8 @@ std::string help_text() {
          "  --scenes a,b       corridor,floor,loop,yard,garage,tunnel\n"
          "  --seeds 1,2        places of each kind\n"
          "  --vehicles N       in one place, 2\n"
+         "  --stages           how far pairs of one place come without a guess, instead\n"
+         "  --halves           one vehicle's recording cut into two that overlap\n"
          "  --lidar NAME       rs16\n"
          "  --pedestrians N    0\n"
          "  --duration S       of each drive, 100\n"

@@ -18,6 +18,7 @@ struct Arguments {
   StudyOptions study;
   places::PlacesSettings settings;
   std::string cache_dir;
+  bool stages = false;  ///< instead of the study
   bool help = false;
 };
 

@@ -8,30 +8,40 @@
 namespace rali::recognition {
 namespace {
 
-Result<Figures> run(const Arguments& a, sim::Scene scene, std::uint64_t seed) {
+struct Scenery {
+  std::string name;
+  std::vector<Piece> pieces;
+};
+
+Result<Scenery> make(const Arguments& a, sim::Scene scene, std::uint64_t seed) {
   RecordOptions record_options = a.record;
   record_options.scene = scene;
   record_options.seed = seed;
   const auto keyframes = record(record_options, a.cache_dir);
   if (!keyframes) return tl::make_unexpected(keyframes.error());
-  const auto pieces = cut(*keyframes, a.piece, a.settings);
+  auto pieces = cut(*keyframes, a.piece, a.settings);
   if (!pieces) return tl::make_unexpected(pieces.error());
-  const std::string name =
-      fmt::format("{} {}", sim::kSceneNames[static_cast<std::size_t>(scene)], seed);
+  std::string name = fmt::format("{} {}", sim::kSceneNames[static_cast<std::size_t>(scene)], seed);
   fmt::print(stderr, "{}: {} keyframes, {} pieces\n", name, keyframes->size(), pieces->size());
-  return study(name, *pieces, a.settings, a.study);
+  return Scenery{std::move(name), std::move(*pieces)};
 }
 
 Status main_with(const Arguments& a) {
   std::vector<Figures> figures;
+  std::vector<Stages> far;
   for (const sim::Scene scene : a.scenes) {
     for (const std::uint64_t seed : a.seeds) {
-      auto done = run(a, scene, seed);
-      if (!done) return tl::make_unexpected(done.error());
-      figures.push_back(std::move(*done));
+      const auto made = make(a, scene, seed);
+      if (!made) return tl::make_unexpected(made.error());
+      if (a.stages) {
+        far.push_back(stages(made->name, made->pieces, a.settings, a.record.halves,
+                             a.study.pairs_max, a.study.verbose));
+      } else {
+        figures.push_back(study(made->name, made->pieces, a.settings, a.study));
+      }
     }
   }
-  fmt::print("{}", tables(figures));
+  fmt::print("{}", a.stages ? table_of(far) : tables(figures));
   return {};
 }
 

@@ -70,14 +70,38 @@ Kept thinned(const odometry::Keyframe& k, KeyframeId id, const Vec3& g_odom, con
   return out;
 }
 
-/// One vehicle's odometry.
+/// What one odometry gets to see, and what it has made of it.
 struct Rover {
+  int source = 0;  ///< vehicle of the simulation
+  Time begin, end;
   std::unique_ptr<odometry::Odometry> odometry;
   std::uint32_t made = 0;
+
+  [[nodiscard]] bool sees(int vehicle, Time from, Time until) const {
+    return vehicle == source && from >= begin && until <= end;
+  }
 };
 
+std::vector<Rover> rovers_of(const sim::FleetSimulation& fleet, const RecordOptions& o) {
+  constexpr double kFirstUntil = 0.6, kSecondFrom = 0.4;
+  const Time begin = fleet.t_begin(), end = fleet.t_end();
+  const auto at = [&](double share) {
+    return begin + Duration::from_s(share * seconds_between(begin, end));
+  };
+  std::vector<Rover> rovers(static_cast<std::size_t>(o.halves ? 2 : o.vehicles));
+  for (std::size_t k = 0; k < rovers.size(); ++k) {
+    rovers[k].source = o.halves ? 0 : static_cast<int>(k);
+    rovers[k].begin = o.halves && k == 1 ? at(kSecondFrom) : begin;
+    rovers[k].end = o.halves && k == 0 ? at(kFirstUntil) : end;
+    rovers[k].odometry =
+        odometry::make_odometry({}, fleet.calibration_nominal(rovers[k].source), true);
+  }
+  return rovers;
+}
+
 Result<std::vector<Kept>> drive(const RecordOptions& o) {
-  const auto world = sim::world_for(sim::make_world(o.scene, o.seed), o.vehicles);
+  const int vehicles = o.halves ? 1 : o.vehicles;
+  const auto world = sim::world_for(sim::make_world(o.scene, o.seed), vehicles);
   if (!world) return tl::make_unexpected(world.error());
   sim::FleetOptions options;
   options.vehicle.seed = o.seed;
@@ -85,30 +109,29 @@ Result<std::vector<Kept>> drive(const RecordOptions& o) {
   options.vehicle.ranging = sim::LidarOptions::of(o.lidar);
   options.vehicle.pedestrians = o.pedestrians;
   options.vehicle.duration_s = o.duration_s;
-  options.vehicles = o.vehicles;
+  options.vehicles = vehicles;
   options.ranges = options.radio_link = false;
   auto made = sim::make_fleet_simulation(*world, options);
   if (!made) return tl::make_unexpected(made.error());
   sim::FleetSimulation& fleet = **made;
-  std::vector<Rover> rovers(static_cast<std::size_t>(o.vehicles));
-  for (int v = 0; v < o.vehicles; ++v) {
-    rovers[static_cast<std::size_t>(v)].odometry =
-        odometry::make_odometry({}, fleet.calibration_nominal(v), true);
-  }
+  std::vector<Rover> rovers = rovers_of(fleet, o);
   SerialExecutor serial;
   FindingList findings;
   std::vector<Kept> out;
   while (auto message = fleet.next()) {
-    Rover& rover = rovers[static_cast<std::size_t>(message->vehicle)];
-    if (const auto* imu = std::get_if<sensor::ImuSample>(&message->data)) {
-      rover.odometry->add_imu(*imu);
-    } else if (const auto* scan =
-                   std::get_if<std::shared_ptr<const sensor::LidarScan>>(&message->data)) {
-      const auto result = rover.odometry->process(**scan, serial, findings);
-      if (!result.keyframe) continue;
-      const KeyframeId id{{static_cast<std::uint16_t>(message->vehicle)}, rover.made++};
-      out.push_back(thinned(*result.keyframe, id, rover.odometry->gravity_odom(),
-                            fleet.truth(message->vehicle, result.t).state.T_world_body));
+    for (std::size_t r = 0; r < rovers.size(); ++r) {
+      Rover& rover = rovers[r];
+      if (const auto* imu = std::get_if<sensor::ImuSample>(&message->data)) {
+        if (rover.sees(message->vehicle, imu->t, imu->t)) rover.odometry->add_imu(*imu);
+      } else if (const auto* scan =
+                     std::get_if<std::shared_ptr<const sensor::LidarScan>>(&message->data)) {
+        if (!rover.sees(message->vehicle, (*scan)->t_begin, (*scan)->t_end)) continue;
+        const auto result = rover.odometry->process(**scan, serial, findings);
+        if (!result.keyframe) continue;
+        const KeyframeId id{{static_cast<std::uint16_t>(r)}, rover.made++};
+        out.push_back(thinned(*result.keyframe, id, rover.odometry->gravity_odom(),
+                              fleet.truth(message->vehicle, result.t).state.T_world_body));
+      }
     }
   }
   return out;
@@ -155,7 +178,8 @@ Result<std::vector<Kept>> record(const RecordOptions& o, const std::string& cach
     std::filesystem::create_directories(cache_dir, ignored);
     path = fmt::format("{}/{}_{}_{}_{}_{}_{}.kf", cache_dir,
                        sim::kSceneNames[static_cast<std::size_t>(o.scene)], o.seed,
-                       sim::kLidarNames[static_cast<std::size_t>(o.lidar)], o.vehicles,
+                       sim::kLidarNames[static_cast<std::size_t>(o.lidar)],
+                       o.halves ? std::string("halves") : fmt::format("{}", o.vehicles),
                        o.pedestrians, o.duration_s);
     std::vector<Kept> kept;
     if (load(path, kept)) return kept;

@@ -18,6 +18,9 @@ struct RecordOptions {
   int vehicles = 2;
   int pedestrians = 0;
   double duration_s = 100.0;  ///< of all vehicles' motion
+  /// One vehicle whose recording is cut into two that overlap by a fifth of its time: vehicles 0
+  /// and 1, each with an odometry of its own.
+  bool halves = false;
 };
 
 /// A keyframe as the odometry made it, thinned as vehicles send it, with the truth.

@@ -9,6 +9,7 @@
 
 #include "common/cpu_time.hpp"
 #include "rali/base/rng.hpp"
+#include "truth_pairs.hpp"
 
 namespace rali::recognition {
 
@@ -20,12 +21,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kWrong_m = 0.3, kWrong_deg = 3.0;
-
-struct Pair {
-  std::size_t a = 0, b = 0;
-  SE3 T_a_b;  ///< true
-  bool same = false;
-};
 
 class Study {
  public:
@@ -39,8 +34,6 @@ class Study {
   Figures run();
 
  private:
-  [[nodiscard]] bool overlap(const Pair& pair) const;
-  void find_pairs();
   void describe();
   void attempt(const Pair& pair, bool guided);
   void count(const Pair& pair, const places::Recognition& r, Outcome& out, const char* how) const;
@@ -53,29 +46,6 @@ class Study {
   std::vector<Pair> pairs_;
   Figures figures_;
 };
-
-/// The same place: a third of what one has of walls and things is seen by the other too.
-bool Study::overlap(const Pair& pair) const {
-  if (pair.T_a_b.p.head<2>().norm() > 20.0) return false;
-  const places::Submap& a = pieces_[pair.a].submap;
-  const places::Submap& b = pieces_[pair.b].submap;
-  constexpr double kShare = 0.33;
-  return std::max(
-             places::agreement(a, b, pair.T_a_b, settings_.recognise.verify).overlap(),
-             places::agreement(b, a, pair.T_a_b.inverse(), settings_.recognise.verify).overlap()) >
-         kShare;
-}
-
-void Study::find_pairs() {
-  for (std::size_t a = 0; a < pieces_.size(); ++a) {
-    for (std::size_t b = a + 1; b < pieces_.size(); ++b) {
-      if (share_scans(pieces_[a], pieces_[b])) continue;
-      Pair pair{a, b, pieces_[a].T_world_ref.inverse() * pieces_[b].T_world_ref, false};
-      pair.same = overlap(pair);
-      pairs_.push_back(pair);
-    }
-  }
-}
 
 void Study::describe() {
   places::PlaceIndex index(settings_.descriptor);
@@ -190,7 +160,7 @@ void Study::attempt(const Pair& pair, bool guided) {
 }
 
 Figures Study::run() {
-  find_pairs();
+  pairs_ = truth_pairs(pieces_, settings_, false);
   describe();
   for (const Piece& p : pieces_) {
     figures_.make_ms += p.make_ms / static_cast<double>(pieces_.size());

@@ -59,4 +59,18 @@ std::string tables(const std::vector<Figures>& figures) {
   return out;
 }
 
+std::string table_of(const std::vector<Stages>& stages) {
+  std::string out =
+      "| scene | pairs, same place | candidate | start near | registered home | believed | best | "
+      "usable | at truth: refused by convergence, residuals, overlap, conflict "
+      "|\n|---|---|---|---|---|---|---|---|---|\n";
+  for (const Stages& s : stages) {
+    const auto& r = s.refused_at_truth;
+    out += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {}, {}, {}, {} |\n", s.scene,
+                       s.same, s.candidate, s.start, s.home, s.believed, s.best, s.usable, r[1],
+                       r[2], r[3], r[4]);
+  }
+  return out;
+}
+
 }  // namespace rali::recognition
