@@ -21,7 +21,7 @@ inline fleet::Fact some_fact(VehicleId vehicle, std::uint32_t seq, Time t) {
     fleet::Increment step;
     step.node = seq;
     step.T_odom_body.p = {s, std::sin(s), 0.0};
-    step.inertial.emplace();
+    step.inertial.emplace().duration_s = 0.3;
     fact.body = step;
   } else if (seq % 3 == 2) {
     fleet::RangeBlock block;
