@@ -1,6 +1,15 @@
 #include "rali/vehicle/inertial_factor.hpp"
 
+#include <algorithm>
+
 namespace rali::vehicle {
+
+namespace {
+
+/// A bias that the user says does not wander at all: no solver divides by zero.
+constexpr double kWalkMin = 1e-9;
+
+}  // namespace
 
 graph::InertialFactor inertial_factor(const imu::Preintegration& sum,
                                       const odometry::ImuNoiseSettings& noise,
@@ -19,8 +28,8 @@ graph::InertialFactor inertial_factor(const imu::Preintegration& sum,
   f.d_position_d_gyro = sum.d_position_d_gyro();
   f.d_position_d_accel = sum.d_position_d_accel();
   f.covariance = sum.covariance();
-  f.gyro_walk_radps_rts = noise.gyro_walk_radps2_rthz;
-  f.accel_walk_mps2_rts = noise.accel_walk_mps3_rthz;
+  f.gyro_walk_radps_rts = std::max(noise.gyro_walk_radps2_rthz, kWalkMin);
+  f.accel_walk_mps2_rts = std::max(noise.accel_walk_mps3_rthz, kWalkMin);
   f.T_body_imu = T_body_imu;
   return f;
 }
