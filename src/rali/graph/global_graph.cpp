@@ -220,6 +220,30 @@ void GlobalGraph::marginalise(std::vector<Seq> nodes) {
   changed();
 }
 
+void GlobalGraph::set_boundary(DensePrior prior) {
+  RALI_ASSERT(window_.dense.H.size() == 0);
+  Eigen::Index size = 0;
+  for (const DensePrior::KeyframeBlock& block : prior.keyframes) {
+    KeyframeNode& of = node(block.seq);
+    RALI_ASSERT(!of.fixed && finite(block.x_lin));
+    of.x = block.x_lin;
+    size += of.dim;
+  }
+  for (const DensePrior::GlobalBlock& block : prior.globals) {
+    const int g = window_.find(block.id);
+    RALI_ASSERT(g >= 0 && block.x_lin.allFinite());
+    GlobalNode& global = window_.globals[static_cast<std::size_t>(g)];
+    global.value = block.x_lin;
+    global.prior_information.setZero();
+    size += global.dim();
+  }
+  RALI_ASSERT(prior.H.rows() == size && prior.H.cols() == size && prior.b.size() == size);
+  RALI_ASSERT(prior.H.allFinite() && prior.b.allFinite() && std::isfinite(prior.cost));
+  window_.dense = std::move(prior);
+  laid_out_ = false;
+  changed();
+}
+
 std::vector<LoopState> GlobalGraph::loops() const {
   std::vector<LoopState> states;
   for (const LoopTerm& loop : window_.loops) {

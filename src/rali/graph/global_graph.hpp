@@ -90,6 +90,14 @@ class GlobalGraph {
   /// of earlier rounds (algorithms_fleet 8.5). See graph::marginalise.
   void marginalise(std::vector<Seq> nodes);
 
+  /// What marginalise() has left; without blocks before.
+  [[nodiscard]] const DensePrior& boundary() const { return window_.dense; }
+
+  /// Goes on from the boundary of another graph, whose nodes and globals are here under the numbers
+  /// that the prior has, with as many unknowns. Values start where the prior was linearised; what
+  /// was known of its globals beforehand is in it. Only where nothing was marginalised yet.
+  void set_boundary(DensePrior prior);
+
   [[nodiscard]] const KeyframeState& state(Seq seq) const { return window_.node(seq).x; }
 
   [[nodiscard]] const geometry::SE3& pose(Seq seq) const { return state(seq).T_odom_body; }

@@ -1,5 +1,7 @@
 #include "rali/graph/global_graph.hpp"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "rali/base/internal_error.hpp"
@@ -195,6 +197,47 @@ TEST(global_graph, marginalised_nodes_leave_means_and_covariances_of_the_others)
   EXPECT_NEAR(graph.bias(0).variance, before.bias(0).variance, 1e-8);
   graph.solve(10);
   EXPECT_LT(geometry::boxminus(graph.pose(39), before.pose(39)).norm(), 1e-4);
+}
+
+// The later half of the graph again, in another one: as if the earlier rounds were still there.
+TEST(global_graph, goes_on_from_the_boundary_of_another_graph) {
+  GlobalGraph before{to_the_end()};
+  for (int k = 0; k < 3; ++k) before.add_pose(at(k));
+  before.fix(0);
+  before.add_bias(4, 0.0, 0.2);
+  before.add(step(0, 1, 1.0, 100.0));
+  before.add(step(1, 2, 1.1, 100.0));
+  RangeFactor range = range_to(1, 1, {9.0, 0.0, 0.0}, 8.2, 0.1);
+  range.bias = 4;
+  before.add(range);
+  before.solve(50);
+  GlobalGraph whole = before;
+  before.marginalise({0, 1});
+
+  GlobalGraph after{to_the_end()};
+  after.add_pose(at(77.0));  // where the boundary has it counts
+  after.add_bias(4, 0.0, 0.2);
+  DensePrior prior = before.boundary();
+  ASSERT_EQ(prior.keyframes.size(), 1U);
+  prior.keyframes[0].seq = 0;
+  after.set_boundary(prior);
+  EXPECT_NEAR(after.pose(0).p.x(), whole.pose(2).p.x(), 1e-12);
+  EXPECT_NEAR(after.bias(4).variance, whole.bias(4).variance, 1e-9) << "the bias is known once";
+
+  range = range_to(2, 2, {9.0, 0.0, 0.0}, 6.7, 0.1);
+  range.bias = 4;
+  whole.add(range);
+  range.i = 0;
+  after.add(range);
+  whole.solve(50);
+  after.solve(50);
+  EXPECT_NEAR(after.pose(0).p.x(), whole.pose(2).p.x(), 1e-7);
+  EXPECT_NEAR(after.covariance(0)(3, 3), whole.covariance(2)(3, 3), 1e-9);
+  EXPECT_NEAR(after.bias(4).mean, whole.bias(4).mean, 1e-7);
+  prior.H(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  GlobalGraph other{to_the_end()};
+  other.add_pose(at(0.0));
+  EXPECT_THROW(other.set_boundary(prior), InternalError) << "its bias is not there";
 }
 
 TEST(global_graph, marginalises_what_is_left_of_a_blind_path_without_inventing_knowledge) {
