@@ -16,6 +16,8 @@ struct FleetSettings {
   InitSettings init;
   CutSettings cut;
   LoopSettings loops;
+  SolveWhat solve = SolveWhat::kAll;
+  BoundarySettings boundary;
   JointSettings joint;
   places::PlacesSettings places;
   ranging::RangingSettings ranging;  ///< as the vehicles have it
@@ -26,6 +28,8 @@ struct FleetSettings {
     v.group("init", init, "frames between vehicles");
     v.group("cut", cut, "pieces of path that are compared");
     v.group("loops", loops, "places seen twice");
+    v.choice("solve", solve, kSolveWhatNames, "what is solved anew with each estimate");
+    v.group("boundary", boundary, "what is left of earlier rounds");
     v.group("joint", joint, "the joint graph");
     v.group("places", places, "how places are recognised");
   }

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "rali/fleet/centre/scan_evidence.hpp"
-#include "rali/fleet/path/level.hpp"
 #include "rali/geometry/so3.hpp"
 
 namespace rali::fleet {
@@ -16,10 +15,6 @@ using geometry::Mat6;
 using geometry::SE3;
 using geometry::Vec3;
 
-namespace {
-
-/// Of (R_i^T R_j, R_i^T (p_j - p_i)): rotation in j, translation in i, from the joint covariance of
-/// both poses (algorithms_fleet 8.1).
 Mat6 relative_covariance(const SE3& T_i, const SE3& T_j,
                          const Eigen::Matrix<double, 12, 12>& joint) {
   const Mat3 R_ti = T_i.R.transpose();
@@ -32,13 +27,31 @@ Mat6 relative_covariance(const SE3& T_i, const SE3& T_j,
   return J * joint * J.transpose();
 }
 
+/// From the bodies to the submaps' frames: the origins are the same.
+places::Guess guess_of(const PathSubmap& target, const PathSubmap& source, const SE3& T_map_target,
+                       const SE3& T_map_source, const Mat6& P) {
+  Mat6 turn = Mat6::Zero();
+  turn.topLeftCorner<3, 3>() = source.submap.T_ref_body().R;
+  turn.bottomRightCorner<3, 3>() = target.submap.T_ref_body().R;
+  places::Guess guess;
+  guess.T_target_source = target.submap.T_ref_body() * (T_map_target.inverse() * T_map_source) *
+                          source.submap.T_ref_body().inverse();
+  guess.covariance = turn * P * turn.transpose();
+  return guess;
+}
+
+namespace {
+
 /// One group on its way to an estimate.
 class Group {
  public:
   Group(const GroupInput& input, std::size_t group)
-      : in_(input), members_(input.frames.groups[group]), joint_(graph_of(input, group)) {
+      : in_(input),
+        members_(input.frames.groups[group]),
+        joint_(graph_of(input, group)),
+        memory_(input.memory != nullptr ? *input.memory : own_memory_) {
     for (const StartPrior& start : in_.starts) {
-      if (has(start.path) && has(start.relative_to)) add_start(start);
+      if (has(start.path) && has(start.relative_to)) joint_.add(start);
     }
     joint_.add(in_.ranges, in_.bias_m);
     joint_.solve();
@@ -47,6 +60,8 @@ class Group {
   void close_loops(Executor& executor);
   void tell(std::size_t group, FleetEstimate& out);
 
+  [[nodiscard]] RoundBoundary boundary(Time until) { return joint_.boundary(until); }
+
  private:
   static JointGraph graph_of(const GroupInput& input, std::size_t group);
 
@@ -54,19 +69,20 @@ class Group {
     return std::find(members_.begin(), members_.end(), path) != members_.end();
   }
 
-  void add_start(const StartPrior& start);
   [[nodiscard]] std::optional<places::Guess> guess(std::size_t target, std::size_t source);
   bool look_once(Executor& executor);
-  void judge(std::vector<LoopFound> found);
+  void note(const LoopFound& found);
+  void judge(const std::vector<LoopMemory::Pair>& pairs);
+  [[nodiscard]] Time time_of(KeyframeId keyframe) const;
   void tell_paths(std::size_t group, FleetEstimate& out);
   void tell_loops(FleetEstimate& out);
 
   const GroupInput& in_;
   const std::vector<std::size_t>& members_;
   JointGraph joint_;
-  std::set<std::pair<std::size_t, std::size_t>> compared_;
+  LoopMemory own_memory_;
+  LoopMemory& memory_;
   std::vector<LoopVerdict> loops_;
-  std::vector<DeniedStart> denied_;
   std::size_t closed_ = 0;
 };
 
@@ -75,24 +91,8 @@ JointGraph Group::graph_of(const GroupInput& input, std::size_t group) {
   for (const std::size_t path : input.frames.groups[group]) {
     T_map_odom[path] = input.frames.T_map_odom[path];
   }
-  return {input.paths, std::move(T_map_odom), input.settings.joint, input.settings.ranging};
-}
-
-/// A start pose that was held to be wrong when the frames were found must not bend the paths now.
-void Group::add_start(const StartPrior& start) {
-  const auto T_map_level = [this](std::size_t path) {
-    const VehiclePath& p = in_.paths[path];
-    return in_.frames.T_map_odom[path] *
-           level_start(p.nodes().front().step.T_odom_body, p.up_odom());
-  };
-  const SE3 found = T_map_level(start.relative_to).inverse() * T_map_level(start.path);
-  DeniedStart off{in_.paths[start.relative_to].vehicle(), in_.paths[start.path].vehicle()};
-  off.off_m = (found.p - start.T_relative_path.p).norm();
-  off.off_rad = geometry::so3_log(start.T_relative_path.R.transpose() * found.R).norm();
-  const double chi2 =
-      std::pow(off.off_m / start.sigma_m, 2) + std::pow(off.off_rad / start.sigma_rad, 2);
-  if (chi2 < in_.settings.init.prior.wrong_chi2) return joint_.add(start);
-  denied_.push_back(off);
+  return {input.paths, std::move(T_map_odom), input.settings.joint, input.settings.ranging,
+          input.before};
 }
 
 /// As the graph has it; on top of it comes what the vehicles' own maps may be off by.
@@ -114,21 +114,17 @@ std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source
   } else {
     P.diagonal() += (of_s + of_t).diagonal().cwiseAbs();
   }
-  // From the bodies to the submaps' frames: the origins are the same.
-  const Mat3 R_t = t.submap.T_ref_body().R;
-  const Mat3 R_s = s.submap.T_ref_body().R;
-  Mat6 turn = Mat6::Zero();
-  turn.topLeftCorner<3, 3>() = R_s;
-  turn.bottomRightCorner<3, 3>() = R_t;
-  places::Guess guess;
-  guess.T_target_source =
-      t.submap.T_ref_body() * (T_t.inverse() * T_s) * s.submap.T_ref_body().inverse();
-  guess.covariance = turn * P * turn.transpose();
-  return guess;
+  return guess_of(t, s, T_t, T_s, P);
 }
 
 void Group::close_loops(Executor& executor) {
   if (!in_.settings.loops.use) return;
+  if (!memory_.loops.empty()) {
+    std::vector<LoopMemory::Pair> known;
+    for (const auto& [pair, loop] : memory_.loops) known.push_back(pair);
+    judge(known);
+    if (!joint_.graph().loops().empty()) joint_.solve();
+  }
   for (int pass = 0; pass < in_.settings.loops.passes; ++pass) {
     if (!look_once(executor)) return;
     joint_.solve();
@@ -142,53 +138,83 @@ bool Group::look_once(Executor& executor) {
       in_.submaps, [this](std::size_t t, std::size_t s) { return guess(t, s); }, places.near,
       in_.settings.loops);
   std::erase_if(candidates, [this](const LoopCandidate& c) {
-    return !compared_.emplace(c.target, c.source).second;
+    return !memory_.compared
+                .emplace(in_.submaps[c.target].submap.middle(),
+                         in_.submaps[c.source].submap.middle())
+                .second;
   });
   if (candidates.empty()) return false;
-  judge(compare_all(in_.submaps, std::move(candidates), places.recognise, executor));
+  std::vector<LoopMemory::Pair> fresh;
+  for (const LoopFound& found :
+       compare_all(in_.submaps, std::move(candidates), places.recognise, executor)) {
+    note(found);
+    if (!found.recognition.usable()) continue;
+    const Loop loop = loop_of(in_.submaps, found);
+    fresh.emplace_back(loop.from, loop.to);
+    memory_.loops[fresh.back()] = loop;
+  }
+  judge(fresh);
   return true;
 }
 
+/// A comparison that brought nothing is told, too.
+void Group::note(const LoopFound& found) {
+  if (found.recognition.usable()) return;
+  const PathSubmap& target = in_.submaps[found.candidate.target];
+  const PathSubmap& source = in_.submaps[found.candidate.source];
+  LoopVerdict verdict;
+  verdict.from = target.submap.middle();
+  verdict.to = source.submap.middle();
+  verdict.t_from = in_.paths[target.path].nodes()[target.node].t;
+  verdict.t_to = in_.paths[source.path].nodes()[source.node].t;
+  verdict.reason = found.recognition.found() ? "ambiguous" : "no_match";
+  loops_.push_back(verdict);
+}
+
 /// Each on its own against paths and ranges, before any may speak for another (the veto of 8.4).
-void Group::judge(std::vector<LoopFound> found) {
+/// Those of other groups, or of nodes before the boundary, are passed over.
+void Group::judge(const std::vector<LoopMemory::Pair>& pairs) {
   std::vector<graph::RelativePoseFactor> asked;
-  std::vector<Loop> loops;
-  std::vector<std::size_t> of_verdict;
-  for (const LoopFound& f : found) {
-    const PathSubmap& target = in_.submaps[f.candidate.target];
-    const PathSubmap& source = in_.submaps[f.candidate.source];
+  std::vector<const Loop*> loops;
+  const std::size_t first = loops_.size();
+  for (const LoopMemory::Pair& pair : pairs) {
+    const Loop& loop = memory_.loops.at(pair);
+    const auto from = joint_.seq(loop.from), to = joint_.seq(loop.to);
+    if (!from || !to) continue;
     LoopVerdict verdict;
-    verdict.from = target.submap.middle();
-    verdict.to = source.submap.middle();
-    verdict.t_from = in_.paths[target.path].nodes()[target.node].t;
-    verdict.t_to = in_.paths[source.path].nodes()[source.node].t;
-    verdict.reason = f.recognition.found() ? "ambiguous" : "no_match";
-    if (f.recognition.usable()) {
-      const Loop loop = loop_of(in_.submaps, f);
-      verdict.T_from_to = loop.T_from_to;
-      verdict.information = loop.information;
-      verdict.score = loop.overlap;
-      of_verdict.push_back(loops_.size());
-      asked.push_back(
-          {*joint_.seq(loop.from), *joint_.seq(loop.to), loop.T_from_to, loop.information});
-      loops.push_back(loop);
-    }
+    verdict.from = loop.from;
+    verdict.to = loop.to;
+    verdict.t_from = time_of(loop.from);
+    verdict.t_to = time_of(loop.to);
+    verdict.T_from_to = loop.T_from_to;
+    verdict.information = loop.information;
+    verdict.score = loop.overlap;
+    asked.push_back({*from, *to, loop.T_from_to, loop.information});
+    loops.push_back(&loop);
     loops_.push_back(verdict);
   }
   const std::vector<graph::LoopVerdict> judged = joint_.graph().judge(asked);
   for (std::size_t k = 0; k < judged.size(); ++k) {
-    LoopVerdict& verdict = loops_[of_verdict[k]];
+    LoopVerdict& verdict = loops_[first + k];
     verdict.shift_m = (judged[k].T_i_j.p - verdict.T_from_to.p).norm();
     verdict.accepted = !in_.settings.loops.veto || !judged[k].vetoed();
     verdict.reason = verdict.accepted ? "accepted" : "veto";
-    if (verdict.accepted) joint_.add_loop(of_verdict[k], loops[k]);
+    if (verdict.accepted) joint_.add_loop(first + k, *loops[k]);
   }
+}
+
+Time Group::time_of(KeyframeId keyframe) const {
+  for (const std::size_t path : members_) {
+    if (in_.paths[path].vehicle() != keyframe.vehicle) continue;
+    const auto node = in_.paths[path].node_of(keyframe.seq);
+    if (node) return in_.paths[path].nodes()[*node].t;
+  }
+  return {};
 }
 
 void Group::tell(std::size_t group, FleetEstimate& out) {
   tell_loops(out);
   tell_paths(group, out);
-  out.denied_starts.insert(out.denied_starts.end(), denied_.begin(), denied_.end());
 }
 
 /// The solver has the last word on a loop: it may have switched it off.
@@ -211,7 +237,7 @@ void Group::tell_loops(FleetEstimate& out) {
 
 void Group::tell_paths(std::size_t group, FleetEstimate& out) {
   std::vector<VehicleId> ids;
-  const bool changed = members_.size() > 1 || closed_ > 0;
+  const bool changed = members_.size() > 1 || closed_ > 0 || in_.before != nullptr;
   for (const std::size_t path : members_) {
     const VehiclePath& p = in_.paths[path];
     ids.push_back(p.vehicle());
@@ -220,11 +246,12 @@ void Group::tell_paths(std::size_t group, FleetEstimate& out) {
     frame.epoch = p.epoch();
     frame.group = group;
     frame.decided_by = in_.frames.decided_by[path];
-    frame.T_map_odom = joint_.T_map_body(path, 0) * p.nodes().front().step.T_odom_body.inverse();
-    const Mat6 P = joint_.covariance(path, 0);
+    const std::size_t first = joint_.begin(path);
+    frame.T_map_odom = joint_.T_map_body(path, first) * p.nodes()[first].step.T_odom_body.inverse();
+    const Mat6 P = joint_.covariance(path, first);
     frame.sigma_m = std::sqrt(std::max(0.0, P(3, 3) + P(4, 4)));
     frame.sigma_rad = std::sqrt(std::max(0.0, P(2, 2)));
-    for (std::size_t k = 0; changed && k < p.nodes().size(); ++k) {
+    for (std::size_t k = first; changed && k < p.nodes().size(); ++k) {
       const Increment& step = p.nodes()[k].step;
       if (!step.keyframe) continue;
       out.keyframes[{p.vehicle(), *step.keyframe}] = {p.nodes()[k].t, joint_.T_map_body(path, k),
@@ -239,12 +266,14 @@ void Group::tell_paths(std::size_t group, FleetEstimate& out) {
 
 }  // namespace
 
-void estimate_group(const GroupInput& input, std::size_t group, Executor& executor,
-                    FleetEstimate& out) {
+std::optional<RoundBoundary> estimate_group(const GroupInput& input, std::size_t group,
+                                            Executor& executor, FleetEstimate& out,
+                                            std::optional<Time> until) {
   out.frames.resize(input.paths.size());
   Group work(input, group);
   work.close_loops(executor);
   work.tell(group, out);
+  return until ? std::optional(work.boundary(*until)) : std::nullopt;
 }
 
 }  // namespace rali::fleet

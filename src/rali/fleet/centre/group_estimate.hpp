@@ -8,6 +8,7 @@
 #include "rali/fleet/centre/estimate.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/fleet/centre/joint_graph.hpp"
+#include "rali/fleet/centre/loop_memory.hpp"
 #include "rali/fleet/centre/path_frames.hpp"
 
 namespace rali::fleet {
@@ -21,11 +22,26 @@ struct GroupInput {
   const std::vector<StartPrior>& starts;
   std::vector<std::optional<double>> bias_m;  ///< per pair of antennas, where measured
   const FleetSettings& settings;
+  const RoundBoundary* before = nullptr;  ///< of this group: nodes before it are not solved for
+  LoopMemory* memory = nullptr;           ///< of earlier solutions, which this one adds to
 };
 
 /// Solves for the paths of one group, looks for places that its vehicles saw twice, solves again,
 /// and adds what came out. A vehicle alone is left as it is unless a loop was closed.
-void estimate_group(const GroupInput& input, std::size_t group, Executor& executor,
-                    FleetEstimate& out);
+/// @param until where given, what all facts say about the nodes from then on is returned
+std::optional<RoundBoundary> estimate_group(const GroupInput& input, std::size_t group,
+                                            Executor& executor, FleetEstimate& out,
+                                            std::optional<Time> until = std::nullopt);
+
+/// Of (R_i^T R_j, R_i^T (p_j - p_i)): rotation in j, translation in i, from the joint covariance of
+/// both poses (algorithms_fleet 8.1).
+[[nodiscard]] geometry::Mat6 relative_covariance(const geometry::SE3& T_i, const geometry::SE3& T_j,
+                                                 const Eigen::Matrix<double, 12, 12>& joint);
+
+/// How a submap should lie in another, by the poses of their middles and the covariance of
+/// relative_covariance().
+[[nodiscard]] places::Guess guess_of(const PathSubmap& target, const PathSubmap& source,
+                                     const geometry::SE3& T_map_target,
+                                     const geometry::SE3& T_map_source, const geometry::Mat6& P);
 
 }  // namespace rali::fleet

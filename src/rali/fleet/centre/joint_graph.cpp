@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "rali/fleet/centre/path_frames.hpp"
 #include "rali/fleet/path/level.hpp"
 
 namespace rali::fleet {
@@ -29,18 +30,20 @@ graph::KeyframeState state_in_map(const Increment& step, const SE3& T_map_odom) 
 
 JointGraph::JointGraph(std::span<const VehiclePath> paths,
                        std::vector<std::optional<SE3>> T_map_odom, const JointSettings& settings,
-                       const ranging::RangingSettings& ranging)
+                       const ranging::RangingSettings& ranging, const RoundBoundary* before)
     : paths_(paths),
       T_map_odom_(std::move(T_map_odom)),
       settings_(settings),
       ranging_(ranging),
+      before_(before),
       graph_(std::make_unique<graph::GlobalGraph>(settings.graph)) {
+  find_begins();
   std::size_t nodes = 0;
-  bool fixed = false;
+  bool fixed = before_ != nullptr;
   for (std::size_t path = 0; path < paths_.size(); ++path) {
     first_.push_back(nodes);
     if (!T_map_odom_[path] || paths_[path].nodes().empty()) continue;
-    nodes += paths_[path].nodes().size();
+    nodes += paths_[path].nodes().size() - begin_[path];
     add_path(path);
     if (!fixed) graph_->fix(seq(path, 0));
     fixed = true;
@@ -49,7 +52,7 @@ JointGraph::JointGraph(std::span<const VehiclePath> paths,
 }
 
 Seq JointGraph::seq(std::size_t path, std::size_t node) const {
-  return static_cast<Seq>(first_[path] + node);
+  return static_cast<Seq>(first_[path] + node - begin_[path]);
 }
 
 bool JointGraph::has_speed(Seq seq) const {
@@ -60,30 +63,38 @@ std::optional<Seq> JointGraph::seq(KeyframeId keyframe) const {
   for (std::size_t path = 0; path < paths_.size(); ++path) {
     if (paths_[path].vehicle() != keyframe.vehicle || !T_map_odom_[path]) continue;
     const std::optional<std::size_t> node = paths_[path].node_of(keyframe.seq);
-    if (node) return seq(path, *node);
+    if (node && *node >= begin_[path]) return seq(path, *node);
   }
   return std::nullopt;
 }
 
 /// Speed and biases are worth their unknowns only where the LiDAR is blind, and around there.
-std::vector<bool> JointGraph::inertial_nodes(const VehiclePath& path) const {
-  const auto& nodes = path.nodes();
+std::vector<bool> JointGraph::inertial_nodes(std::size_t path) const {
+  const auto& nodes = paths_[path].nodes();
   const auto margin = static_cast<std::size_t>(settings_.inertial_margin);
   std::vector<bool> inertial(nodes.size(), false);
   if (settings_.steps == StepWeight::kIsotropic) return inertial;
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
+  // The node before the first one counts, too: it says whether the inertial nodes begin there.
+  const std::size_t from = begin_[path] > margin ? begin_[path] - margin - 1 : 0;
+  for (std::size_t k = from; k < nodes.size(); ++k) {
     if (!nodes[k].step.blind) continue;
     const std::size_t begin = k > margin ? k - margin : 0;
     const std::size_t end = std::min(nodes.size(), k + margin + 1);
     for (std::size_t i = begin; i < end; ++i) inertial[i] = nodes[i].step.levelled;
+  }
+  if (before_ == nullptr) return inertial;
+  // What a node was when its round ended it remains.
+  for (const BoundaryNode& known : before_->nodes) {
+    if (known.stream != stream_of(paths_[path])) continue;
+    if (const auto k = paths_[path].index_of(known.node)) inertial[*k] = known.has_speed;
   }
   return inertial;
 }
 
 void JointGraph::add_path(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
-  const std::vector<bool> inertial = inertial_nodes(paths_[path]);
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
+  const std::vector<bool> inertial = inertial_nodes(path);
+  for (std::size_t k = begin_[path]; k < nodes.size(); ++k) {
     const graph::KeyframeState state = state_in_map(nodes[k].step, *T_map_odom_[path]);
     if (inertial[k]) {
       graph_->add_state(state);
@@ -113,7 +124,7 @@ void JointGraph::add_start_of_inertial(Seq seq) {
 
 void JointGraph::add_steps(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
-  for (std::size_t k = 1; k < nodes.size(); ++k) {
+  for (std::size_t k = begin_[path] + 1; k < nodes.size(); ++k) {
     const Increment& before = nodes[k - 1].step;
     const Increment& step = nodes[k].step;
     graph::RelativePoseFactor shape;
@@ -155,7 +166,7 @@ void JointGraph::add_steps(std::size_t path) {
 void JointGraph::add_tilt(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   const Vec3 up_odom = paths_[path].up_odom();
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
+  for (std::size_t k = begin_[path]; k < nodes.size(); ++k) {
     if (k % static_cast<std::size_t>(settings_.tilt_every) != 0) continue;
     const Increment& step = nodes[k].step;
     if (!step.levelled && k > 0) continue;
@@ -172,6 +183,7 @@ void JointGraph::add_tilt(std::size_t path) {
 /// vertical axis alone.
 void JointGraph::add(const StartPrior& prior) {
   if (!T_map_odom_[prior.relative_to] || !T_map_odom_[prior.path]) return;
+  if (begin_[prior.relative_to] > 0 || begin_[prior.path] > 0) return;  // in the boundary
   const auto T_body_level = [this](std::size_t path) {
     const SE3& T = paths_[path].nodes().front().step.T_odom_body;
     return T.inverse() * level_start(T, paths_[path].up_odom());
@@ -198,9 +210,10 @@ void JointGraph::add_loop(std::uint64_t id, const Loop& loop) {
 
 void JointGraph::solve() {
   covariances_.clear();
+  const int iterations = any_blind() ? settings_.iterations : settings_.iterations_easy;
   for (int round = 0; round < settings_.rounds; ++round) {
     if (graph_->loops().empty()) {
-      graph_->solve(settings_.iterations);
+      graph_->solve(iterations);
     } else {
       graph_->solve_full();
     }
@@ -221,7 +234,7 @@ Mat6 JointGraph::covariance(std::size_t path, std::size_t node) {
   const Mat6 share = known_share(step.lidar_information, settings_.shape);
   const Mat6 of_map = turn * share * step.covariance * share.transpose() * turn.transpose();
   if (covariances_.empty()) covariances_ = graph_->covariances();
-  return covariances_[first_[path] + node] + of_map;
+  return covariances_[seq(path, node)] + of_map;
 }
 
 }  // namespace rali::fleet

@@ -37,19 +37,28 @@ Vec3 JointGraph::velocity_map(std::size_t path, const RangeEnd& end) const {
 
 void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<double>>& bias_m) {
   pairs_ = joint.pairs;
+  if (before_ != nullptr) add_pairs_before();
   const auto in_group = [&](const AntennaPair& pair) {
     return T_map_odom_[pair.a.path] && T_map_odom_[pair.b.path];
   };
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     if (!settings_.bias || !in_group(pairs_[k])) continue;
-    graph_->add_bias(static_cast<int>(k), bias_m[k].value_or(0.0),
-                     ranging::bias_sigma_m(ranging_.bias, bias_m[k].has_value()));
+    // What is known of the bias of a pair that was only heard before is in the boundary.
+    const std::optional<double> known_m = k < bias_m.size() ? bias_m[k] : std::nullopt;
+    graph_->add_bias(static_cast<int>(k), known_m.value_or(0.0),
+                     ranging::bias_sigma_m(ranging_.bias, known_m.has_value()));
   }
   graph_->add_tau(0, 0.0, ranging_.bias.tau_sigma_s);
+  if (before_ != nullptr) take_boundary();
   std::map<int, ranging::RangeThinning> thinning;
   for (const JointRange& r : joint.ranges) {
     const AntennaPair& pair = pairs_[static_cast<std::size_t>(r.pair)];
     if (!in_group(pair)) continue;
+    const auto watch = thinning.emplace(r.pair, ranging::RangeThinning(ranging_.slow)).first;
+    const double inflation = watch->second.inflation(r.t, r.sigma_m, r.a.at_rest && r.b.at_rest);
+    const bool finished =
+        r.a.place.node < begin_[pair.a.path] || r.b.place.node < begin_[pair.b.path];
+    if (finished) continue;
     Range range;
     range.sigma_m = r.sigma_m;
     range.pair = static_cast<std::size_t>(r.pair);
@@ -65,8 +74,6 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
     f.range_rate_mps =
         between.normalized().dot(velocity_map(pair.b.path, r.b) - velocity_map(pair.a.path, r.a));
     f.range_m = r.range_m;
-    const auto watch = thinning.emplace(r.pair, ranging::RangeThinning(ranging_.slow)).first;
-    const double inflation = watch->second.inflation(r.t, r.sigma_m, r.a.at_rest && r.b.at_rest);
     f.sigma_m = r.sigma_m * std::sqrt(inflation);
     graph_->add(f);
     ranges_.push_back(range);
@@ -107,6 +114,11 @@ std::vector<PairBias> JointGraph::biases() {
     const graph::ScalarEstimate bias = graph_->bias(static_cast<int>(k));
     biases[k].bias_m = bias.mean;
     biases[k].sigma_m = std::sqrt(std::max(0.0, bias.variance));
+    if (const BoundaryBias* known = known_before(k)) {
+      biases[k].ranges = known->ranges;
+      biases[k].used = known->used;
+      squares[k] = known->squares_m2;
+    }
   }
   for (const Range& range : ranges_) {
     const std::size_t k = range.pair;
@@ -152,9 +164,9 @@ std::vector<UsedRange> JointGraph::used_ranges() {
 std::optional<std::size_t> JointGraph::keyframe_near(std::size_t path,
                                                      const graph::RangeEnd& end) const {
   const auto& nodes = paths_[path].nodes();
-  const auto at = static_cast<std::size_t>(end.i) - first_[path];
+  const std::size_t at = path_node(end.i).node;
   for (std::size_t off = 0; off < nodes.size(); ++off) {
-    if (off <= at && nodes[at - off].step.keyframe) return at - off;
+    if (off <= at - begin_[path] && nodes[at - off].step.keyframe) return at - off;
     if (at + off < nodes.size() && nodes[at + off].step.keyframe) return at + off;
   }
   return std::nullopt;

@@ -41,17 +41,22 @@ std::optional<RangeEnd> end_of(const VehiclePath& path, std::uint8_t antenna, Ti
 
 }  // namespace
 
-JointRanges join_ranges(std::span<const VehiclePath> paths) {
+JointRanges join_ranges(std::span<const VehiclePath> paths, std::optional<Time> since) {
   std::map<Key, Told> exchanges;
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    for (const RangeEntry& entry : paths[i].ranges()) {
+    const std::vector<RangeEntry>& told = paths[i].ranges();
+    const auto begin =
+        since ? std::lower_bound(told.begin(), told.end(), *since,
+                                 [](const RangeEntry& entry, Time t) { return entry.t < t; })
+              : told.begin();
+    for (const RangeEntry& entry : std::span(begin, told.end())) {
       const auto from = index_of(paths, entry.from);
       const auto to = index_of(paths, entry.to);
       if (!from || !to || from == to) continue;
       Antenna a{*from, entry.from_antenna}, b{*to, entry.to_antenna};
       if (b < a) std::swap(a, b);
-      Told& told = exchanges[{AntennaPair{a, b}, entry.t}];
-      (a.path == i ? told.by_a : told.by_b) = &entry;
+      Told& ends = exchanges[{AntennaPair{a, b}, entry.t}];
+      (a.path == i ? ends.by_a : ends.by_b) = &entry;
     }
   }
   JointRanges joint;

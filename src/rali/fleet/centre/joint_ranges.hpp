@@ -1,6 +1,7 @@
 #pragma once
 
 #include <compare>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,8 @@ struct JointRanges {
 
 /// Brings together what the two ends of each exchange told. An exchange that only one end told is
 /// placed at the other end by the path between its nodes.
-[[nodiscard]] JointRanges join_ranges(std::span<const VehiclePath> paths);
+/// @param since those of earlier times are left out
+[[nodiscard]] JointRanges join_ranges(std::span<const VehiclePath> paths,
+                                      std::optional<Time> since = std::nullopt);
 
 }  // namespace rali::fleet

@@ -24,7 +24,7 @@ struct Cut {
 };
 
 /// One list per map of the path: a new one begins where the vehicle lost the old.
-std::vector<std::vector<Stop>> stops_of(const VehiclePath& path) {
+std::vector<std::vector<Stop>> stops_of(const VehiclePath& path, std::size_t begin) {
   std::vector<std::vector<Stop>> parts(1);
   double way_m = 0.0;
   const auto& nodes = path.nodes();
@@ -34,7 +34,7 @@ std::vector<std::vector<Stop>> stops_of(const VehiclePath& path) {
       way_m += (step.T_odom_body.p - nodes[k - 1].step.T_odom_body.p).norm();
     }
     if (step.begins && !parts.back().empty()) parts.emplace_back();
-    if (!step.keyframe) continue;
+    if (!step.keyframe || k < begin) continue;
     const auto points = path.points().find(*step.keyframe);
     if (points == path.points().end() || points->second.size() == 0) continue;
     parts.back().push_back({k, way_m, &points->second});
@@ -102,14 +102,17 @@ std::optional<PathSubmap> make(const VehiclePath& path, const std::vector<Stop>&
 }  // namespace
 
 std::vector<PathSubmap> cut_into_submaps(std::span<const VehiclePath> paths, const CutSettings& cut,
-                                         const places::PlacesSettings& places, Executor& executor) {
+                                         const places::PlacesSettings& places, Executor& executor,
+                                         std::span<const std::size_t> begins) {
   struct Job {
     const std::vector<Stop>* stops = nullptr;
     Cut cut;
   };
 
   std::vector<std::vector<std::vector<Stop>>> stops;
-  for (const VehiclePath& path : paths) stops.push_back(stops_of(path));
+  for (std::size_t p = 0; p < paths.size(); ++p) {
+    stops.push_back(stops_of(paths[p], begins.empty() ? 0 : begins[p]));
+  }
   std::vector<Job> jobs;
   for (std::size_t p = 0; p < paths.size(); ++p) {
     for (const std::vector<Stop>& part : stops[p]) {

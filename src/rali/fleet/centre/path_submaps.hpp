@@ -35,9 +35,11 @@ struct PathSubmap {
 };
 
 /// Cuts paths into pieces, each with its keyframes' points where those have arrived.
+/// @param begins index of the first node of each path that counts; empty: all count
 [[nodiscard]] std::vector<PathSubmap> cut_into_submaps(std::span<const VehiclePath> paths,
                                                        const CutSettings& cut,
                                                        const places::PlacesSettings& places,
-                                                       Executor& executor);
+                                                       Executor& executor,
+                                                       std::span<const std::size_t> begins = {});
 
 }  // namespace rali::fleet

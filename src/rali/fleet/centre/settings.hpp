@@ -14,6 +14,43 @@ enum class StepWeight {
 };
 inline constexpr ChoiceNames<2> kStepWeightNames = {"aware", "isotropic"};
 
+/// What is solved when the centre is asked for an estimate.
+enum class SolveWhat {
+  kAll,    ///< everything, from all facts
+  kRounds  ///< the current round, on what is left of the earlier ones (algorithms_fleet 8.5)
+};
+inline constexpr ChoiceNames<2> kSolveWhatNames = {"all", "rounds"};
+
+/// Which loop to an earlier round makes everything be solved again.
+enum class ReopenBy {
+  kMisfit,  ///< one that the present estimate does not fit
+  kAny      ///< as the paper has it
+};
+inline constexpr ChoiceNames<2> kReopenByNames = {"misfit", "any"};
+
+/// Estimates by rounds.
+struct BoundarySettings {
+  ReopenBy reopen = ReopenBy::kMisfit;
+  double moved_sigma = 3.0;
+  double moved_m = 0.01;
+  double warm_up_s = 60.0;
+  double same_place_m = 2.0;
+  double same_place_deg = 20.0;
+
+  template <class V>
+  void visit(V& v) {
+    v.choice("reopen", reopen, kReopenByNames, "which loops to earlier rounds solve these again");
+    v("moved_sigma", moved_sigma, 0.5, 1e6,
+      "a boundary that moves by more of its sigma is made anew from all facts");
+    v("moved_m", moved_m, 0.0, 10.0, "and by so much more [m, rad]");
+    v("warm_up_s", warm_up_s, 0.0, 3600.0,
+      "ranges before the boundary that say how much the next may count [s]");
+    v("same_place_m", same_place_m, 0.0, 100.0,
+      "a piece of path this near to one of an earlier round is not kept [m]");
+    v("same_place_deg", same_place_deg, 0.0, 180.0, "nor one turned by less");
+  }
+};
+
 /// The joint graph of the fleet (algorithms_fleet 8). The defaults are those of `robust`.
 struct JointSettings {
   StepWeight steps = StepWeight::kAware;
@@ -22,6 +59,7 @@ struct JointSettings {
   bool bias = true;
   int rounds = 3;
   int iterations = 30;
+  int iterations_easy = 30;
   int inertial_margin = 3;
   double lost_m = 5.0;
   double lost_rad = 0.5;
@@ -43,6 +81,7 @@ struct JointSettings {
     v("bias", bias, "estimate what each pair of radios measures too much");
     v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
     v("iterations", iterations, 1, 1000, "of each solution");
+    v("iterations_easy", iterations_easy, 1, 1000, "the same where no step was blind");
     v("inertial_margin", inertial_margin, 0, 1000,
       "nodes around a blind one whose speed is estimated too");
     v("lost_m", lost_m, 1e-2, 1e3, "sigma of the step to a new map after the old one was lost");

@@ -36,6 +36,8 @@ struct OfMessage {
   Kind operator()(const VehicleStatus&) const { return Kind::kStatus; }
 
   Kind operator()(const GoalList&) const { return Kind::kGoals; }
+
+  Kind operator()(const RoundBoundary&) const { return Kind::kBoundary; }
 };
 
 }  // namespace
@@ -72,6 +74,8 @@ std::string_view name_of(Kind kind) {
       return "goals";
     case Kind::kWithheld:
       return "withheld";
+    case Kind::kBoundary:
+      return "boundary";
   }
   return "kind";
 }

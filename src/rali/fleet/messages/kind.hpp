@@ -23,7 +23,8 @@ enum class Kind : std::uint8_t {
   kRole = 19,
   kStatus = 20,
   kGoals = 21,
-  kWithheld = 22
+  kWithheld = 22,
+  kBoundary = 23
 };
 
 inline constexpr std::uint8_t kFactKinds = 16;     ///< a kind below is a fact

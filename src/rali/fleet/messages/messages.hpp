@@ -11,19 +11,13 @@
 #include "rali/base/ids.hpp"
 #include "rali/base/time.hpp"
 #include "rali/fleet/facts/facts.hpp"
+#include "rali/fleet/messages/boundary.hpp"
 #include "rali/geometry/se3.hpp"
 
 /// Everything that goes from one vehicle to another, as values; their bytes are in wire/fleet.
 /// Facts are for good; all else is soft state that the next message of its kind replaces, so a lost
 /// one only delays (algorithms_fleet 11.1, middleware 4.2).
 namespace rali::fleet {
-
-/// The facts of one start of one vehicle, numbered from 0; also the name of its odom frame.
-struct StreamKey {
-  VehicleId vehicle;
-  std::uint32_t epoch = 0;
-  constexpr auto operator<=>(const StreamKey&) const = default;
-};
 
 /// Numbers first to last, both included.
 struct SeqInterval {
@@ -212,7 +206,7 @@ struct GoalList {
 };
 
 using Message = std::variant<FactMessage, Inventory, Request, Withheld, Table, RoleMessage,
-                             VehicleStatus, GoalList>;
+                             VehicleStatus, GoalList, RoundBoundary>;
 
 /// A message and its way.
 struct Envelope {

@@ -56,6 +56,12 @@ std::optional<std::size_t> VehiclePath::node_of(std::uint32_t keyframe) const {
   return static_cast<std::size_t>(numbered(found->second) - nodes_.begin());
 }
 
+std::optional<std::size_t> VehiclePath::index_of(std::uint32_t number) const {
+  const auto found = numbered(number);
+  if (found == nodes_.end() || found->step.node != number) return std::nullopt;
+  return static_cast<std::size_t>(found - nodes_.begin());
+}
+
 std::vector<VehiclePath::Node>::const_iterator VehiclePath::numbered(std::uint32_t number) const {
   return std::lower_bound(nodes_.begin(), nodes_.end(), number,
                           [](const Node& node, std::uint32_t n) { return node.step.node < n; });
@@ -79,6 +85,13 @@ std::optional<PathPlace> VehiclePath::at(Time t) const {
   place.alpha = (t - a.t).s() / (after->t - a.t).s();
   place.T_odom_body = on_arc(a.step.T_odom_body, after->step.T_odom_body, place.alpha);
   return place;
+}
+
+void VehiclePath::forget_points_before(std::size_t node) {
+  std::erase_if(points_, [&](const auto& entry) {
+    const auto at = node_of(entry.first);
+    return at && *at < node;
+  });
 }
 
 Vec3 VehiclePath::up_odom() const {

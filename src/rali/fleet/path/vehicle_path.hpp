@@ -46,6 +46,9 @@ class VehiclePath {
   /// Index of the node that is this keyframe.
   [[nodiscard]] std::optional<std::size_t> node_of(std::uint32_t keyframe) const;
 
+  /// Index of the node of this number.
+  [[nodiscard]] std::optional<std::size_t> index_of(std::uint32_t number) const;
+
   /// True if nothing is missing between nodes k - 1 and k, and they are in one map.
   [[nodiscard]] bool ties_to_before(std::size_t k) const;
 
@@ -57,6 +60,9 @@ class VehiclePath {
 
   /// By keyframe.
   [[nodiscard]] const std::map<std::uint32_t, KeyframePoints>& points() const { return points_; }
+
+  /// Points of keyframes before this node are not needed any more.
+  void forget_points_before(std::size_t node);
 
   /// Unit vector against gravity in odom, as last told.
   [[nodiscard]] geometry::Vec3 up_odom() const;

@@ -7,6 +7,7 @@
 
 #include "rali/fleet/facts/told.hpp"
 #include "rali/wire/fleet/crc32c.hpp"
+#include "rali/wire/fleet/layout_boundary.hpp"
 #include "rali/wire/fleet/layout_facts.hpp"
 #include "rali/wire/fleet/layout_messages.hpp"
 #include "rali/wire/fleet/point_block.hpp"
@@ -57,6 +58,8 @@ struct WriteBody {
   void operator()(const fleet::VehicleStatus& v) const { layout_status(body, v); }
 
   void operator()(const fleet::GoalList& v) const { layout_goals(body, v); }
+
+  void operator()(const fleet::RoundBoundary& v) const { layout_boundary(body, v); }
 };
 
 template <class Header, class Key, class Stamp>
@@ -157,6 +160,8 @@ Result<fleet::Message> read_soft(Kind kind, PackReader& header) {
       return read_as<fleet::VehicleStatus>(body, [](auto& b, auto& v) { layout_status(b, v); });
     case Kind::kGoals:
       return read_as<fleet::GoalList>(body, [](auto& b, auto& v) { layout_goals(b, v); });
+    case Kind::kBoundary:
+      return read_as<fleet::RoundBoundary>(body, [](auto& b, auto& v) { layout_boundary(b, v); });
     default:
       return fail(ErrorCode::kNoAnswer, "message between vehicles",
                   fmt::format("is of the unknown kind {}", static_cast<unsigned>(kind)),

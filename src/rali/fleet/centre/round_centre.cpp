@@ -1,0 +1,259 @@
+#include "rali/fleet/centre/round_centre.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "rali/fleet/centre/joint_graph.hpp"
+
+namespace rali::fleet {
+
+using geometry::SE3;
+
+namespace {
+
+std::size_t nodes_from(std::span<const VehiclePath> paths, std::span<const std::size_t> begins) {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < paths.size(); ++i) n += paths[i].nodes().size() - begins[i];
+  return n;
+}
+
+}  // namespace
+
+RoundCentre::RoundCentre(const FleetSettings& settings, FleetKnowledge knowledge)
+    : centre_(settings, std::move(knowledge)) {}
+
+const FleetEstimate& RoundCentre::estimate(Executor& executor) {
+  solve(std::nullopt, executor);
+  return last_;
+}
+
+const FleetEstimate& RoundCentre::end_round(Time t, Executor& executor) {
+  solve(end_of(t), executor);
+  return last_;
+}
+
+/// Whoever has told nothing since the last boundary is not waited for.
+Time RoundCentre::end_of(Time t) const {
+  Time end = t;
+  for (const VehiclePath& path : paths()) {
+    const Time last = path.nodes().back().t;
+    if (!boundary_ || last > boundary_->until) end = std::min(end, last);
+  }
+  return end;
+}
+
+void RoundCentre::solve(std::optional<Time> until, Executor& executor) {
+  if (centre_.settings().solve == SolveWhat::kAll || paths().size() < 2) {
+    last_ = centre_.estimate(executor);
+    ++work_.whole;
+    return;
+  }
+  find_pieces();
+  if (!boundary_holds()) return solve_all(until, executor);
+  Solution solution = solve_round(until, executor);
+  const bool reopen = look_back(solution, executor) || boundary_moved(solution.estimate);
+  const auto live = solution.pieces.begin() + static_cast<std::ptrdiff_t>(solution.live_from);
+  pieces_.assign(std::move_iterator(solution.pieces.begin()), std::move_iterator(live));
+  cut_from_ = begins();
+  if (reopen) return solve_all(until, executor);
+  merge(std::move(solution.estimate));
+  if (!solution.boundary) return;
+  boundary_ = std::move(solution.boundary);
+  finish({std::move_iterator(live), std::move_iterator(solution.pieces.end())});
+}
+
+/// All paths must be there and have been joined: who comes later is joined by all facts.
+bool RoundCentre::boundary_holds() const {
+  return boundary_ && boundary_->paths.size() == paths().size() &&
+         JointGraph::fits(*boundary_, paths(), centre_.settings().joint);
+}
+
+Solution RoundCentre::solve_round(std::optional<Time> until, Executor& executor) {
+  ++work_.rounds;
+  work_.nodes = nodes_from(paths(), begins());
+  SolutionInput in{
+      .paths = paths(), .knowledge = centre_.knowledge(), .settings = centre_.settings()};
+  in.memory = &memory_;
+  in.pieces = std::move(pieces_);
+  in.cut_from = cut_from_;
+  in.before = &*boundary_;
+  in.until = until;
+  pieces_.clear();
+  return solve_fleet(std::move(in), executor);
+}
+
+void RoundCentre::solve_all(std::optional<Time> until, Executor& executor) {
+  ++work_.whole;
+  work_.nodes = nodes_from(paths(), std::vector<std::size_t>(paths().size(), 0));
+  if (!until && boundary_) until = boundary_->until;
+  SolutionInput in{
+      .paths = paths(), .knowledge = centre_.knowledge(), .settings = centre_.settings()};
+  in.memory = &memory_;
+  in.pieces = std::move(pieces_);
+  in.cut_from = cut_from_;
+  in.frames = frames_;
+  in.until = until;
+  pieces_.clear();
+  Solution solution = solve_fleet(std::move(in), executor);
+  done_ = {};
+  boundary_.reset();
+  cut_from_.assign(paths().size(), 0);
+  last_ = std::move(solution.estimate);
+  if (last_.groups.size() != 1) {
+    frames_.reset();
+    return finish({});
+  }
+  frames_ = std::move(solution.frames);
+  boundary_ = std::move(solution.boundary);
+  finish(std::move(solution.pieces));
+}
+
+std::vector<std::size_t> RoundCentre::begins() const {
+  std::vector<std::size_t> begins(paths().size(), 0);
+  if (!boundary_) return begins;
+  for (std::size_t i = 0; i < paths().size(); ++i) {
+    for (const BoundaryPath& known : boundary_->paths) {
+      if (known.stream == stream_of(paths()[i])) {
+        begins[i] = paths()[i].index_of(known.node).value_or(0);
+      }
+    }
+  }
+  return begins;
+}
+
+/// A boundary is linearised, and one that moves far was wrong about something.
+bool RoundCentre::boundary_moved(const FleetEstimate& estimate) const {
+  const BoundarySettings& s = centre_.settings().boundary;
+  for (const BoundaryPath& known : boundary_->paths) {
+    for (std::size_t i = 0; i < paths().size(); ++i) {
+      if (stream_of(paths()[i]) != known.stream) continue;
+      const auto node = paths()[i].index_of(known.node);
+      if (!node) return true;
+      const SE3 T = estimate.frames[i].T_map_odom * paths()[i].nodes()[*node].step.T_odom_body;
+      const geometry::Vec6 moved = geometry::boxminus(T, known.T_map_body);
+      for (int k = 0; k < 6; ++k) {
+        const double sigma = std::sqrt(std::max(0.0, known.covariance(k, k)));
+        if (std::abs(moved[k]) > s.moved_sigma * sigma + s.moved_m) return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Finished rounds and the live one as one estimate.
+void RoundCentre::merge(FleetEstimate live) {
+  last_ = done_;
+  last_.keyframes.merge(live.keyframes);
+  last_.loops.insert(last_.loops.end(), live.loops.begin(), live.loops.end());
+  last_.ranges.insert(last_.ranges.end(), live.ranges.begin(), live.ranges.end());
+  last_.biases = std::move(live.biases);
+  std::stable_sort(last_.loops.begin(), last_.loops.end(),
+                   [](const LoopVerdict& a, const LoopVerdict& b) {
+                     return std::max(a.t_from, a.t_to) < std::max(b.t_from, b.t_to);
+                   });
+}
+
+/// What lies before the boundary is done: it stays as the last estimate has it.
+void RoundCentre::finish(std::vector<PathSubmap> pieces) {
+  const std::vector<std::size_t> first = begins();
+  const auto is_done = [&](KeyframeId id) {
+    for (std::size_t i = 0; i < paths().size(); ++i) {
+      if (paths()[i].vehicle() != id.vehicle) continue;
+      const auto node = paths()[i].node_of(id.seq);
+      if (node) return *node < first[i];
+    }
+    return true;
+  };
+  done_ = last_;
+  std::erase_if(done_.keyframes, [&](const auto& entry) { return !is_done(entry.first); });
+  std::erase_if(done_.loops,
+                [&](const LoopVerdict& loop) { return !is_done(loop.from) && !is_done(loop.to); });
+  std::erase_if(done_.ranges,
+                [&](const UsedRange& range) { return !is_done(range.a) && !is_done(range.b); });
+  cut_from_ = first;
+  for (PathSubmap& piece : pieces) {
+    if (piece.node < first[piece.path]) keep(std::move(piece));
+  }
+  work_.pieces = pieces_.size();
+}
+
+/// A fleet that goes over the same ground again and again keeps one piece of each place.
+void RoundCentre::keep(PathSubmap piece) {
+  const BoundarySettings& s = centre_.settings().boundary;
+  constexpr double kRadPerDeg = 0.017453292519943295;
+  const auto at = last_.keyframes.find(piece.submap.middle());
+  const auto same = [&](const PathSubmap& other) {
+    const auto there = last_.keyframes.find(other.submap.middle());
+    if (at == last_.keyframes.end() || there == last_.keyframes.end()) return false;
+    const geometry::Vec6 apart =
+        geometry::boxminus(at->second.T_map_body, there->second.T_map_body);
+    return apart.tail<3>().norm() < s.same_place_m &&
+           apart.head<3>().norm() < kRadPerDeg * s.same_place_deg;
+  };
+  if (std::none_of(pieces_.begin(), pieces_.end(), same)) pieces_.push_back(std::move(piece));
+}
+
+/// Paths may have come, and nodes that were on their way: pieces are found again by their middles.
+void RoundCentre::find_pieces() {
+  std::vector<StreamKey> streams;
+  for (const VehiclePath& path : paths()) streams.push_back(stream_of(path));
+  if (streams != streams_) {
+    pieces_.clear();
+    cut_from_.assign(streams.size(), 0);
+    frames_.reset();
+    streams_ = std::move(streams);
+  }
+  for (PathSubmap& piece : pieces_) {
+    const auto node = paths()[piece.path].node_of(piece.submap.middle().seq);
+    if (node) piece.node = *node;
+  }
+  if (boundary_ && cut_from_.size() == paths().size()) {
+    const std::vector<std::size_t> first = begins();
+    for (std::size_t i = 0; i < first.size(); ++i) cut_from_[i] = std::min(cut_from_[i], first[i]);
+  }
+}
+
+bool RoundCentre::take_over(const RoundBoundary& boundary,
+                            const std::map<KeyframeId, KeyframePose>& keyframes) {
+  if (centre_.settings().solve == SolveWhat::kAll || boundary.paths.size() != paths().size() ||
+      !JointGraph::fits(boundary, paths(), centre_.settings().joint)) {
+    return false;
+  }
+  FleetEstimate done;
+  done.groups.emplace_back();
+  for (const VehiclePath& path : paths()) {
+    const auto known =
+        std::find_if(boundary.paths.begin(), boundary.paths.end(),
+                     [&](const BoundaryPath& b) { return b.stream == stream_of(path); });
+    const std::size_t begin = *path.index_of(known->node);
+    VehicleFrame frame;
+    frame.vehicle = path.vehicle();
+    frame.epoch = path.epoch();
+    frame.T_map_odom = known->T_map_body * path.nodes()[begin].step.T_odom_body.inverse();
+    bool first = true;
+    for (std::size_t k = 0; k < begin; ++k) {
+      const Increment& step = path.nodes()[k].step;
+      if (!step.keyframe) continue;
+      const KeyframeId id{path.vehicle(), *step.keyframe};
+      const auto pose = keyframes.find(id);
+      if (pose == keyframes.end()) return false;
+      done.keyframes.insert(*pose);
+      done.keyframes[id].t = path.nodes()[k].t;
+      if (std::exchange(first, false)) {
+        frame.T_map_odom = pose->second.T_map_body * step.T_odom_body.inverse();
+      }
+    }
+    done.frames.push_back(std::move(frame));
+    done.groups[0].push_back(path.vehicle());
+  }
+  done_ = std::move(done);
+  last_ = done_;
+  boundary_ = boundary;
+  return true;
+}
+
+void RoundCentre::forget_finished_points() { centre_.forget_points_before(cut_from_); }
+
+}  // namespace rali::fleet

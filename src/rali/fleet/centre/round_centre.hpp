@@ -1,0 +1,84 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/fleet/centre/centre.hpp"
+#include "rali/fleet/centre/solution.hpp"
+
+namespace rali::fleet {
+
+/// The centre over a mission of many rounds: it keeps what it has solved. Nodes of finished rounds
+/// stay where the end of their round left them, and all that their facts say about what follows is
+/// a prior on the nodes at the boundary; the current round alone is solved (paper, "Incremental
+/// Global PGO"; algorithms_fleet 8.5). Everything is solved again from the facts when a loop to an
+/// earlier round closes, when the boundary turns out to be wrong, and while not all vehicles share
+/// a frame. With SolveWhat::kAll it is a Centre.
+class RoundCentre {
+ public:
+  RoundCentre(const FleetSettings& settings, FleetKnowledge knowledge);
+
+  void add(const Fact& fact) { centre_.add(fact); }
+
+  /// Solves for what is known.
+  const FleetEstimate& estimate(Executor& executor);
+
+  /// The same, and then the round is over: what is known up to `t`, or to the last word of whoever
+  /// told something in this round, is finished.
+  const FleetEstimate& end_round(Time t, Executor& executor);
+
+  /// Goes on from what the last anchor left: its boundary and where it had the keyframes before it.
+  /// @return false: it does not fit the facts that are here, or a keyframe is missing; nothing is
+  /// changed then, and the next estimate is one of all facts
+  bool take_over(const RoundBoundary& boundary,
+                 const std::map<KeyframeId, KeyframePose>& keyframes);
+
+  /// Points that only estimates of finished rounds would need; other than these need no points.
+  void forget_finished_points();
+
+  [[nodiscard]] const std::vector<VehiclePath>& paths() const { return centre_.paths(); }
+
+  [[nodiscard]] const FleetEstimate& last() const { return last_; }
+
+  [[nodiscard]] const std::optional<RoundBoundary>& boundary() const { return boundary_; }
+
+  /// What the solutions have cost so far.
+  struct Work {
+    std::size_t whole = 0, rounds = 0;  ///< solutions of each kind
+    std::size_t nodes = 0;              ///< of the last one
+    std::size_t pieces = 0;             ///< of path that are kept for loops
+  };
+
+  [[nodiscard]] const Work& work() const { return work_; }
+
+ private:
+  void solve(std::optional<Time> until, Executor& executor);
+  void solve_all(std::optional<Time> until, Executor& executor);
+  [[nodiscard]] Solution solve_round(std::optional<Time> until, Executor& executor);
+  [[nodiscard]] bool boundary_holds() const;
+  [[nodiscard]] bool boundary_moved(const FleetEstimate& estimate) const;
+  [[nodiscard]] bool look_back(const Solution& solution, Executor& executor);
+  [[nodiscard]] bool says_news(const Loop& loop, const FleetEstimate& estimate) const;
+  [[nodiscard]] Time end_of(Time t) const;
+  [[nodiscard]] std::vector<std::size_t> begins() const;
+  [[nodiscard]] const KeyframePose* pose_of(KeyframeId id, const FleetEstimate& live) const;
+  void merge(FleetEstimate live);
+  void finish(std::vector<PathSubmap> pieces);
+  void keep(PathSubmap piece);
+  void find_pieces();
+
+  Centre centre_;
+  FleetEstimate last_;
+  FleetEstimate done_;  ///< of the nodes before the boundary; frames and groups of all
+  std::optional<RoundBoundary> boundary_;
+  std::optional<PathFrames> frames_;  ///< once all vehicles share one
+  std::vector<StreamKey> streams_;    ///< of the paths that pieces_ and frames_ count by
+  LoopMemory memory_;
+  std::vector<PathSubmap> pieces_;     ///< of finished rounds
+  std::vector<std::size_t> cut_from_;  ///< what is before has been cut
+  Work work_;
+};
+
+}  // namespace rali::fleet

@@ -1,0 +1,247 @@
+#include "rali/fleet/centre/round_centre.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/centre/rounds_for_test.hpp"
+#include "rali/places/world_for_test.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+struct Both {
+  FleetEstimate rounds, all;
+  RoundCentre::Work work;
+  Time last_round;
+};
+
+/// The same facts by rounds, and all at once.
+Both by_rounds_and_at_once(const RoundsForTest& options, const FleetSettings& settings,
+                           int rounds) {
+  FleetForTest fleet(options);
+  SerialExecutor executor;
+  FleetSettings whole = settings;
+  whole.solve = SolveWhat::kAll;
+  RoundCentre centre(settings, fleet.knowledge());
+  Centre at_once(whole, fleet.knowledge());
+  Both both;
+  for (int r = 0; r < rounds; ++r) {
+    both.last_round = fleet.now();
+    for (const Fact& fact : fleet.round()) {
+      centre.add(fact);
+      at_once.add(fact);
+    }
+    both.rounds = centre.end_round(fleet.now(), executor);
+  }
+  both.all = at_once.estimate(executor);
+  both.work = centre.work();
+  return both;
+}
+
+void expect_equal(const Both& both, double last_m) {
+  ASSERT_EQ(both.all.groups.size(), 1U);
+  ASSERT_EQ(both.rounds.keyframes.size(), both.all.keyframes.size());
+  double moved_m = 0.0;
+  for (const auto& [id, all] : both.all.keyframes) {
+    const KeyframePose& round = both.rounds.keyframes.at(id);
+    EXPECT_EQ(round.t, all.t);
+    const geometry::Vec6 d = geometry::boxminus(round.T_map_body, all.T_map_body);
+    if (all.t > both.last_round) {
+      EXPECT_LT(d.norm(), last_m) << id.vehicle.value << " " << id.seq;
+      EXPECT_LT((round.covariance - all.covariance).norm(), 0.02 * all.covariance.norm());
+      continue;
+    }
+    moved_m = std::max(moved_m, d.tail<3>().norm());
+    for (int k = 0; k < 6; ++k) {
+      EXPECT_LT(std::abs(d[k]), 3.0 * std::sqrt(round.covariance(k, k)) + 1e-6) << id.seq;
+    }
+  }
+  EXPECT_GT(moved_m, 1e-4) << "later rounds say nothing about earlier ones: nothing is tested";
+}
+
+TEST(RoundCentre, a_third_round_on_the_boundary_is_as_if_all_were_solved_at_once) {
+  FleetSettings settings = exact_rounds();
+  settings.joint.steps = StepWeight::kIsotropic;
+  const Both both = by_rounds_and_at_once({}, settings, 3);
+  EXPECT_EQ(both.work.whole, 1U);
+  EXPECT_EQ(both.work.rounds, 2U);
+  expect_equal(both, 1e-3);
+}
+
+TEST(RoundCentre, speeds_and_biases_of_blind_rounds_go_on_over_the_boundary) {
+  RoundsForTest options;
+  options.blind = true;
+  const Both both = by_rounds_and_at_once(options, exact_rounds(), 3);
+  EXPECT_EQ(both.work.whole, 1U);
+  expect_equal(both, 1e-3);
+  ASSERT_EQ(both.rounds.biases.size(), both.all.biases.size());
+  for (std::size_t k = 0; k < both.all.biases.size(); ++k) {
+    EXPECT_NEAR(both.rounds.biases[k].bias_m, both.all.biases[k].bias_m, 2e-3);
+    EXPECT_NEAR(both.rounds.biases[k].sigma_m, both.all.biases[k].sigma_m, 2e-3);
+    EXPECT_EQ(both.rounds.biases[k].ranges, both.all.biases[k].ranges) << "each counted once";
+  }
+}
+
+TEST(RoundCentre, an_estimate_within_a_round_leaves_its_end_as_it_is) {
+  SerialExecutor executor;
+  FleetForTest fleet({});
+  RoundCentre once(exact_rounds(), fleet.knowledge()), often(exact_rounds(), fleet.knowledge());
+  for (int r = 0; r < 2; ++r) {
+    int n = 0;
+    for (const Fact& fact : fleet.round()) {
+      once.add(fact);
+      often.add(fact);
+      if (++n % 40 == 0 && often.paths().size() == 3) often.estimate(executor);
+    }
+    once.end_round(fleet.now(), executor);
+    often.end_round(fleet.now(), executor);
+  }
+  for (const auto& [id, pose] : once.last().keyframes) {
+    const SE3& other = often.last().keyframes.at(id).T_map_body;
+    // Frames found earlier are another start, and give ranges another rate: microns.
+    EXPECT_LT(geometry::boxminus(other, pose.T_map_body).norm(), 1e-4);
+  }
+}
+
+TEST(RoundCentre, sixty_rounds_cost_each_what_the_third_did) {
+  RoundsForTest options;
+  options.to_and_fro = true;
+  FleetForTest fleet(options);
+  FleetSettings settings;
+  settings.solve = SolveWhat::kRounds;
+  settings.init.commit.information_min = 0.05;
+  SerialExecutor executor;
+  RoundCentre centre(settings, fleet.knowledge());
+  std::size_t nodes = 0;
+  Eigen::Index unknowns = 0;
+  for (int r = 0; r < 60; ++r) {
+    for (const Fact& fact : fleet.round()) centre.add(fact);
+    const FleetEstimate& estimate = centre.end_round(fleet.now(), executor);
+    ASSERT_TRUE(centre.boundary());
+    if (r == 2) {
+      nodes = centre.work().nodes;
+      unknowns = centre.boundary()->unknowns();
+    }
+    if (r <= 2) continue;
+    EXPECT_LE(centre.work().nodes, nodes + 3) << r;
+    EXPECT_LE(centre.boundary()->unknowns(), unknowns) << r;
+    for (std::size_t v = 1; v < 3; ++v) {
+      const KeyframePose& last =
+          std::prev(estimate.keyframes.upper_bound({FleetForTest::id(v), 1000000U}))->second;
+      const Vec3 error = last.T_map_body.p - fleet.p_m(v);
+      EXPECT_LT(error.norm(), 1.0) << r;
+    }
+  }
+  EXPECT_EQ(centre.work().whole, 1U);
+  EXPECT_EQ(centre.work().rounds, 59U);
+}
+
+TEST(RoundCentre, who_comes_to_an_old_boundary_solves_what_came_since) {
+  SerialExecutor executor;
+  FleetForTest fleet({});
+  RoundCentre first(exact_rounds(), fleet.knowledge()), heir(exact_rounds(), fleet.knowledge());
+  std::optional<RoundBoundary> old;
+  std::map<KeyframeId, KeyframePose> poses;
+  for (int r = 0; r < 3; ++r) {
+    for (const Fact& fact : fleet.round()) {
+      first.add(fact);
+      heir.add(fact);
+    }
+    first.end_round(fleet.now(), executor);
+    if (r != 0) continue;
+    old = first.boundary();
+    poses = first.last().keyframes;
+  }
+  RoundBoundary broken = *old;
+  broken.H(0, 0) = -broken.H(0, 0);
+  EXPECT_FALSE(heir.take_over(broken, poses)) << "information below none";
+  broken = *old;
+  broken.nodes[0].node = 4711;
+  EXPECT_FALSE(heir.take_over(broken, poses)) << "of a node that nobody has";
+  EXPECT_FALSE(heir.take_over(*old, {})) << "where the keyframes are nobody said";
+  ASSERT_TRUE(heir.take_over(*old, poses));
+  const FleetEstimate& late = heir.estimate(executor);
+  EXPECT_EQ(heir.work().whole, 0U);
+  for (const auto& [id, pose] : first.last().keyframes) {
+    if (pose.t <= first.boundary()->until - Duration::from_s(8.0)) continue;
+    const SE3& other = late.keyframes.at(id).T_map_body;
+    EXPECT_LT(geometry::boxminus(other, pose.T_map_body).norm(), 2e-3);
+  }
+}
+
+/// v1 maps a room in the first round; v2 comes through it in the second, its odometry `slip_m` off.
+RoundCentre through_a_room(double slip_m, ReopenBy reopen) {
+  FleetSettings settings;
+  settings.solve = SolveWhat::kRounds;
+  settings.boundary.reopen = reopen;
+  settings.joint.steps = StepWeight::kIsotropic;
+  settings.joint.isotropic_m = 0.2;
+  settings.init.commit.information_min = 0.05;
+  FleetKnowledge known;
+  GivenStart start;
+  start.vehicle = VehicleId{1};
+  start.T_relative_vehicle.p = {0.0, 1.5, 0.0};
+  start.sigma_m = 0.05;
+  start.sigma_rad = 0.01;
+  known.starts.push_back(start);
+  RoundCentre centre(settings, known);
+  Rng rng(3, "room");
+  const places::test::World world = places::test::room();
+  SerialExecutor executor;
+  std::vector<std::uint32_t> facts(2, 0), nodes(2, 0);
+  double t_s = 0.0;
+  const auto drive = [&](std::uint16_t v, double x_m, double error_m, bool sees) {
+    t_s += 0.5;
+    SE3 T_world_body;
+    T_world_body.p = {1.5 + x_m, 3.5 + 1.5 * v, 0.0};
+    Increment step;
+    step.node = nodes[v];
+    step.keyframe = nodes[v];
+    step.begins = nodes[v] == 0;
+    step.levelled = true;
+    step.T_odom_body.p.x() = x_m + error_m;
+    step.covariance = geometry::Mat6::Identity() * 1e-4;
+    step.lidar_information = geometry::Mat6::Identity() * 1e6;
+    centre.add({{VehicleId{v}, 0, facts[v]++}, Time::from_s(t_s), step});
+    if (sees) {
+      const places::test::Sweep sweep = places::test::look(world, T_world_body, rng);
+      KeyframePoints points;
+      points.keyframe = nodes[v];
+      points.T_body_lidar.p.z() = 0.6;
+      points.x_m = sweep.x_m;
+      points.y_m = sweep.y_m;
+      points.z_m = sweep.z_m;
+      centre.add({{VehicleId{v}, 0, facts[v]++}, Time::from_s(t_s), points});
+    }
+    ++nodes[v];
+  };
+  drive(1, 0.0, 0.0, false);
+  for (int k = 0; k <= 16; ++k) drive(0, 0.5 * k, 0.0, true);
+  drive(1, 0.0, 0.0, false);
+  centre.end_round(Time::from_s(t_s), executor);
+  for (int k = 1; k <= 16; ++k) drive(1, 0.5 * k, k > 4 ? slip_m : 0.0, k > 4);
+  drive(0, 8.0, 0.0, false);
+  centre.estimate(executor);
+  return centre;
+}
+
+TEST(RoundCentre, a_loop_to_an_earlier_round_that_does_not_fit_solves_everything_again) {
+  const RoundCentre centre = through_a_room(0.4, ReopenBy::kMisfit);
+  EXPECT_EQ(centre.work().whole, 2U);
+  const auto& keyframes = centre.last().keyframes;
+  const Vec3 step =
+      keyframes.at({VehicleId{1}, 17}).T_map_body.p - keyframes.at({VehicleId{0}, 16}).T_map_body.p;
+  EXPECT_NEAR(step.x(), 0.0, 0.1) << "0.4 m without the loop";
+  EXPECT_TRUE(std::any_of(centre.last().loops.begin(), centre.last().loops.end(),
+                          [](const LoopVerdict& loop) { return loop.accepted; }));
+}
+
+TEST(RoundCentre, a_loop_that_fits_changes_nothing_unless_the_paper_wants_it) {
+  EXPECT_EQ(through_a_room(0.0, ReopenBy::kMisfit).work().whole, 1U);
+  EXPECT_EQ(through_a_room(0.0, ReopenBy::kAny).work().whole, 2U);
+}
+
+}  // namespace
+}  // namespace rali::fleet

@@ -1,0 +1,142 @@
+#include "rali/fleet/centre/solution.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "rali/fleet/centre/frame_search.hpp"
+#include "rali/fleet/centre/group_estimate.hpp"
+
+namespace rali::fleet {
+
+namespace {
+
+std::size_t index_of(std::span<const VehiclePath> paths, VehicleId vehicle) {
+  std::size_t i = 0;
+  while (i < paths.size() && paths[i].vehicle() != vehicle) ++i;
+  return i;
+}
+
+/// What is known of vehicles, for those that have a path.
+std::vector<StartPrior> priors_of(std::span<const VehiclePath> paths,
+                                  const std::vector<GivenStart>& starts) {
+  std::vector<StartPrior> priors;
+  for (const GivenStart& start : starts) {
+    const std::size_t relative_to = index_of(paths, start.relative_to);
+    const std::size_t path = index_of(paths, start.vehicle);
+    if (relative_to >= paths.size() || path >= paths.size()) continue;
+    priors.push_back({relative_to, path, start.T_relative_vehicle, start.sigma_m, start.sigma_rad});
+  }
+  return priors;
+}
+
+std::vector<std::optional<double>> biases_of(std::span<const VehiclePath> paths,
+                                             const JointRanges& ranges,
+                                             const std::vector<GivenBias>& given) {
+  std::vector<std::optional<double>> biases;
+  for (const AntennaPair& pair : ranges.pairs) {
+    const VehicleId a = paths[pair.a.path].vehicle(), b = paths[pair.b.path].vehicle();
+    const auto known = std::find_if(given.begin(), given.end(), [&](const GivenBias& g) {
+      return std::minmax(g.a, g.b) == std::minmax(a, b);
+    });
+    biases.push_back(known == given.end() ? std::nullopt : std::optional(known->bias_m));
+  }
+  return biases;
+}
+
+/// Every vehicle for itself.
+PathFrames apart(std::span<const VehiclePath> paths) {
+  PathFrames frames;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    frames.groups.push_back({i});
+    frames.group.push_back(i);
+    frames.T_map_odom.push_back(T_map_odom_alone(paths[i]));
+    frames.decided_by.emplace_back();
+  }
+  return frames;
+}
+
+/// As they were when the earlier rounds ended: all in one group.
+PathFrames at_boundary(std::span<const VehiclePath> paths, const RoundBoundary& boundary) {
+  PathFrames frames = apart(paths);
+  frames.groups.assign(1, {});
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    frames.groups[0].push_back(i);
+    frames.group[i] = 0;
+    for (const BoundaryPath& known : boundary.paths) {
+      if (known.stream != stream_of(paths[i])) continue;
+      const auto node = paths[i].index_of(known.node);
+      if (!node) continue;
+      frames.T_map_odom[i] = known.T_map_body * paths[i].nodes()[*node].step.T_odom_body.inverse();
+    }
+  }
+  return frames;
+}
+
+/// Puts the pieces whose middle is before the boundary first. @return how many
+std::size_t finished_first(std::vector<PathSubmap>& pieces, std::span<const VehiclePath> paths,
+                           const RoundBoundary* before) {
+  if (before == nullptr) return 0;
+  std::vector<std::size_t> begins(paths.size(), 0);
+  for (const BoundaryPath& known : before->paths) {
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      if (stream_of(paths[i]) == known.stream) begins[i] = *paths[i].index_of(known.node);
+    }
+  }
+  const auto live = std::stable_partition(
+      pieces.begin(), pieces.end(), [&](const PathSubmap& p) { return p.node < begins[p.path]; });
+  return static_cast<std::size_t>(live - pieces.begin());
+}
+
+}  // namespace
+
+Solution solve_fleet(SolutionInput in, Executor& executor) {
+  Solution out;
+  const auto& paths = in.paths;
+  if (paths.empty()) return out;
+  JointRanges ranges;
+  if (in.knowledge.common_clock) {
+    const Duration warm_up = Duration::from_s(in.settings.boundary.warm_up_s);
+    ranges = join_ranges(
+        paths, in.before != nullptr ? std::optional(in.before->until - warm_up) : std::nullopt);
+  }
+  const std::vector<StartPrior> starts = priors_of(paths, in.knowledge.starts);
+  out.pieces = std::move(in.pieces);
+  std::vector<PathSubmap> cut =
+      cut_into_submaps(paths, in.settings.cut, in.settings.places, executor, in.cut_from);
+  std::move(cut.begin(), cut.end(), std::back_inserter(out.pieces));
+  std::optional<FrameSolver> solver;
+  if (in.before != nullptr) {
+    out.frames = at_boundary(paths, *in.before);
+  } else if (in.frames) {
+    out.frames = std::move(*in.frames);
+  } else if (in.settings.join && paths.size() > 1) {
+    solver = find_frames(paths, out.pieces, ranges, starts, in.settings, executor);
+    out.frames = frames_of(paths, *solver);
+  } else {
+    out.frames = apart(paths);
+  }
+  // Pieces of earlier rounds are compared with by who knows where they lie.
+  out.live_from = finished_first(out.pieces, paths, in.before);
+  const std::span<const PathSubmap> pieces(out.pieces);
+  const GroupInput group{paths,       pieces.subspan(out.live_from),
+                         out.frames,  ranges,
+                         starts,      biases_of(paths, ranges, in.knowledge.biases),
+                         in.settings, in.before,
+                         in.memory};
+  for (std::size_t g = 0; g < out.frames.groups.size(); ++g) {
+    auto boundary =
+        estimate_group(group, g, executor, out.estimate, g == 0 ? in.until : std::nullopt);
+    if (boundary) out.boundary = std::move(boundary);
+  }
+  if (!solver) return out;
+  VehicleNames names;
+  for (const VehiclePath& path : paths) names[path.vehicle()] = path.name();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    VehicleFrame& frame = out.estimate.frames[i];
+    if (frame.group > 0) frame.waits_for = solver->text(stream_of(paths[i]), names);
+  }
+  return out;
+}
+
+}  // namespace rali::fleet

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/fleet/centre/estimate.hpp"
+#include "rali/fleet/centre/fleet_settings.hpp"
+#include "rali/fleet/centre/knowledge.hpp"
+#include "rali/fleet/centre/loop_memory.hpp"
+#include "rali/fleet/centre/path_frames.hpp"
+#include "rali/fleet/messages/boundary.hpp"
+
+namespace rali::fleet {
+
+/// What one solution is made of.
+struct SolutionInput {
+  std::span<const VehiclePath> paths;  ///< each with a node
+  const FleetKnowledge& knowledge;
+  const FleetSettings& settings;
+  LoopMemory* memory = nullptr;            ///< of earlier solutions; null: none
+  std::vector<PathSubmap> pieces = {};     ///< of path, already cut
+  std::vector<std::size_t> cut_from = {};  ///< node where the cut goes on; empty: each path's begin
+  std::optional<PathFrames> frames = {};   ///< of an earlier solution; nothing: to be found
+  const RoundBoundary* before = nullptr;   ///< of all paths: only what comes after it is solved for
+  std::optional<Time> until = {};          ///< make a boundary there
+};
+
+struct Solution {
+  FleetEstimate estimate;  ///< after a boundary: its later keyframes alone
+  PathFrames frames;
+  std::vector<PathSubmap> pieces;         ///< all; those before the boundary first
+  std::size_t live_from = 0;              ///< how many of them are before the boundary
+  std::optional<RoundBoundary> boundary;  ///< of group 0, where one was asked for
+};
+
+/// Joins the frames, looks for loops and solves. A pure function of its input.
+[[nodiscard]] Solution solve_fleet(SolutionInput input, Executor& executor);
+
+}  // namespace rali::fleet
