@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rali/fleet/centre/scan_evidence.hpp"
+#include "rali/fleet/path/level.hpp"
 #include "rali/geometry/so3.hpp"
 
 namespace rali::fleet {
@@ -51,7 +52,7 @@ class Group {
         joint_(graph_of(input, group)),
         memory_(input.memory != nullptr ? *input.memory : own_memory_) {
     for (const StartPrior& start : in_.starts) {
-      if (has(start.path) && has(start.relative_to)) joint_.add(start);
+      if (has(start.path) && has(start.relative_to)) add_start(start);
     }
     joint_.add(in_.ranges, in_.bias_m);
     joint_.solve();
@@ -69,6 +70,7 @@ class Group {
     return std::find(members_.begin(), members_.end(), path) != members_.end();
   }
 
+  void add_start(const StartPrior& start);
   [[nodiscard]] std::optional<places::Guess> guess(std::size_t target, std::size_t source);
   bool look_once(Executor& executor);
   void note(const LoopFound& found);
@@ -83,6 +85,7 @@ class Group {
   LoopMemory own_memory_;
   LoopMemory& memory_;
   std::vector<LoopVerdict> loops_;
+  std::vector<DeniedStart> denied_;
   std::size_t closed_ = 0;
 };
 
@@ -93,6 +96,23 @@ JointGraph Group::graph_of(const GroupInput& input, std::size_t group) {
   }
   return {input.paths, std::move(T_map_odom), input.settings.joint, input.settings.ranging,
           input.before};
+}
+
+/// A start pose that was held to be wrong when the frames were found must not bend the paths now.
+void Group::add_start(const StartPrior& start) {
+  const auto T_map_level = [this](std::size_t path) {
+    const VehiclePath& p = in_.paths[path];
+    return in_.frames.T_map_odom[path] *
+           level_start(p.nodes().front().step.T_odom_body, p.up_odom());
+  };
+  const SE3 found = T_map_level(start.relative_to).inverse() * T_map_level(start.path);
+  DeniedStart off{in_.paths[start.relative_to].vehicle(), in_.paths[start.path].vehicle()};
+  off.off_m = (found.p - start.T_relative_path.p).norm();
+  off.off_rad = geometry::so3_log(start.T_relative_path.R.transpose() * found.R).norm();
+  const double chi2 =
+      std::pow(off.off_m / start.sigma_m, 2) + std::pow(off.off_rad / start.sigma_rad, 2);
+  if (chi2 < in_.settings.init.prior.wrong_chi2) return joint_.add(start);
+  denied_.push_back(off);
 }
 
 /// As the graph has it; on top of it comes what the vehicles' own maps may be off by.
@@ -215,6 +235,7 @@ Time Group::time_of(KeyframeId keyframe) const {
 void Group::tell(std::size_t group, FleetEstimate& out) {
   tell_loops(out);
   tell_paths(group, out);
+  out.denied_starts.insert(out.denied_starts.end(), denied_.begin(), denied_.end());
 }
 
 /// The solver has the last word on a loop: it may have switched it off.
