@@ -235,10 +235,8 @@ std::string advice_text(Advice advice, const Observability& seen, const std::str
       return fmt::format("{}: waiting for keyframes (at least {})", a,
                          settings.commit.min_keyframes);
     case Advice::kFewViews:
-      return fmt::format(
-          "{}: what it has in common with {} was not recognised beyond doubt at {} places. Let it "
-          "see more of {}'s mapped area, or give a start pose",
-          a, b, settings.commit.views_min, b);
+      return fmt::format("{}: fewer than {} places recognised that {} saw, too. Let it see more", a,
+                         settings.commit.views_min, b);
     case Advice::kDrift:
       return fmt::format(
           "{}: odometry drifts too much: place against {} known to {:.0f} deg and {:.1f} m only", a,

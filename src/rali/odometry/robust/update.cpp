@@ -133,6 +133,13 @@ void set_posterior(FilterState& state, const FilterState& predicted, const Mat6&
   state.P_side.topRows<3>() = (J * state.P_side.topRows<3>()).eval();
 }
 
+void tell_fit(const LidarSystem& system, const Matcher& matcher, UpdateResult& result) {
+  result.fit = system.weight_sum / static_cast<double>(matcher.size());
+  if (system.weight_sum > 0.0) {
+    result.residual_rms_m = std::sqrt(system.residual_sum2_m2 / system.weight_sum);
+  }
+}
+
 }  // namespace
 
 UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneMap& map,
@@ -192,10 +199,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   }
   set_posterior(state, predicted, system.I, Untouched(result.directions, R_odom_v),
                 delta.segment<3>(kTheta));
-  result.fit = system.weight_sum / static_cast<double>(matcher.size());
-  if (system.weight_sum > 0.0) {
-    result.residual_rms_m = std::sqrt(system.residual_sum2_m2 / system.weight_sum);
-  }
+  tell_fit(system, matcher, result);
   return result;
 }
 
