@@ -39,7 +39,7 @@ Status set_rows(const std::string& text, Arguments& a) {
       return fail(ErrorCode::kUsage, "--rows", fmt::format("there is no row \"{}\"", name),
                   "starts, none or places.");
     }
-    a.rows.push_back({name, name == "starts", name != "places", {}});
+    a.rows.push_back({name, name == "starts", name != "places", false, {}});
   }
   return {};
 }
@@ -99,6 +99,8 @@ bool take_flag(const std::string& name, Arguments& a) {
     a.mesh = true;
   } else if (name == "--per-run") {
     a.per_run = true;
+  } else if (name == "--per-round") {
+    a.per_round = true;
   } else if (name == "--halves") {
     a.place.halves = true;
   } else {
@@ -124,7 +126,10 @@ Result<Arguments> parse_arguments(int argc, const char* const* argv) {
     if (i + 1 == argc) return fail(ErrorCode::kUsage, name, "this option needs a value");
     if (auto ok = setter->second(argv[++i], a); !ok) return tl::make_unexpected(ok.error());
   }
-  for (JoinOptions& row : a.rows) row.settings = a.settings;
+  for (JoinOptions& row : a.rows) {
+    row.settings = a.settings;
+    row.by_rounds = a.per_round;
+  }
   return a;
 }
 
@@ -140,6 +145,7 @@ std::string help_text() {
          "  --duration S             the first S seconds of each mission; 0: all rounds\n"
          "  --mesh                   compare the merged map with the world, too\n"
          "  --per-run                one row for each run besides the summary\n"
+         "  --per-round              and one for each of its rounds\n"
          "  --set key=value          of the centre, e.g. fleet.loops.use=false\n"
          "  --vehicle-set key=value  of the vehicles, e.g. vehicle.facts.spacing_m=0.3\n"
          "  --cache DIR              keep missions there (10 to 200 MB each)\n"

@@ -14,6 +14,7 @@ struct Arguments {
   Place place;                        ///< scene and seed are replaced
   std::vector<std::string> settings;  ///< key=value for the centre
   bool mesh = false;
+  bool per_round = false;
   bool per_run = false;
   std::string cache_dir, dump_dir;
   std::string into;                ///< FILE:NAME, the tables go there as well

@@ -7,7 +7,9 @@
 #include "rali/base/rng.hpp"
 #include "rali/config/apply.hpp"
 #include "rali/config/room_settings.hpp"
+#include "rali/drive/fleet_rounds.hpp"
 #include "rali/drive/output/joint_path.hpp"
+#include "rali/vehicle/settings.hpp"
 #include "rali/wire/fleet/codec.hpp"
 
 namespace rali::fleet_bench {
@@ -83,18 +85,39 @@ Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOption
   fleet::FleetKnowledge knowledge;
   if (options.starts) knowledge.starts = starts_by_hand(mission, seed);
   knowledge.common_clock = options.common_clock;
-  fleet::Centre centre(*settings, knowledge);
+  fleet::RoundCentre centre(*settings, knowledge);
+  std::vector<std::vector<std::shared_ptr<const fleet::Fact>>> facts;
+  std::vector<drive::ToldByVehicle> told;
   for (const Driven& driven : mission.vehicles) {
+    facts.emplace_back();
     for (const wire::Bytes& bytes : driven.facts) {
       const auto envelope = wire::decode_envelope(bytes);
       if (!envelope) return tl::make_unexpected(envelope.error());
-      centre.add(*std::get<fleet::FactMessage>(envelope->message).fact);
+      facts.back().push_back(std::get<fleet::FactMessage>(envelope->message).fact);
     }
+  }
+  for (std::size_t v = 0; v < facts.size(); ++v) {
+    if (mission.vehicles[v].poses.empty()) continue;
+    told.push_back({VehicleId{static_cast<std::uint16_t>(v)}, facts[v],
+                    mission.vehicles[v].poses.back().t, vehicle::PathSettings{}.rest_s});
   }
   Joined joined;
   SerialExecutor executor;
+  std::vector<Time> ends;
+  const bool rounds = options.by_rounds || settings->solve == fleet::SolveWhat::kRounds;
+  if (rounds) ends = drive::round_ends(told, drive::RoundsJob{});
   const double begin = bench::cpu_ms();
-  joined.estimate = centre.estimate(executor);
+  double last = begin;
+  std::size_t wholes = 0;
+  joined.estimate = drive::estimate_by_rounds(told, ends, centre, executor, [&](Time end) {
+    const double now = bench::cpu_ms();
+    const auto& boundary = centre.boundary();
+    joined.rounds.push_back({end, centre.last(), now - last, centre.work().nodes,
+                             boundary ? static_cast<std::size_t>(boundary->unknowns()) : 0,
+                             centre.work().whole > wholes});
+    wholes = centre.work().whole;
+    last = bench::cpu_ms();
+  });
   joined.cpu_ms = bench::cpu_ms() - begin;
   for (std::size_t v = 0; v < mission.vehicles.size(); ++v) {
     joined.paths.push_back(

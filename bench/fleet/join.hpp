@@ -1,7 +1,7 @@
 #pragma once
 
 #include "mission.hpp"
-#include "rali/fleet/centre/centre.hpp"
+#include "rali/fleet/centre/round_centre.hpp"
 
 namespace rali::fleet_bench {
 
@@ -10,6 +10,7 @@ struct JoinOptions {
   std::string name;                   ///< of the row
   bool starts = true;                 ///< start poses as measured by hand: 0.2 m, 3 deg
   bool common_clock = true;           ///< false: no ranges, as if recorded on other days
+  bool by_rounds = false;             ///< an estimate at the end of each round, too
   std::vector<std::string> settings;  ///< key=value
 };
 
@@ -20,11 +21,21 @@ struct Path {
   std::vector<drive::KeyframeRecord> keyframes;
 };
 
+/// What was known at the end of a round.
+struct RoundMark {
+  Time end;
+  fleet::FleetEstimate estimate;
+  double cpu_ms = 0.0;
+  std::size_t nodes = 0, unknowns = 0;  ///< of the solution; of the boundary's prior
+  bool whole = false;                   ///< all facts were solved again
+};
+
 /// One map of a mission.
 struct Joined {
   fleet::FleetEstimate estimate;
   std::vector<Path> paths;  ///< by vehicle
   double cpu_ms = 0.0;      ///< of the centre
+  std::vector<RoundMark> rounds;
 };
 
 /// Gives the facts, as they came off the wire, to the centre. Errors: settings, unreadable facts.

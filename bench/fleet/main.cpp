@@ -5,6 +5,7 @@
 #include "arguments.hpp"
 #include "cloud.hpp"
 #include "common/document.hpp"
+#include "rounds.hpp"
 #include "score.hpp"
 #include "table.hpp"
 
@@ -17,6 +18,10 @@ Result<Scores> run_row(const Arguments& a, const Place& place, const Mission& mi
   if (!joined) return tl::make_unexpected(joined.error());
   auto scores = score(mission, *joined, place, row);
   if (!scores) return scores;
+  if (a.per_round) {
+    fmt::print("{} {}, seed {}\n\n{}\n", sim::kSceneNames[static_cast<std::size_t>(place.scene)],
+               row.name, place.seed, round_table(mission, *joined));
+  }
   if (!a.dump_dir.empty()) dump(a.dump_dir, mission, *joined, *scores);
   if (!a.mesh || scores->joined < 2) return scores;
   const auto world = world_of(place);

@@ -28,9 +28,13 @@ fleet:
     search: {huber: 1.345}
     commit: {rule: at_size, min_keyframes: 10}
   loops: {veto: false}
+  solve: rounds
+  boundary: {reopen: any}
   joint:
     steps: isotropic
     bias: false
+    iterations: 10
+    iterations_easy: 3
     graph: {guard: huber}
 )"},
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "rali/drive/fleet_loop.hpp"
+#include "rali/drive/fleet_rounds.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/output/joint_path.hpp"
@@ -198,11 +199,7 @@ void MapRun::join_fleet() {
   Progress progress;
   progress.stage = "fleet";
   sink_.progress(progress);
-  fleet::Centre centre(job_.fleet, job_.known);
-  for (const VehicleRun& run : runs_) {
-    for (const auto& fact : run.facts()) centre.add(*fact);
-  }
-  summary_.fleet = centre.estimate(*executor_);
+  summary_.fleet = estimate_fleet(runs_, job_, *executor_);
   add_absent(runs_.size(), summary_.fleet);
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     join_path(summary_.fleet, VehicleId{static_cast<std::uint16_t>(i)}, runs_[i]);

@@ -65,6 +65,17 @@ inline std::vector<fleet::Envelope> all_messages() {
   const auto add = [&all](fleet::Message message) {
     all.push_back({VehicleId{1}, std::nullopt, std::move(message)});
   };
+  fleet::RoundBoundary boundary;
+  boundary.term = 3;
+  boundary.until = Time::from_s(77.0);
+  boundary.paths.push_back(
+      {{VehicleId{1}, 2}, 300, fleet::random_pose(rng), fleet::random_covariance<6>(rng), false});
+  boundary.nodes.push_back({{VehicleId{1}, 2}, 300, true, {fleet::random_pose(rng), {}, {}, {}}});
+  boundary.biases.push_back({VehicleId{1}, VehicleId{2}, 0, 1, 0.04, 300, 290, 1.5});
+  boundary.tau_s = 0.001;
+  boundary.H = Eigen::MatrixXd::Identity(17, 17);
+  boundary.b = Eigen::VectorXd::LinSpaced(17, -1.0, 1.0);
+  add(boundary);
   add(some_inventory());
   add(fleet::Request{
       7, 65536, true, {{{VehicleId{1}, 0}, {3, 5}, 1}, {{VehicleId{1}, 0}, {300, 300}, 0}}});
