@@ -10,12 +10,15 @@
 
 #include "rali/cli/map_job.hpp"
 #include "rali/cli/progress_view.hpp"
+#include "rali/config/apply.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/drive/output/rounds_table.hpp"
 #include "rali/scenario/recording/fleet_yaml.hpp"
 
 namespace rali::cli {
 namespace {
+
+constexpr std::string_view kLinkKeys = "link.", kSettingsKeys = "settings.";
 
 std::vector<std::string> vehicle_names(int vehicles) {
   std::vector<std::string> names;
@@ -30,19 +33,44 @@ std::string without_line(std::string text, std::string_view begin) {
   return text.erase(at + 1, text.find('\n', at + 1) - at);
 }
 
+/// Those of the link into `link`, the others into `overrides`.
+Status assign(const std::vector<std::string>& assignments, drive::LinkSettings& link,
+              config::Overrides& overrides) {
+  config::FieldList fields;
+  config::collect_fields(std::string(kLinkKeys), link, fields);
+  config::Origins origins;
+  for (const std::string& assignment : assignments) {
+    if (!assignment.starts_with(kLinkKeys)) {
+      overrides.assignments.push_back(assignment);
+      continue;
+    }
+    const Result<config::Node> map = config::parse_assignment(assignment);
+    if (!map) return tl::make_unexpected(map.error());
+    Status applied = config::apply_map(*map, "", "command line", fields, origins);
+    if (!applied) return applied;
+  }
+  return {};
+}
+
 /// What the software knows: as `rali map` would from the recording's fleet.yaml.
 Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
                                         const scenario::RecordingOptions& options,
-                                        const std::vector<std::string>& names) {
+                                        const std::vector<std::string>& names,
+                                        const std::vector<std::string>& assignments) {
+  drive::ClosedLoopSetup setup;
+  config::Overrides overrides;
+  if (Status s = assign(assignments, setup.link, overrides); !s) {
+    return tl::make_unexpected(s.error());
+  }
   std::string yaml = scenario::fleet_yaml(sim, names, options);
   for (const char* line : {"ranges:", "radio:"}) yaml = without_line(std::move(yaml), line);
-  const auto config = config::parse_fleet(yaml, "fleet.yaml", options.folder, {});
+  const auto config = config::parse_fleet(yaml, "fleet.yaml", options.folder, overrides);
   if (!config) return tl::make_unexpected(config.error());
   const auto job = make_map_job(*config, {});
   if (!job) return tl::make_unexpected(job.error());
-  drive::ClosedLoopSetup setup;
   for (const drive::VehicleJob& vehicle : job->vehicles) setup.vehicles.push_back(vehicle.settings);
-  setup.node.fleet = job->fleet;
+  setup.node = config->settings.mission;
+  setup.node.take(job->fleet);
   setup.known = job->known;
   setup.seed = options.seed;
   return setup;
@@ -76,7 +104,7 @@ class MissionView {
   MissionView(Session& session, const sim::FleetSimulation& sim,
               const drive::ClosedLoopFleet& fleet, double time_limit_s)
       : session_(session), view_(session), sim_(sim), fleet_(fleet), limit_s_(time_limit_s) {
-    progress_.vehicle = fmt::format("{} vehicles", fleet.size());
+    progress_.vehicle = fmt::format("{} vehicles", fleet.nodes().size());
     progress_.stage = "mission";
   }
 
@@ -111,10 +139,11 @@ class MissionView {
 
 Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
                                           const scenario::RecordingOptions& options,
+                                          const std::vector<std::string>& assignments,
                                           double time_limit_s, Executor& executor,
                                           Session& session) {
   const std::vector<std::string> names = vehicle_names(sim.vehicles());
-  const Result<drive::ClosedLoopSetup> setup = setup_of(sim, options, names);
+  const Result<drive::ClosedLoopSetup> setup = setup_of(sim, options, names, assignments);
   if (!setup) return tl::make_unexpected(setup.error());
   drive::ClosedLoopFleet fleet(*setup, sim.t_begin(), executor);
   Watched watched(fleet);
@@ -146,6 +175,21 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
     return tl::make_unexpected(s.error());
   }
   return run;
+}
+
+bool is_mission_key(std::string_view assignment) {
+  return assignment.starts_with(kLinkKeys) || assignment.starts_with(kSettingsKeys);
+}
+
+Status check_mission_settings(const std::vector<std::string>& assignments) {
+  drive::LinkSettings link;
+  config::Overrides overrides;
+  Status assigned = assign(assignments, link, overrides);
+  if (!assigned) return assigned;
+  constexpr std::string_view kAnyFleet = "vehicles: {v1: {recording: v1.mcap}}\n";
+  const auto config = config::parse_fleet(kAnyFleet, "fleet.yaml", ".", overrides);
+  if (!config) return tl::make_unexpected(config.error());
+  return {};
 }
 
 std::string mission_text(const drive::MissionLog& mission, double duration_s) {

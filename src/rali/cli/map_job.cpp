@@ -131,6 +131,7 @@ Status check_side_files(const FleetConfig& fleet) {
 /// Their rows are read before anything is computed, so that a slip costs no run.
 Result<drive::RoundsJob> rounds_job(const FleetConfig& fleet, const io::RadioNames& names) {
   drive::RoundsJob job;
+  job.rounds = fleet.settings.mission.rounds;
   if (fleet.vehicles.size() < 2 || fleet.rounds == "off") {
     job.from = drive::RoundsFrom::kOff;
     return job;

@@ -2,6 +2,7 @@
 
 #include "rali/base/settings.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
+#include "rali/fleet/node/settings.hpp"
 #include "rali/map/settings.hpp"
 #include "rali/odometry/settings.hpp"
 #include "rali/ranging/settings.hpp"
@@ -30,6 +31,7 @@ struct RoomSettings {
   map::MapSettings map;              ///< voxel and grid are set by fleet.yaml's `output:`
   ranging::RangingSettings ranging;  ///< sigma and limits are set by fleet.yaml's `ranges:`
   fleet::FleetSettings fleet;        ///< its `ranging` is that of the room
+  fleet::NodeSettings mission;       ///< its `fleet` is made of the one above
   vehicle::VehicleSettings vehicle;  ///< its own fields; odometry and calibration come from above
 
   template <class V>
@@ -39,6 +41,7 @@ struct RoomSettings {
     v.group("map", map, "the merged map");
     v.group("ranging", ranging, "ranges between vehicles");
     v.group("fleet", fleet, "the joint map of all vehicles");
+    v.group("mission", mission, "who is anchor, when rounds end, where the others go");
     v.group("vehicle", vehicle, "one vehicle's step");
   }
 };

@@ -43,6 +43,19 @@ std::vector<std::uint8_t> passable_cells(const CellMap& map, double radius_m) {
   return out;
 }
 
+void close_around(const CellMap& map, const Vec2& place_map_m, double radius_m,
+                  std::vector<std::uint8_t>& passable) {
+  const Cell at = map.cell_at(place_map_m);
+  const int n = static_cast<int>(std::ceil(radius_m / map.cell_m));
+  for (int y = at.y - n; y <= at.y + n; ++y) {
+    for (int x = at.x - n; x <= at.x + n; ++x) {
+      const Cell c{x, y};
+      if (!map.holds(c) || (map.centre_m(c) - place_map_m).norm() >= radius_m) continue;
+      passable[map.index(c)] = 0;
+    }
+  }
+}
+
 PathField::PathField(const CellMap& map, const std::vector<std::uint8_t>& passable,
                      const Vec2& start_map_m, double escape_m)
     : map_(&map),

@@ -12,6 +12,10 @@ namespace rali::map {
 /// obstacle. Same order as `map.cells`; 1 or 0.
 [[nodiscard]] std::vector<std::uint8_t> passable_cells(const CellMap& map, double radius_m);
 
+/// Where somebody stands no other can be: closes the cells nearer than `radius_m`.
+void close_around(const CellMap& map, const geometry::Vec2& place_map_m, double radius_m,
+                  std::vector<std::uint8_t>& passable);
+
 /// Shortest ways from one place over passable cells, in eight directions (Dijkstra).
 class PathField {
  public:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -63,6 +64,7 @@ class SimulateCommand final : public Command {
   [[nodiscard]] Status apply_counts(SceneSetup& setup) const;
   [[nodiscard]] Status apply_options(SceneSetup& setup, bool shipped) const;
   [[nodiscard]] Status assign(SceneSetup& setup) const;
+  [[nodiscard]] std::vector<std::string> mission_settings() const;
   [[nodiscard]] Result<RecordingSummary> record(const SceneSetup& setup, Session& session);
   [[nodiscard]] std::string text(const RecordingSummary& summary) const;
 
@@ -118,7 +120,13 @@ std::vector<Option> SimulateCommand::options() {
        &closed_loop_,
        false,
        {}},
-      {"--set", "KEY=VALUE", "any key of scene.yaml; repeatable", &assignments_, false, {}},
+      {"--set",
+       "KEY=VALUE",
+       "any key of scene.yaml; repeatable. With --closed-loop also settings.* of fleet.yaml and "
+       "link.* of the radio between vehicles",
+       &assignments_,
+       false,
+       {}},
       {"--threads", "N", "0: one per core; results do not depend on it", &threads_, true, {}},
       {"--overwrite", "", "replace what rali simulate wrote into DIR", &overwrite_, false, {}},
   };
@@ -139,6 +147,9 @@ Status SimulateCommand::check() const {
     return fail(ErrorCode::kUsage, "rali simulate", std::move(what), std::move(remedy));
   };
   if (folder_.empty()) return wrong("-o DIR is missing", "Say where the recording goes.");
+  if (closed_loop_) {
+    if (Status s = check_mission_settings(mission_settings()); !s) return s;
+  }
   if (threads_ < 0 || threads_ > 1024) {
     return wrong(fmt::format("--threads {} is not 0 to 1024", threads_));
   }
@@ -192,9 +203,17 @@ Status SimulateCommand::apply_options(SceneSetup& setup, bool shipped) const {
   return {};
 }
 
+std::vector<std::string> SimulateCommand::mission_settings() const {
+  std::vector<std::string> settings;
+  std::copy_if(assignments_.begin(), assignments_.end(), std::back_inserter(settings),
+               is_mission_key);
+  return settings;
+}
+
 Status SimulateCommand::assign(SceneSetup& setup) const {
   config::Origins origins;
   for (const std::string& assignment : assignments_) {
+    if (closed_loop_ && is_mission_key(assignment)) continue;
     const Result<config::Node> map = config::parse_assignment(assignment);
     if (!map) return tl::make_unexpected(map.error());
     const config::FieldList fields = scenario::scene_fields(setup, ".");
@@ -249,8 +268,8 @@ Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Sessio
   options.title = std::filesystem::path(inputs_.front()).filename().string();
   if (closed_loop_) {
     const double limit_s = io::parse_number(duration_s_).value_or(0.0);
-    auto run = run_closed_loop_job(**sim, options, limit_s > 0.0 ? limit_s : kMissionLimit_s,
-                                   *executor, session);
+    auto run = run_closed_loop_job(**sim, options, mission_settings(),
+                                   limit_s > 0.0 ? limit_s : kMissionLimit_s, *executor, session);
     if (!run) return tl::make_unexpected(run.error());
     mission_ = std::move(run->mission);
     return std::move(run->recording);

@@ -1,16 +1,13 @@
 #pragma once
 
 #include <deque>
-#include <functional>
 #include <memory>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "rali/base/executor.hpp"
 #include "rali/drive/closed_loop/event_order.hpp"
-#include "rali/drive/link/loopback.hpp"
-#include "rali/fleet/node/node.hpp"
-#include "rali/sim/fleet/closed_loop.hpp"
+#include "rali/drive/closed_loop/fleet_nodes.hpp"
 #include "rali/vehicle/vehicle.hpp"
 
 namespace rali::drive {
@@ -21,15 +18,6 @@ struct ClosedLoopSetup {
   fleet::FleetKnowledge known;
   LinkSettings link;  ///< between any two; lossless unless told otherwise
   std::uint64_t seed = 1;
-};
-
-/// How a mission ended, as the fleet's software sees it.
-struct MissionLog {
-  std::vector<fleet::RoundRow> rounds;        ///< each as its anchor had it
-  std::vector<fleet::FrontierRow> frontiers;  ///< `round` is that of `rounds`
-  bool explored = false;                      ///< no open frontier was left
-  bool ended = false;                         ///< by the fleet itself
-  std::uint64_t unreadable = 0;               ///< messages
 };
 
 /// The fleet's software on simulated vehicles: what `rali map` runs for each vehicle, its part in
@@ -45,29 +33,21 @@ class ClosedLoopFleet final : public sim::FleetSoftware {
   [[nodiscard]] std::vector<sim::DriveCommand> decide(
       Time now, std::span<const sim::DriveReport> vehicles) override;
 
-  [[nodiscard]] bool finished() const override;
+  [[nodiscard]] bool finished() const override { return nodes_.finished(); }
 
-  [[nodiscard]] MissionLog log() const;
+  [[nodiscard]] MissionLog log() const { return nodes_.log(); }
 
   /// Findings of vehicles and nodes so far, each with its vehicle's name.
-  [[nodiscard]] FindingList take_findings() { return std::exchange(findings_, {}); }
+  [[nodiscard]] FindingList take_findings();
 
-  [[nodiscard]] const fleet::Node& node(std::size_t vehicle) const {
-    return *members_[vehicle].node;
-  }
+  [[nodiscard]] FleetNodes& nodes() { return nodes_; }
 
-  [[nodiscard]] std::size_t size() const { return members_.size(); }
-
-  [[nodiscard]] const Loopback& radio() const { return link_; }
+  [[nodiscard]] const FleetNodes& nodes() const { return nodes_; }
 
  private:
   struct Member {
-    std::string name;
     std::unique_ptr<vehicle::Vehicle> vehicle;
-    std::unique_ptr<fleet::Node> node;
     bool levelled = false;
-    std::uint64_t obeyed = 0;  ///< number of the last order that became a command
-    std::uint64_t goals = 0;   ///< of the driver, when that command was given
   };
 
   struct Letter {
@@ -79,20 +59,14 @@ class ClosedLoopFleet final : public sim::FleetSoftware {
   void deliver(std::size_t to, vehicle::Event event);
   void follow(std::size_t index, const vehicle::OutputList& outputs);
   void tell(std::size_t index, const fleet::NodeEvent& event, Time t);
-  void collect_mail(Time now);
-  void tell_drive(std::size_t index, const sim::DriveReport& report, Time now);
-  [[nodiscard]] std::optional<sim::DriveCommand> command(std::size_t index);
 
   Executor& executor_;
   EventOrder order_;
-  Loopback link_;
+  FleetNodes nodes_;
   std::vector<Member> members_;
   std::deque<Letter> letters_;
   vehicle::OutputList outputs_;
-  fleet::NodeOutputs node_outputs_;
   FindingList findings_;
-  Time now_;  ///< of the last decision: the radio's clock
-  std::uint64_t unreadable_ = 0;
 };
 
 }  // namespace rali::drive

@@ -48,6 +48,9 @@ class Exchange {
   /// Facts known of and not there.
   [[nodiscard]] std::size_t lacking() const { return wants_.size(); }
 
+  /// Likewise, those of one author.
+  [[nodiscard]] std::size_t lacking_of(VehicleId author) const { return wants_.size_of(author); }
+
   /// Facts that wait to be sent to a peer.
   [[nodiscard]] std::size_t waiting(VehicleId peer) const;
 

@@ -152,6 +152,12 @@ std::map<VehicleId, std::vector<Want>> WantList::ask(const FactStore& store,
   return requests;
 }
 
+std::size_t WantList::size_of(VehicleId author) const {
+  return static_cast<std::size_t>(
+      std::count_if(missing_.begin(), missing_.end(),
+                    [&](const auto& entry) { return entry.first.vehicle == author; }));
+}
+
 void WantList::came(const Fact& fact, VehicleId from, Time now) {
   fact_bytes_ += kSizeGain * (static_cast<double>(bytes_about(fact)) - fact_bytes_);
   const auto found = missing_.find(fact.key);

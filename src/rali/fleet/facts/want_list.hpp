@@ -56,6 +56,9 @@ class WantList {
 
   [[nodiscard]] std::size_t size() const { return missing_.size(); }
 
+  /// Of one author.
+  [[nodiscard]] std::size_t size_of(VehicleId author) const;
+
   [[nodiscard]] double patience_s(VehicleId holder) const;
 
  private:

@@ -24,12 +24,19 @@ std::vector<Vec2> via_and_end(const std::vector<Vec2>& path, const Vec2& place) 
   return {via, path.back()};
 }
 
+/// Of a place from a way.
+double distance_to(const std::vector<Vec2>& path, const Vec2& place) {
+  const std::vector<Vec2> via = via_and_end(path, place);
+  return (via.front() - place).norm();
+}
+
 }  // namespace
 
 void Errands::new_round() {
   errands_.clear();
   missed_.clear();
-  passed_.clear();
+  shut_off_.clear();
+  passages_.clear();
 }
 
 bool Errands::picture(const Survey& survey) {
@@ -52,9 +59,27 @@ bool Errands::look(const Survey& survey, std::span<const Whereabouts> fleet,
                    std::optional<std::size_t> anchor, Time now) {
   if (!picture(survey)) return false;
   find(fleet);
+  if (anchor) watch_passages(fleet, *anchor);
   settle(fleet, now);
   send(survey, fleet, anchor, now);
   return true;
+}
+
+/// Whoever has driven past the anchor has, whether the goal that led there is still one or not.
+void Errands::watch_passages(std::span<const Whereabouts> fleet, std::size_t anchor) {
+  for (const Whereabouts& w : fleet) {
+    const double d = (w.place_map_m - fleet[anchor].place_map_m).norm();
+    Passage& passage = passages_.try_emplace(w.vehicle, Passage{d, d, d}).first->second;
+    passage.least_m = std::min(passage.least_m, d);
+    passage.last_m = d;
+  }
+}
+
+bool Errands::has_passed(VehicleId vehicle) const {
+  const auto at = passages_.find(vehicle);
+  if (at == passages_.end()) return false;
+  const Passage& p = at->second;
+  return is_passage(p.first_m, p.least_m, p.last_m, settings_.rounds.goals.passed_m);
 }
 
 void Errands::settle(std::span<const Whereabouts> fleet, Time now) {
@@ -72,12 +97,13 @@ bool Errands::settled(Errand& errand, const Whereabouts& at, Time now) {
   const bool there = (at.place_map_m - goal).norm() <= settings_.arrive_m;
   if (there && at.at_rest && rests_s >= settings_.look_s) {
     book_.visited(errand.frontier_map_m);
-    if (errand.passes) passed_.push_back(errand.vehicle);
     return true;
   }
   if (rests_s >= settings_.stuck_s) {
-    book_.visited(errand.frontier_map_m);
-    missed_.push_back(errand.frontier_map_m);
+    // Behind somebody who stands there may be a lot to see; a wall of glass stays one.
+    if (errand.beside) shut_off_.insert(errand.vehicle);
+    if (!errand.beside) book_.visited(errand.frontier_map_m);
+    missed_.emplace_back(errand.vehicle, errand.frontier_map_m);
     return true;
   }
   // Seen from afar: nothing unknown is left where it was going.
@@ -87,34 +113,55 @@ bool Errands::settled(Errand& errand, const Whereabouts& at, Time now) {
   });
 }
 
-FrontierSpot Errands::spot(std::size_t k) const {
-  return {frontiers_[k].id, frontiers_[k].centre_map_m, frontiers_[k].size};
-}
-
-/// Open ones that nobody drives to and nobody has missed.
-std::vector<std::size_t> Errands::free_frontiers() const {
+std::vector<std::size_t> Errands::open_frontiers() const {
   std::vector<std::size_t> out;
   for (std::size_t k = 0; k < frontiers_.size(); ++k) {
-    if (frontiers_[k].state != FrontierState::kOpen) continue;
-    const Vec2& centre = frontiers_[k].centre_map_m;
-    const bool taken = std::any_of(errands_.begin(), errands_.end(), [&](const Errand& e) {
-      return (e.frontier_map_m - centre).norm() <= settings_.taken_m;
+    if (frontiers_[k].state == FrontierState::kOpen) out.push_back(k);
+  }
+  return out;
+}
+
+/// Open ones that nobody drives to.
+std::vector<std::size_t> Errands::free_frontiers() const {
+  std::vector<std::size_t> out = open_frontiers();
+  std::erase_if(out, [this](std::size_t k) {
+    return std::any_of(errands_.begin(), errands_.end(), [&](const Errand& e) {
+      return (e.frontier_map_m - frontiers_[k].centre_map_m).norm() <= settings_.taken_m;
     });
-    const bool missed = std::any_of(missed_.begin(), missed_.end(), [&](const Vec2& p) {
-      return (p - centre).norm() <= settings_.frontiers.visit_m;
+  });
+  return out;
+}
+
+std::vector<FrontierSpot> Errands::spots_of(const std::vector<std::size_t>& which) const {
+  std::vector<FrontierSpot> spots;
+  for (const std::size_t k : which) {
+    spots.push_back({frontiers_[k].id, frontiers_[k].centre_map_m, frontiers_[k].size});
+  }
+  return spots;
+}
+
+std::vector<std::size_t> Errands::missed_by(VehicleId vehicle,
+                                            std::span<const FrontierSpot> spots) const {
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < spots.size(); ++k) {
+    const bool missed = std::any_of(missed_.begin(), missed_.end(), [&](const auto& m) {
+      return m.first == vehicle &&
+             (m.second - spots[k].centre_map_m).norm() <= settings_.frontiers.visit_m;
     });
-    if (!taken && !missed) out.push_back(k);
+    if (missed) out.push_back(k);
   }
   return out;
 }
 
 void Errands::send(const Survey& survey, std::span<const Whereabouts> fleet,
                    std::optional<std::size_t> anchor, Time now) {
+  const std::vector<FrontierSpot> spots = spots_of(free_frontiers());
   std::vector<Traveller> travellers;
   bool any = false;
   for (const Whereabouts& w : fleet) {
-    Traveller t{w.vehicle, w.place_map_m, w.stands, false, w.no_further};
-    t.passed = std::find(passed_.begin(), passed_.end(), w.vehicle) != passed_.end();
+    Traveller t{w.vehicle, w.place_map_m, w.stands, has_passed(w.vehicle), w.no_further};
+    t.wide = shut_off_.contains(w.vehicle);
+    t.missed = missed_by(w.vehicle, spots);
     const bool busy = std::any_of(errands_.begin(), errands_.end(),
                                   [&](const Errand& e) { return e.vehicle == w.vehicle; });
     any = any || (!w.stands && !busy);
@@ -127,27 +174,34 @@ void Errands::send(const Survey& survey, std::span<const Whereabouts> fleet,
       travellers.push_back(t);
     }
   }
-  const std::vector<std::size_t> open = free_frontiers();
-  if (!any || open.empty()) return;
-  std::vector<FrontierSpot> spots;
-  for (const std::size_t k : open) spots.push_back(spot(k));
+  if (!any || spots.empty()) return;
   const std::optional<std::size_t> first = anchor ? std::optional<std::size_t>(0) : std::nullopt;
   const GoalPlan plan = plan_goals(travellers, first, spots, map_, passable_, survey.blind_axis(),
                                    settings_.rounds.anchor, settings_.rounds.goals);
   for (const PlannedGoal& goal : plan.goals) {
     if (!goal.frontier || goal.path_map_m.size() < 2) continue;
-    Errand errand;
-    errand.vehicle = goal.vehicle;
-    errand.frontier = spots[*goal.frontier].id;
-    errand.frontier_map_m = spots[*goal.frontier].centre_map_m;
-    errand.passes = goal.passes && anchor.has_value();
-    errand.places_map_m = {goal.path_map_m.back()};
-    if (errand.passes) {
-      errand.places_map_m = via_and_end(goal.path_map_m, fleet[*anchor].place_map_m);
-    }
-    errand.since = errand.moved = now;
-    errands_.push_back(std::move(errand));
+    errands_.push_back(errand_of(goal, spots[*goal.frontier], fleet, anchor, now));
   }
+}
+
+Errands::Errand Errands::errand_of(const PlannedGoal& goal, const FrontierSpot& frontier,
+                                   std::span<const Whereabouts> fleet,
+                                   std::optional<std::size_t> anchor, Time now) const {
+  Errand errand;
+  errand.vehicle = goal.vehicle;
+  errand.frontier = frontier.id;
+  errand.frontier_map_m = frontier.centre_map_m;
+  errand.passes = goal.passes && anchor.has_value();
+  errand.places_map_m = {goal.path_map_m.back()};
+  if (errand.passes) {
+    errand.places_map_m = via_and_end(goal.path_map_m, fleet[*anchor].place_map_m);
+  }
+  errand.beside = std::any_of(fleet.begin(), fleet.end(), [&](const Whereabouts& w) {
+    const bool other = w.vehicle != goal.vehicle && w.stands;
+    return other && distance_to(goal.path_map_m, w.place_map_m) <= settings_.rounds.goals.around_m;
+  });
+  errand.since = errand.moved = now;
+  return errand;
 }
 
 std::optional<std::uint32_t> Errands::largest() const {
@@ -159,34 +213,49 @@ std::optional<std::uint32_t> Errands::largest() const {
   return best != nullptr ? std::optional(best->id) : std::nullopt;
 }
 
-std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
-                                             std::span<const Whereabouts> fleet) const {
-  std::vector<FrontierSpot> spots;
-  for (std::size_t k = 0; k < frontiers_.size(); ++k) {
-    if (frontiers_[k].state == FrontierState::kOpen) spots.push_back(spot(k));
-  }
-  std::vector<AnchorCandidate> candidates;
+/// The goals of the others while one of the fleet stands as anchor, as if links held all along:
+/// which anchor makes them hold is asked.
+GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> fleet,
+                           std::span<const FrontierSpot> spots, const BlindAxisAt& axis,
+                           bool missed_counts) const {
   std::vector<Traveller> travellers;
-  for (const Whereabouts& w : fleet) {
-    candidates.push_back({w.vehicle, w.place_map_m});
-    travellers.push_back({w.vehicle, w.place_map_m, false, false, false});
+  for (std::size_t i = 0; i < fleet.size(); ++i) {
+    const Whereabouts& w = fleet[i];
+    Traveller t{w.vehicle, w.place_map_m, w.lost || i == anchor, true, false};
+    t.wide = missed_counts && shut_off_.contains(w.vehicle);
+    if (missed_counts) t.missed = missed_by(w.vehicle, spots);
+    travellers.push_back(std::move(t));
   }
-  // The ways of the next round as if links held all along: which anchor makes them hold is asked.
   GoalSettings free = settings_.rounds.goals;
   free.link_min = 0.0;
+  return plan_goals(travellers, anchor, spots, map_, passable_, axis, settings_.rounds.anchor,
+                    free);
+}
+
+std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
+                                             std::span<const Whereabouts> fleet,
+                                             VehicleId anchor) const {
+  const std::vector<FrontierSpot> spots = spots_of(open_frontiers());
   const BlindAxisAt axis = survey.blind_axis();
-  const GoalPlan plan = plan_goals(travellers, std::nullopt, spots, map_, passable_, axis,
-                                   settings_.rounds.anchor, free);
-  std::vector<PredictedPlace> predicted;
-  for (const PlannedGoal& goal : plan.goals) {
-    const auto places = predict_places(goal.path_map_m, axis, settings_.rounds.anchor.spacing_m);
-    predicted.insert(predicted.end(), places.begin(), places.end());
-  }
   // Everybody stands until there is an anchor again: candidates are judged where they are.
   AnchorSettings here = settings_.rounds.anchor;
   here.near_m = 0.0;
+  std::vector<AnchorOption> options;
+  for (std::size_t i = 0; i < fleet.size(); ++i) {
+    if (fleet[i].lost) continue;
+    const GoalPlan plan = round_of(i, fleet, spots, axis, fleet[i].vehicle == anchor);
+    AnchorOption option;
+    option.candidate = {fleet[i].vehicle, fleet[i].place_map_m};
+    option.helps = false;
+    for (const PlannedGoal& goal : plan.goals) {
+      option.helps = option.helps || goal.path_map_m.size() > 1;
+      const auto places = predict_places(goal.path_map_m, axis, here.spacing_m);
+      option.predicted.insert(option.predicted.end(), places.begin(), places.end());
+    }
+    options.push_back(std::move(option));
+  }
   std::vector<VehicleId> out;
-  for (const RankedAnchor& r : rank_anchors(candidates, spots, predicted, map_, passable_, here)) {
+  for (const RankedAnchor& r : rank_anchors(options, spots, map_, passable_, here)) {
     out.push_back(r.vehicle);
   }
   return out;

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <set>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "rali/fleet/node/settings.hpp"
@@ -17,6 +20,7 @@ struct Whereabouts {
   bool at_rest = false;
   bool stands = false;      ///< anchor, or finished
   bool no_further = false;  ///< no goal farther from the anchor
+  bool lost = false;        ///< nothing was heard of it for long: it stands there for good
 };
 
 /// Who is on the way to which frontier. A goal lives until it is reached, missed, or seen from
@@ -33,9 +37,11 @@ class Errands {
   bool look(const Survey& survey, std::span<const Whereabouts> fleet,
             std::optional<std::size_t> anchor, Time now);
 
-  /// Who should be next anchor where everybody stands, best first, by the last look.
+  /// Who should be next anchor where everybody stands, best first, by the last look and by what
+  /// was missed while `anchor` stood. Whoever would stand in everybody's way comes last.
   [[nodiscard]] std::vector<VehicleId> next_anchors(const Survey& survey,
-                                                    std::span<const Whereabouts> fleet) const;
+                                                    std::span<const Whereabouts> fleet,
+                                                    VehicleId anchor) const;
 
   [[nodiscard]] GoalList goals(const Survey& survey) const;
 
@@ -51,18 +57,35 @@ class Errands {
     geometry::Vec2 frontier_map_m = geometry::Vec2::Zero();
     std::vector<geometry::Vec2> places_map_m;
     bool passes = false;
+    bool beside = false;  ///< its way leads close by somebody who stands
     Time since;
     Time moved;  ///< when it was last seen moving
   };
 
+  /// How near a vehicle has come to the anchor, and how far it was before.
+  struct Passage {
+    double first_m = 0.0, least_m = 0.0, last_m = 0.0;
+  };
+
   [[nodiscard]] bool picture(const Survey& survey);
+  void watch_passages(std::span<const Whereabouts> fleet, std::size_t anchor);
+  [[nodiscard]] bool has_passed(VehicleId vehicle) const;
   void find(std::span<const Whereabouts> fleet);
   void settle(std::span<const Whereabouts> fleet, Time now);
   [[nodiscard]] bool settled(Errand& errand, const Whereabouts& at, Time now);
   void send(const Survey& survey, std::span<const Whereabouts> fleet,
             std::optional<std::size_t> anchor, Time now);
+  [[nodiscard]] std::vector<std::size_t> open_frontiers() const;
   [[nodiscard]] std::vector<std::size_t> free_frontiers() const;
-  [[nodiscard]] FrontierSpot spot(std::size_t k) const;
+  [[nodiscard]] std::vector<FrontierSpot> spots_of(const std::vector<std::size_t>& which) const;
+  [[nodiscard]] std::vector<std::size_t> missed_by(VehicleId vehicle,
+                                                   std::span<const FrontierSpot> spots) const;
+  [[nodiscard]] Errand errand_of(const PlannedGoal& goal, const FrontierSpot& frontier,
+                                 std::span<const Whereabouts> fleet,
+                                 std::optional<std::size_t> anchor, Time now) const;
+  [[nodiscard]] GoalPlan round_of(std::size_t anchor, std::span<const Whereabouts> fleet,
+                                  std::span<const FrontierSpot> spots, const BlindAxisAt& axis,
+                                  bool missed_counts) const;
 
   NodeSettings settings_;
   map::FrontierBook book_;
@@ -70,8 +93,10 @@ class Errands {
   std::vector<std::uint8_t> passable_;
   std::vector<map::FrontierArea> frontiers_;
   std::vector<Errand> errands_;
-  std::vector<geometry::Vec2> missed_;  ///< in this round
-  std::vector<VehicleId> passed_;       ///< the anchor, in this round
+  // Of this round:
+  std::vector<std::pair<VehicleId, geometry::Vec2>> missed_;  ///< frontiers
+  std::set<VehicleId> shut_off_;                              ///< could not get past somebody
+  std::map<VehicleId, Passage> passages_;                     ///< by the anchor
 };
 
 }  // namespace rali::fleet

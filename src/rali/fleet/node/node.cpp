@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 namespace rali::fleet {
@@ -15,6 +16,18 @@ namespace {
 
 constexpr std::size_t kTrail = 64;
 constexpr double kTrailStep_m = 0.25;
+
+/// Roll and pitch are not told; they are no worse than the heading.
+geometry::Mat6 covariance_of(const PoseSigma& sigma) {
+  geometry::Mat6 P = geometry::Mat6::Zero();
+  P.diagonal().head<3>().setConstant(sigma.yaw_rad * sigma.yaw_rad);
+  Eigen::Matrix2d turn;
+  turn = Eigen::Rotation2Dd(sigma.major_azimuth_rad);
+  const Eigen::Vector2d variances(sigma.major_m * sigma.major_m, sigma.minor_m * sigma.minor_m);
+  P.block<2, 2>(3, 3) = turn * variances.asDiagonal() * turn.transpose();
+  P(5, 5) = sigma.z_m * sigma.z_m;
+  return P;
+}
 
 DurableRole newcomer(const std::vector<VehicleId>& fleet) {
   DurableRole durable;
@@ -129,6 +142,7 @@ void Node::on(const Envelope& event) {
   if (const auto* s = std::get_if<VehicleStatus>(&event.message)) on(*s, event.from);
   if (const auto* t = std::get_if<Table>(&event.message)) on(*t, event.from);
   if (const auto* g = std::get_if<GoalList>(&event.message)) on(*g, event.from);
+  if (const auto* b = std::get_if<RoundBoundary>(&event.message)) on(*b, event.from);
 }
 
 void Node::on(const VehicleStatus& status, VehicleId from) {
@@ -141,6 +155,16 @@ void Node::on(const VehicleStatus& status, VehicleId from) {
 void Node::on(const Table& table, VehicleId from) {
   if (!accept_table(role_, from, table.term, table.revision)) return;
   for (const TableFrame& frame : table.frames) frames_[frame.stream] = frame.T_map_odom;
+  for (const TablePose& pose : table.poses) {
+    KeyframePose& known = poses_[{pose.stream.vehicle, pose.keyframe}];
+    known.T_map_body = pose.T_map_body;
+    known.covariance = covariance_of(pose.sigma);
+  }
+}
+
+void Node::on(const RoundBoundary& boundary, VehicleId from) {
+  if (boundary.term != role_.durable.term || role_.durable.anchor != from) return;
+  boundary_ = boundary;
 }
 
 void Node::on(const GoalList& goals, VehicleId from) {
@@ -217,7 +241,7 @@ void Node::on(const NodeTick&) {
   }
   if (survey_) survey_tick();
   for (const FactPtr& fact : store_.take_new()) {
-    if (survey_) survey_->add(*fact);
+    if (Survey* survey = any_survey()) survey->add(*fact);
   }
   drive();
   if (now_ >= next_status_) {

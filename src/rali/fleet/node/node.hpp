@@ -52,6 +52,9 @@ class Node {
 
   [[nodiscard]] const FactStore& store() const { return store_; }
 
+  /// Where the fleet's keyframes lie, as last told.
+  [[nodiscard]] const std::map<KeyframeId, KeyframePose>& map_poses() const { return poses_; }
+
   /// The map it makes as anchor; null otherwise.
   [[nodiscard]] const Survey* survey() const { return survey_.get(); }
 
@@ -71,6 +74,7 @@ class Node {
   void on(const NodeTick& event);
   void on(const VehicleStatus& status, VehicleId from);
   void on(const Table& table, VehicleId from);
+  void on(const RoundBoundary& boundary, VehicleId from);
   void on(const GoalList& goals, VehicleId from);
 
   // The role.
@@ -81,6 +85,7 @@ class Node {
   void watch_finish();
   [[nodiscard]] bool was_near(const FinishInput& input);
   void became_anchor(bool new_round);
+  void begin_survey();
   void stopped_anchoring();
   void sealed();
   void offer_choice();
@@ -88,12 +93,18 @@ class Node {
   // The anchor's map (node_anchor.cpp).
   void survey_tick();
   void tell_map();
+  void tell_tables(double moved_m);
+  void tell_boundary();
+
+  [[nodiscard]] Survey* any_survey() { return survey_ ? survey_.get() : resting_.get(); }
+
   void look();
   void tell_goals();
   void end_mission(RoundEnd why);
   [[nodiscard]] bool nobody_gets_further() const;
   [[nodiscard]] std::vector<Whereabouts> whereabouts() const;
   [[nodiscard]] bool facts_are_here() const;
+  [[nodiscard]] bool is_lost(VehicleId vehicle) const;
 
   // Where to go.
   void drive();
@@ -137,6 +148,8 @@ class Node {
   Time next_status_, next_finish_, next_claim_;
 
   std::map<StreamKey, geometry::SE3> frames_;  ///< T_map_odom of all, as last told
+  std::map<KeyframeId, KeyframePose> poses_;   ///< of all keyframes, as last told
+  std::optional<RoundBoundary> boundary_;      ///< of the last anchor that told one
   std::optional<GoalList> goals_;
   std::pair<std::uint64_t, std::uint32_t> goals_rank_;
   DriveOrder order_;
@@ -144,6 +157,7 @@ class Node {
   bool done_ = false;
 
   std::unique_ptr<Survey> survey_;
+  std::unique_ptr<Survey> resting_;  ///< of a round in which this vehicle was the anchor
   std::unique_ptr<Errands> errands_;
   std::map<VehicleId, FinishReason> tags_;
   std::uint32_t revision_ = 0, goal_revision_ = 0;

@@ -29,11 +29,27 @@ void Node::survey_tick() {
   }
 }
 
-void Node::tell_map() {
-  for (Table& table : survey_->tables(role_.durable.term, ++revision_)) {
+void Node::tell_tables(double moved_m) {
+  for (Table& table : survey_->tables(role_.durable.term, revision_, moved_m)) {
     for (const TableFrame& frame : table.frames) frames_[frame.stream] = frame.T_map_odom;
     post(std::nullopt, std::move(table));
   }
+}
+
+/// What the round leaves to the next one, whoever is its anchor. It comes after the seal: further
+/// parts of the last table, exact enough to go on from.
+void Node::tell_boundary() {
+  constexpr double kExact_m = 1e-3;  // of a table
+  tell_tables(kExact_m);
+  if (!survey_->boundary()) return;
+  RoundBoundary boundary = *survey_->boundary();
+  boundary.term = role_.durable.term;
+  post(std::nullopt, std::move(boundary));
+}
+
+void Node::tell_map() {
+  ++revision_;
+  tell_tables(settings_.moved_m);
   std::string waits;
   for (const VehicleFrame& frame : survey_->last().frames) {
     if (frame.group > 0) waits += frame.waits_for;
@@ -56,10 +72,14 @@ std::vector<Whereabouts> Node::whereabouts() const {
     w.at_rest = vehicle == self_ ? !is_moving() : peers_.at(vehicle).status.at_rest;
     if (const auto tag = tags_.find(vehicle); tag != tags_.end()) {
       // Who has only seen all of its surroundings goes on when something new comes up.
-      const bool idle =
-          tag->second == FinishReason::kNone || tag->second == FinishReason::kExplored;
+      const bool idle = tag->second == FinishReason::kNone ||
+                        tag->second == FinishReason::kExplored ||
+                        tag->second == FinishReason::kUnreachable;
       w.stands = w.stands || !idle;
     }
+    w.lost = is_lost(vehicle);
+    w.stands = w.stands || w.lost;
+    w.at_rest = w.at_rest || w.lost;
     if (here && vehicle != self_) {
       const double rssi_dbm = peers_.at(vehicle).status.rssi_dbm;
       w.no_further =
@@ -71,12 +91,23 @@ std::vector<Whereabouts> Node::whereabouts() const {
   return out;
 }
 
+/// Silent for so long that nobody waits for it. What others hold of its facts has come by then.
+bool Node::is_lost(VehicleId vehicle) const {
+  if (vehicle == self_) return false;
+  const auto peer = peers_.find(vehicle);
+  const Time heard = peer == peers_.end() ? begin_ : peer->second.t;
+  return seconds_between(heard, now_) > settings_.lost_s;
+}
+
 /// No keyframe is known of and not there, and nobody is out of reach or without a frame.
 bool Node::facts_are_here() const {
-  if (exchange_.lacking() > 0) return false;
-  return std::all_of(role_.durable.fleet.begin(), role_.durable.fleet.end(), [this](VehicleId v) {
-    return survey_->is_placed(v) && (v == self_ || exchange_.in_reach(v, now_));
-  });
+  const std::vector<VehicleId>& fleet = role_.durable.fleet;
+  std::size_t lacking = exchange_.lacking();
+  for (const VehicleId v : fleet) lacking -= is_lost(v) ? exchange_.lacking_of(v) : 0;
+  return lacking == 0 && std::all_of(fleet.begin(), fleet.end(), [this](VehicleId v) {
+           return v == self_ ? survey_->is_placed(v)
+                             : is_lost(v) || (survey_->is_placed(v) && exchange_.in_reach(v, now_));
+         });
 }
 
 void Node::look() {
@@ -111,13 +142,13 @@ void Node::end_mission(RoundEnd why) {
   next_status_ = now_;
 }
 
-/// A round of each vehicle, and one more, in which nobody made a keyframe.
+/// Rounds of each vehicle in which nobody came to a place where nobody had been.
 bool Node::nobody_gets_further() const {
   const std::vector<RoundRow>& rows = rounds_.rounds();
   const auto count = static_cast<std::size_t>(settings_.idle_rounds *
                                               static_cast<double>(role_.durable.fleet.size()));
   if (rows.size() <= count) return false;
-  return survey_->keyframes_since(rows[rows.size() - count].start) == 0;
+  return survey_->new_places_since(rows[rows.size() - count].start) == 0;
 }
 
 void Node::drive() {

@@ -9,6 +9,21 @@ namespace rali::fleet {
 
 using geometry::Vec3;
 
+namespace {
+
+/// One that nobody is on the way to, nor to another near it.
+bool frontier_is_left(const GoalList& list, double taken_m) {
+  const auto taken = [&](const Frontier& f) {
+    return std::any_of(list.goals.begin(), list.goals.end(), [&](const Goal& g) {
+      if (!g.frontier || *g.frontier >= list.frontiers.size()) return false;
+      return (list.frontiers[*g.frontier].centre_map_m - f.centre_map_m).norm() <= taken_m;
+    });
+  };
+  return !std::all_of(list.frontiers.begin(), list.frontiers.end(), taken);
+}
+
+}  // namespace
+
 void Node::give(const RoleEvent& event) {
   RoleStep step = role_step(role_, settings_.roles, event, now_);
   role_ = std::move(step.state);
@@ -91,6 +106,7 @@ void Node::watch_finish() {
   if (goals_) {
     input.frontier_left = std::any_of(goals_->goals.begin(), goals_->goals.end(),
                                       [this](const Goal& g) { return g.vehicle == self_; });
+    input.frontier_beyond = frontier_is_left(*goals_, settings_.taken_m);
   }
   if (!was_near(input)) {
     input.rssi_dbm.reset();
@@ -129,21 +145,32 @@ void Node::became_anchor(bool new_round) {
   exchange_.set_points_to(self_);
   if (!new_round && survey_) return;
   rounds_.anchor_began(self_, now_);
-  survey_ = std::make_unique<Survey>(settings_, known_);
   if (!errands_) errands_ = std::make_unique<Errands>(settings_);
   errands_->new_round();
-  static_cast<void>(store_.take_new());
-  for (const StreamInventory& stream : store_.inventory(0, 0).streams) {
-    store_.for_each(stream.stream, 0, stream.end, [this](const FactPtr& fact) {
-      survey_->add(*fact);
-      return true;
-    });
-  }
+  begin_survey();
   next_estimate_ = next_look_ = next_goals_ = now_;
 }
 
+/// Who was anchor before has cut and drawn the earlier rounds already.
+void Node::begin_survey() {
+  survey_ = std::move(resting_);
+  if (survey_) {
+    for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
+  } else {
+    survey_ = std::make_unique<Survey>(settings_, known_);
+    static_cast<void>(store_.take_new());
+    for (const StreamInventory& stream : store_.inventory(0, 0).streams) {
+      store_.for_each(stream.stream, 0, stream.end, [this](const FactPtr& fact) {
+        survey_->add(*fact);
+        return true;
+      });
+    }
+  }
+  if (boundary_) static_cast<void>(survey_->take_over(*boundary_, poses_));
+}
+
 void Node::stopped_anchoring() {
-  survey_.reset();
+  if (survey_) resting_ = std::move(survey_);
   tags_.clear();
   seal_.reset();
   ranked_.clear();
@@ -164,17 +191,17 @@ void Node::sealed() {
       now_);
   if (!survey_) return;
   for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
-  survey_->estimate(*executor_);
-  static_cast<void>(survey_->refresh());
+  survey_->end_round(now_, *executor_);
+  tell_boundary();
   const std::vector<Whereabouts> fleet = whereabouts();
-  errands_->new_round();
   if (nobody_gets_further()) return end_mission(RoundEnd::kFinished);
   // Nobody is sent: all stand until there is an anchor again.
   std::vector<Whereabouts> standing = fleet;
   for (Whereabouts& w : standing) w.stands = true;
   if (errands_->look(*survey_, standing, std::nullopt, now_)) {
-    ranked_ = errands_->next_anchors(*survey_, fleet);
+    ranked_ = errands_->next_anchors(*survey_, fleet, self_);
   }
+  errands_->new_round();
   if (settings_.rounds.anchor.candidates == AnchorCandidates::kTags) {
     std::erase(ranked_, self_);
   }

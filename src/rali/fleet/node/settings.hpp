@@ -1,5 +1,7 @@
 #pragma once
 
+#include <utility>
+
 #include "rali/base/settings.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/fleet/facts/exchange_settings.hpp"
@@ -15,7 +17,19 @@ struct NodeSettings {
   /// A start pose measured by tape and eye (0.2 m, 3 deg) is enough to set out: who waits to be
   /// certain never moves, and without motion nothing becomes more certain. Each estimate begins
   /// anew.
-  NodeSettings() { fleet.init.commit.information_min = 0.05; }
+  ///
+  /// And a mission is long: what is solved anew is the round.
+  NodeSettings() {
+    fleet.init.commit.information_min = 0.05;
+    fleet.solve = SolveWhat::kRounds;
+  }
+
+  /// What is given for maps made afterwards, but for what a mission needs otherwise.
+  void take(const FleetSettings& given) {
+    const FleetSettings own = std::exchange(fleet, given);
+    fleet.init.commit.information_min = own.init.commit.information_min;
+    fleet.solve = own.solve;
+  }
 
   double status_s = 1.0;
   double estimate_s = 10.0;
@@ -28,6 +42,8 @@ struct NodeSettings {
   double taken_m = 4.0;
   double choice_wait_s = 15.0;
   double back_m = 3.0;
+  double lost_s = 30.0;
+  double place_m = 2.0;
   double idle_rounds = 2.0;
   RoleSettings roles;
   ExchangeSettings exchange;
@@ -49,6 +65,8 @@ struct NodeSettings {
     v("taken_m", taken_m, 0.0, 50.0, "frontiers nearer than this to a goal are taken [m]");
     v("choice_wait_s", choice_wait_s, 0.0, 600.0, "for the best next anchor to have all facts [s]");
     v("back_m", back_m, 0.0, 50.0, "driven back where ranges were lost [m]");
+    v("lost_s", lost_s, 1.0, 3600.0, "who is silent for so long is not waited for [s]");
+    v("place_m", place_m, 0.1, 50.0, "progress is a keyframe this far from all before [m]");
     v("idle_rounds", idle_rounds, 1.0, 100.0,
       "rounds without progress that end the mission, times the vehicles");
     v.group("roles", roles, "who is anchor");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
@@ -41,6 +42,22 @@ std::optional<Vec2> blind_axis_odom(const Increment& step) {
   return Vec2(eigen.eigenvectors().col(0));
 }
 
+/// In few numbers; boxplus order.
+PoseSigma sigma_of(const geometry::Mat6& P) {
+  PoseSigma sigma;
+  const auto root = [](double variance) { return std::sqrt(std::max(0.0, variance)); };
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(P.block<2, 2>(3, 3));
+  if (eigen.info() != Eigen::Success) return sigma;
+  sigma.minor_m = root(eigen.eigenvalues()[0]);
+  sigma.major_m = root(eigen.eigenvalues()[1]);
+  const Vec2 axis = eigen.eigenvectors().col(1);
+  const double azimuth = std::atan2(axis.y(), axis.x());
+  sigma.major_azimuth_rad = azimuth < 0.0 ? azimuth + std::numbers::pi : azimuth;
+  sigma.z_m = root(P(5, 5));
+  sigma.yaw_rad = root(P(2, 2));
+  return sigma;
+}
+
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
   constexpr std::uint64_t kPrime = 1099511628211ULL;  // FNV-1a
   for (int byte = 0; byte < 8; ++byte) hash = (hash ^ ((value >> (8 * byte)) & 0xffU)) * kPrime;
@@ -60,8 +77,24 @@ const VehiclePath* Survey::path_of(VehicleId vehicle) const {
   return found;
 }
 
-void Survey::estimate(Executor& executor) {
-  last_ = centre_.estimate(executor);
+void Survey::estimate(Executor& executor) { take(centre_.estimate(executor)); }
+
+void Survey::end_round(Time t, Executor& executor) {
+  take(centre_.end_round(t, executor));
+  static_cast<void>(refresh());
+  centre_.forget_finished_points();
+}
+
+bool Survey::take_over(const RoundBoundary& boundary,
+                       const std::map<KeyframeId, KeyframePose>& keyframes) {
+  if (!centre_.take_over(boundary, keyframes)) return false;
+  for (const auto& [id, pose] : keyframes) told_[id] = pose.T_map_body;
+  take(centre_.last());
+  return true;
+}
+
+void Survey::take(const FleetEstimate& estimate) {
+  last_ = estimate;
   find_frames();
   for (auto& [id, T] : in_grid_) {
     const VehiclePath* path = path_of(id.vehicle);
@@ -191,29 +224,42 @@ double Survey::height_m(const Vec2& place_map_m) const {
   return z_m;
 }
 
-std::size_t Survey::keyframes_since(Time t) const {
-  std::size_t count = 0;
+std::size_t Survey::new_places_since(Time t) const {
+  std::vector<Vec3> before, since;
   for (const VehiclePath& path : centre_.paths()) {
-    for (const VehiclePath::Node& node : path.nodes()) {
-      count += node.step.keyframe && node.t >= t ? 1 : 0;
+    if (!is_placed(path.vehicle()) || &path != path_of(path.vehicle())) continue;
+    for (std::size_t k = 0; k < path.nodes().size(); ++k) {
+      const VehiclePath::Node& node = path.nodes()[k];
+      if (node.step.keyframe) (node.t < t ? before : since).push_back(pose_of(path, k).p);
     }
   }
-  return count;
+  const auto is_new = [&](const Vec3& p) {
+    return std::none_of(before.begin(), before.end(),
+                        [&](const Vec3& q) { return (p - q).norm() <= settings_.place_m; });
+  };
+  return static_cast<std::size_t>(std::count_if(since.begin(), since.end(), is_new));
 }
 
-std::vector<Table> Survey::tables(std::uint64_t term, std::uint32_t revision) {
+std::vector<Table> Survey::tables(std::uint64_t term, std::uint32_t revision, double moved_m) {
+  std::map<KeyframeId, SE3> all = in_grid_;
+  for (const auto& [id, pose] : last_.keyframes) {
+    if (is_placed(id.vehicle)) all[id] = pose.T_map_body;
+  }
   std::vector<TablePose> moved;
   std::uint64_t hash = 14695981039346656037ULL;
-  for (const auto& [id, T] : in_grid_) {
+  for (const auto& [id, T] : all) {
     hash = mixed(hash, (std::uint64_t{id.vehicle.value} << 32) | id.seq);
     for (int axis = 0; axis < 3; ++axis) {
       hash = mixed(hash, static_cast<std::uint64_t>(std::llround(T.p[axis] * 1e4)));
     }
     const auto before = told_.find(id);
-    const bool same = before != told_.end() && (before->second.p - T.p).norm() <= settings_.moved_m;
+    const bool same = before != told_.end() && (before->second.p - T.p).norm() <= moved_m;
     if (same) continue;
     told_[id] = T;
-    moved.push_back({{id.vehicle, path_of(id.vehicle)->epoch()}, id.seq, T, {}});
+    const auto known = last_.keyframes.find(id);
+    const PoseSigma sigma =
+        known == last_.keyframes.end() ? PoseSigma{} : sigma_of(known->second.covariance);
+    moved.push_back({{id.vehicle, path_of(id.vehicle)->epoch()}, id.seq, T, sigma});
   }
   Table table;
   table.term = term;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "rali/base/executor.hpp"
-#include "rali/fleet/centre/centre.hpp"
+#include "rali/fleet/centre/round_centre.hpp"
 #include "rali/fleet/messages/messages.hpp"
 #include "rali/fleet/node/settings.hpp"
 #include "rali/fleet/rounds/anchor_choice.hpp"
@@ -21,8 +21,20 @@ class Survey {
 
   void add(const Fact& fact) { centre_.add(fact); }
 
-  /// Joins and solves all anew, and moves the grid's keyframes along.
+  /// Solves for what is known, and moves the grid's keyframes along.
   void estimate(Executor& executor);
+
+  /// The last estimate of a round, which is over up to `t`; puts new keyframes into the grid, too.
+  void end_round(Time t, Executor& executor);
+
+  /// Goes on from where the last anchor had everything; see RoundCentre::take_over.
+  bool take_over(const RoundBoundary& boundary,
+                 const std::map<KeyframeId, KeyframePose>& keyframes);
+
+  /// What the finished rounds leave to those to come; nothing while there is none.
+  [[nodiscard]] const std::optional<RoundBoundary>& boundary() const { return centre_.boundary(); }
+
+  [[nodiscard]] const RoundCentre::Work& work() const { return centre_.work(); }
 
   /// Puts keyframes into the grid that have come since. @return how many
   std::size_t refresh();
@@ -43,13 +55,15 @@ class Survey {
   /// Height of the bodies near a place [m].
   [[nodiscard]] double height_m(const geometry::Vec2& place_map_m) const;
 
-  /// Keyframes made from a time on, of all vehicles.
-  [[nodiscard]] std::size_t keyframes_since(Time t) const;
+  /// Keyframes made from a time on at places where no vehicle had been before it.
+  [[nodiscard]] std::size_t new_places_since(Time t) const;
 
   [[nodiscard]] std::size_t keyframes() const { return grid_.keyframes(); }
 
-  /// What others are told: all frames, and the keyframes that moved since the last time. In parts.
-  [[nodiscard]] std::vector<Table> tables(std::uint64_t term, std::uint32_t revision);
+  /// What others are told: all frames, and the keyframes that moved farther since the last time. In
+  /// parts.
+  [[nodiscard]] std::vector<Table> tables(std::uint64_t term, std::uint32_t revision,
+                                          double moved_m);
 
  private:
   struct Seen {
@@ -61,12 +75,13 @@ class Survey {
   [[nodiscard]] const VehiclePath* path_of(VehicleId vehicle) const;
   [[nodiscard]] std::optional<geometry::SE3> measured(VehicleId vehicle) const;
   [[nodiscard]] geometry::SE3 pose_of(const VehiclePath& path, std::size_t node) const;
+  void take(const FleetEstimate& estimate);
   void find_frames();
   void list_seen();
 
   NodeSettings settings_;
   FleetKnowledge known_;
-  Centre centre_;
+  RoundCentre centre_;
   FleetEstimate last_;
   std::map<VehicleId, geometry::SE3> T_map_odom_;  ///< of those in the largest group
   map::ExploreGrid grid_;

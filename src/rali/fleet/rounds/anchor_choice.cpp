@@ -108,29 +108,35 @@ double anchor_value(const Vec2& place_map_m, std::span<const PredictedPlace> pre
   return sum;
 }
 
-std::vector<RankedAnchor> rank_anchors(std::span<const AnchorCandidate> candidates,
+std::vector<RankedAnchor> rank_anchors(std::span<const AnchorOption> options,
                                        std::span<const FrontierSpot> frontiers,
-                                       std::span<const PredictedPlace> predicted,
                                        const map::CellMap& map,
                                        const std::vector<std::uint8_t>& passable,
                                        const AnchorSettings& settings) {
+  struct Item {
+    RankedAnchor anchor;
+    bool helps;
+    double far_m;
+  };
+
   const auto f = largest(frontiers);
-  std::vector<std::pair<RankedAnchor, double>> ranked;
-  for (const AnchorCandidate& c : candidates) {
+  std::vector<Item> ranked;
+  for (const AnchorOption& option : options) {
+    const AnchorCandidate& c = option.candidate;
     const map::PathField field(map, passable, c.place_map_m);
     const double far_m = f ? distance_to(c, frontiers[*f], &field, map, settings) : kFar;
+    RankedAnchor anchor{c.vehicle, c.place_map_m, 0.0, 0.0, -far_m};
     if (settings.choice == AnchorChoice::kInformed) {
-      ranked.emplace_back(best_place(c, field, predicted, map, settings), far_m);
-    } else {
-      ranked.emplace_back(RankedAnchor{c.vehicle, c.place_map_m, 0.0, 0.0, -far_m}, far_m);
+      anchor = best_place(c, field, option.predicted, map, settings);
     }
+    ranked.push_back({anchor, option.helps, far_m});
   }
-  std::sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
-    return std::tuple(-a.first.score, a.second, a.first.vehicle) <
-           std::tuple(-b.first.score, b.second, b.first.vehicle);
+  std::sort(ranked.begin(), ranked.end(), [](const Item& a, const Item& b) {
+    return std::tuple(!a.helps, -a.anchor.score, a.far_m, a.anchor.vehicle) <
+           std::tuple(!b.helps, -b.anchor.score, b.far_m, b.anchor.vehicle);
   });
   std::vector<RankedAnchor> out;
-  for (const auto& [anchor, far_m] : ranked) out.push_back(anchor);
+  for (const Item& item : ranked) out.push_back(item.anchor);
   return out;
 }
 

@@ -128,6 +128,14 @@ TEST(AnchorValue, belongs_on_the_blind_axis_with_sight_and_not_into_a_side_room)
   EXPECT_EQ(anchor_value({0.0, 0.0}, seen, map, settings), 0.0);
 }
 
+/// Candidates whose rounds would all be the same.
+std::vector<AnchorOption> options_of(const std::vector<AnchorCandidate>& candidates,
+                                     const std::vector<PredictedPlace>& predicted) {
+  std::vector<AnchorOption> out;
+  for (const AnchorCandidate& c : candidates) out.push_back({c, true, predicted});
+  return out;
+}
+
 TEST(RankAnchors, informed_takes_the_one_on_the_axis_where_the_paper_takes_the_nearest) {
   const map::CellMap map = corridor_with_room();
   const auto passable = map::passable_cells(map, 0.3);
@@ -136,13 +144,13 @@ TEST(RankAnchors, informed_takes_the_one_on_the_axis_where_the_paper_takes_the_n
   const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};
   AnchorSettings settings;
   settings.near_m = 2.0;
-  const auto informed =
-      rank_anchors(candidates, frontiers, along_corridor(), map, passable, settings);
+  const auto options = options_of(candidates, along_corridor());
+  const auto informed = rank_anchors(options, frontiers, map, passable, settings);
   ASSERT_EQ(informed.size(), 2U);
   EXPECT_EQ(informed[0].vehicle, id(2));
   settings.choice = AnchorChoice::kPaper;
   settings.distance = FrontierDistance::kEuclid;
-  const auto paper = rank_anchors(candidates, frontiers, along_corridor(), map, passable, settings);
+  const auto paper = rank_anchors(options, frontiers, map, passable, settings);
   EXPECT_EQ(paper[0].vehicle, id(1));
   EXPECT_NEAR(-paper[0].score, std::hypot(20.0, 9.0), 1e-9);
 }
@@ -153,7 +161,7 @@ TEST(RankAnchors, drives_out_of_the_side_room_if_that_is_near) {
   const std::vector<AnchorCandidate> one = {{id(1), {25.0, 4.0}}};
   const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};
   const auto ranked =
-      rank_anchors(one, frontiers, along_corridor(), map, passable, AnchorSettings{});
+      rank_anchors(options_of(one, along_corridor()), frontiers, map, passable, AnchorSettings{});
   ASSERT_EQ(ranked.size(), 1U);
   EXPECT_LT(ranked[0].place_map_m.y(), 1.2) << "in the corridor";
   EXPECT_GT(ranked[0].path_m, 2.0);
@@ -165,9 +173,30 @@ TEST(RankAnchors, where_nobody_is_blind_falls_back_to_the_nearest) {
   const auto passable = map::passable_cells(map, 0.3);
   const std::vector<AnchorCandidate> candidates = {{id(1), {1.0, 0.0}}, {id(2), {30.0, 0.0}}};
   const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};
-  const auto ranked = rank_anchors(candidates, frontiers, {}, map, passable, AnchorSettings{});
+  const auto ranked =
+      rank_anchors(options_of(candidates, {}), frontiers, map, passable, AnchorSettings{});
   EXPECT_EQ(ranked[0].vehicle, id(2));
   EXPECT_EQ(ranked[0].path_m, 0.0);
+}
+
+TEST(RankAnchors, whoever_stands_in_the_way_of_all_others_comes_last_however_well_it_sees) {
+  const map::CellMap map = corridor_with_room();
+  const auto passable = map::passable_cells(map, 0.3);
+  const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};
+  // v1 has the corridor before it and v2 behind it, which sees as far but nobody helps there.
+  std::vector<AnchorOption> options =
+      options_of({{id(1), {4.0, 0.0}}, {id(2), {2.0, 0.0}}}, along_corridor());
+  options[0].helps = false;
+  for (const AnchorChoice choice : {AnchorChoice::kInformed, AnchorChoice::kPaper}) {
+    AnchorSettings settings;
+    settings.choice = choice;
+    const auto ranked = rank_anchors(options, frontiers, map, passable, settings);
+    ASSERT_EQ(ranked.size(), 2U);
+    EXPECT_EQ(ranked[0].vehicle, id(2));
+    options[0].helps = true;
+    EXPECT_EQ(rank_anchors(options, frontiers, map, passable, settings)[0].vehicle, id(1));
+    options[0].helps = false;
+  }
 }
 
 }  // namespace

@@ -96,10 +96,13 @@ FinishReason FinishWatch::clearing(const FinishInput& input, FinishView& view) {
   if (input.frontier_left) {
     if (*input.frontier_left) explored_since_.reset();
     if (!*input.frontier_left && !explored_since_) explored_since_ = input.t;
+    beyond_ = input.frontier_beyond;
   }
   const bool explored =
       explored_since_ && seconds_between(*explored_since_, input.t) >= settings_.explored_hold_s;
-  if (explored) return FinishReason::kExplored;
+  if (explored) {
+    return beyond_ || missed_ > 0.0 ? FinishReason::kUnreachable : FinishReason::kExplored;
+  }
   if (settings_.rule == FinishRule::kPaper) return FinishReason::kNone;
   if (ranges_are_lost(input, view)) return FinishReason::kRangeLost;
   if (std::isfinite(input.sigma_m)) {

@@ -17,6 +17,7 @@ struct FinishInput {
   std::optional<double> range_m;      ///< accepted range to the anchor since then
   std::optional<double> distance_m;   ///< to the anchor, from the estimates
   std::optional<bool> frontier_left;  ///< a reachable one of its own; none: not looked yet
+  bool frontier_beyond = false;       ///< one that nobody is on the way to: it has no way there
   bool moves = false;
   bool blind = false;        ///< the LiDAR does not tell a direction of travel here
   double sigma_m = 0.0;      ///< of its place along that direction
@@ -37,7 +38,8 @@ struct FinishView {
 /// When a tag has finished its part of the round (algorithms_fleet 10.1; paper "System
 /// Definition"): radio too weak, anchor too far, or surroundings explored; `robust` adds ranges
 /// lost in a blind stretch, an unsure place, goals missed, battery. Radio and distance are latched:
-/// a vehicle at the edge must not start and stop. Explored, lost and unsure clear again.
+/// a vehicle at the edge must not start and stop. Explored, lost and unsure clear again; so does
+/// unreachable as the other name of explored: frontiers are left, but none to which it gets.
 class FinishWatch {
  public:
   explicit FinishWatch(const FinishSettings& settings) : settings_(settings) {}
@@ -66,7 +68,8 @@ class FinishWatch {
   std::optional<Time> unheard_since_;  ///< blind, moving, without a range
   std::optional<Time> back_since_;     ///< drives back since
   bool unsure_ = false;
-  double missed_ = 0.0;
+  bool beyond_ = false;  ///< at the last look
+  double missed_ = 0.0;  ///< goals in a row
   FinishReason latch_ = FinishReason::kNone;
 };
 

@@ -56,6 +56,37 @@ TEST(FinishWatch, distance_is_that_of_a_fresh_range_and_else_of_the_estimates) {
   EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
 }
 
+TEST(FinishWatch, says_unreachable_where_frontiers_are_left_to_which_it_has_no_way) {
+  FinishWatch watch{FinishSettings{}};
+  FinishInput in = at(0.0);
+  in.frontier_left = false;
+  in.frontier_beyond = true;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in.t = Time::from_s(5.1);
+  FinishView view = watch.step(in);
+  EXPECT_EQ(view.reason, FinishReason::kUnreachable);
+  EXPECT_FALSE(view.latched) << "the one in its way may leave";
+  in = at(6.0);
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone) << "a goal again";
+  in = at(7.0);
+  in.frontier_left = false;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in.t = Time::from_s(12.1);
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kExplored) << "nothing is left beyond";
+}
+
+TEST(FinishWatch, whose_last_goal_was_missed_has_not_explored_all) {
+  FinishWatch watch{FinishSettings{}};
+  FinishInput in = at(0.0);
+  in.goal_missed = true;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone) << "one of three";
+  in = at(1.0);
+  in.frontier_left = false;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in.t = Time::from_s(6.1);
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kUnreachable);
+}
+
 TEST(FinishWatch, warns_a_tenth_of_the_distance_and_five_decibels_before) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);

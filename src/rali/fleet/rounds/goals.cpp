@@ -53,7 +53,14 @@ class Planner {
         passable_(passable),
         blind_axis_(blind_axis),
         links_(links),
-        settings_(settings) {}
+        settings_(settings) {
+    wide_ = passable_;
+    for (const Traveller& t : travellers_) {
+      if (!t.stands) continue;
+      map::close_around(map_, t.place_map_m, settings_.beside_m, passable_);
+      map::close_around(map_, t.place_map_m, settings_.around_m, wide_);
+    }
+  }
 
   [[nodiscard]] GoalPlan plan() {
     std::vector<std::size_t> movers;
@@ -63,9 +70,11 @@ class Planner {
     for (std::size_t i = 0; i < travellers_.size(); ++i) {
       if (travellers_[i].stands) continue;
       movers.push_back(i);
-      const map::PathField field(map_, passable_, travellers_[i].place_map_m);
+      const map::PathField field(map_, cells_of(travellers_[i]), travellers_[i].place_map_m);
+      const std::vector<std::size_t>& missed = travellers_[i].missed;
       for (std::size_t k = 0; k < frontiers_.size(); ++k) {
-        options.push_back(way(i, k, field));
+        const bool again = std::find(missed.begin(), missed.end(), k) != missed.end();
+        options.push_back(again ? PlannedGoal{} : way(i, k, field));
         table.cost.push_back(cost_of(options.back(), frontiers_[k]));
       }
     }
@@ -87,6 +96,10 @@ class Planner {
   }
 
  private:
+  [[nodiscard]] const std::vector<std::uint8_t>& cells_of(const Traveller& traveller) const {
+    return traveller.wide ? wide_ : passable_;
+  }
+
   [[nodiscard]] double cost_of(const PlannedGoal& goal, const FrontierSpot& f) const {
     if (goal.path_map_m.size() < 2) return kFar;
     return goal.path_m - settings_.size_weight * f.size + (goal.cut ? kCutCost_m : 0.0);
@@ -120,8 +133,8 @@ class Planner {
       const double angle = 2.0 * 3.14159265358979323846 * v / kVia;
       const Vec2 via = anchor + settings_.pass_side_m * Vec2(std::cos(angle), std::sin(angle));
       const auto cell = map_.cell_at(via);
-      if (!(field.length_m(cell) < least_m) || passable_[map_.index(cell)] == 0) continue;
-      const map::PathField onward(map_, passable_, via);
+      if (!(field.length_m(cell) < least_m)) continue;
+      const map::PathField onward(map_, cells_of(travellers_[i]), via);
       std::vector<Vec2> path = field.path_to(cell);
       const auto rest = shortened(onward.path_to(map_.cell_at(frontiers_[k].centre_map_m)),
                                   settings_.frontier_back_m);
@@ -172,7 +185,8 @@ class Planner {
   std::optional<std::size_t> anchor_;
   std::span<const FrontierSpot> frontiers_;
   const map::CellMap& map_;
-  const std::vector<std::uint8_t>& passable_;
+  std::vector<std::uint8_t> passable_;  ///< but where somebody stands
+  std::vector<std::uint8_t> wide_;      ///< likewise, with around_m
   const BlindAxisAt& blind_axis_;
   const AnchorSettings& links_;
   const GoalSettings& settings_;
@@ -188,6 +202,10 @@ double length_of(std::span<const Vec2> path_map_m) {
   return sum;
 }
 
+bool is_passage(double first_m, double least_m, double last_m, double near_m) {
+  return least_m <= near_m && std::min(first_m, last_m) >= least_m + kPassed_m;
+}
+
 bool leads_past(std::span<const Vec2> path_map_m, const Vec2& place_map_m, double near_m) {
   if (path_map_m.size() < 2) return false;
   double nearest = kFar;
@@ -196,7 +214,7 @@ bool leads_past(std::span<const Vec2> path_map_m, const Vec2& place_map_m, doubl
   }
   const double begin_m = (path_map_m.front() - place_map_m).norm();
   const double end_m = (path_map_m.back() - place_map_m).norm();
-  return nearest <= near_m && std::min(begin_m, end_m) >= nearest + kPassed_m;
+  return is_passage(begin_m, nearest, end_m, near_m);
 }
 
 GoalPlan plan_goals(std::span<const Traveller> travellers, std::optional<std::size_t> anchor,

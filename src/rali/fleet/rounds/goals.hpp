@@ -15,6 +15,8 @@ struct Traveller {
   bool stands = false;      ///< anchor, or finished: gets no goal, and ways are linked to it
   bool passed = false;      ///< has driven past the anchor in this round already
   bool no_further = false;  ///< warned (FinishView::warn): no goal farther from the anchor
+  bool wide = false;        ///< could not get past somebody: keeps around_m from all who stand
+  std::vector<std::size_t> missed = {};  ///< indices of frontiers that it did not get to
 };
 
 /// Where a vehicle goes in this round.
@@ -35,11 +37,12 @@ struct GoalPlan {
 
 /// Who goes where (algorithms_fleet 10.4): vehicles that do not stand are assigned to frontiers so
 /// that the sum of ways minus size_weight * size is least, at most one per frontier; whoever is
-/// left stands. Each place of a way has a chance of at least link_min of a range to somebody who
-/// stands, or the LiDAR sees all there (`blind_axis` says none); else the way is cut before it,
-/// and ways that need no cut come first. `anchor`: index in `travellers`; with pass_anchor, ways
-/// lead past it where that costs at most pass_detour_m and the vehicle has not passed yet (10.3:
-/// passing makes the pair's bias observable).
+/// left stands. Ways lead around those who stand: in a narrow corridor there is none past them.
+/// Each place of a way has a chance of at least link_min of a range to somebody who stands, or the
+/// LiDAR sees all there (`blind_axis` says none); else the way is cut before it, and ways that need
+/// no cut come first. `anchor`: index in `travellers`; with pass_anchor, ways lead past it where
+/// that costs at most pass_detour_m and the vehicle has not passed yet (10.3: passing makes the
+/// pair's bias observable).
 [[nodiscard]] GoalPlan plan_goals(std::span<const Traveller> travellers,
                                   std::optional<std::size_t> anchor,
                                   std::span<const FrontierSpot> frontiers, const map::CellMap& map,
@@ -47,8 +50,11 @@ struct GoalPlan {
                                   const BlindAxisAt& blind_axis, const AnchorSettings& links,
                                   const GoalSettings& settings);
 
-/// Whether a way comes within near_m of a place and leaves it again: both ends are farther away
-/// than the nearest point by at least 1 m.
+/// Whether somebody who was so far from a place at first, at the nearest, and at last has passed
+/// it: within near_m, and both ends farther away than the nearest point by at least 1 m.
+[[nodiscard]] bool is_passage(double first_m, double least_m, double last_m, double near_m);
+
+/// Whether a way passes a place.
 [[nodiscard]] bool leads_past(std::span<const geometry::Vec2> path_map_m,
                               const geometry::Vec2& place_map_m, double near_m);
 

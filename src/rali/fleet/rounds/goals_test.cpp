@@ -1,5 +1,7 @@
 #include "rali/fleet/rounds/goals.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "rali/fleet/rounds/plan_for_test.hpp"
@@ -120,6 +122,37 @@ TEST(Goals, of_a_warned_vehicle_lead_no_further_from_the_anchor) {
       plan({{id(1), {0.0, 0.0}, true, false, false}, {id(2), {20.0, 0.5}, false, true, true}}, 0,
            {kEnd});
   EXPECT_TRUE(out.goals[1].path_map_m.empty());
+}
+
+TEST(Goals, lead_around_whoever_stands_and_are_none_where_that_leaves_no_room) {
+  // The corridor is 3 m wide, of which 2.4 m are left for the middle of a vehicle.
+  std::vector<Traveller> column = {{id(1), {10.0, 0.0}, true}, {id(2), {2.0, 0.0}}};
+  const auto past = plan(column, 0, {kEnd});
+  ASSERT_TRUE(past.goals[1].frontier.has_value());
+  double nearest_m = 99.0;
+  for (const PredictedPlace& q : predict_places(past.goals[1].path_map_m, {}, 0.05)) {
+    nearest_m = std::min(nearest_m, (q.place_map_m - Vec2(10.0, 0.0)).norm());
+  }
+  EXPECT_GT(nearest_m, 0.65) << "0.8 m less the side of a cell";
+  GoalSettings tight;
+  tight.beside_m = 1.4;
+  EXPECT_FALSE(plan(column, 0, {kEnd}, tight).goals[1].frontier.has_value());
+  column[1].wide = true;
+  EXPECT_FALSE(plan(column, 0, {kEnd}).goals[1].frontier.has_value())
+      << "who could not get past does not try again";
+  column[0].stands = false;
+  EXPECT_TRUE(plan(column, std::nullopt, {kEnd}).goals[0].frontier.has_value())
+      << "who drives off is in nobody's way";
+}
+
+TEST(Goals, are_never_a_frontier_that_the_vehicle_has_missed) {
+  std::vector<Traveller> two = {{id(1), {2.0, 0.5}}, {id(2), {22.0, 0.5}}};
+  two[1].missed = {1};  // the room, to which it is nearer
+  const auto out = plan(two, std::nullopt, {kEnd, kRoom});
+  EXPECT_EQ(out.goals[0].frontier, 1U);
+  EXPECT_EQ(out.goals[1].frontier, 0U);
+  two[1].missed = {0, 1};
+  EXPECT_FALSE(plan(two, std::nullopt, {kEnd, kRoom}).goals[1].frontier.has_value());
 }
 
 TEST(LeadsPast, needs_a_nearest_point_between_the_ends) {

@@ -82,6 +82,8 @@ struct GoalSettings {
   double pass_side_m = 1.2;      ///< beside the anchor, where a pass is planned
   double passed_m = 4.0;         ///< passed if nearer than this
   double pass_detour_m = 15.0;   ///< a way past it may be this much longer
+  double beside_m = 0.8;         ///< ways keep this far from whoever stands, ...
+  double around_m = 2.0;         ///< ... and this far if a vehicle could not get past
   double frontier_back_m = 0.5;  ///< stop this much before the frontier
 
   template <class V>
@@ -92,6 +94,8 @@ struct GoalSettings {
     v("pass_side_m", pass_side_m, 0.3, 20.0, "distance at which it is passed [m]");
     v("passed_m", passed_m, 0.3, 50.0, "nearer than this is passed [m]");
     v("pass_detour_m", pass_detour_m, 0.0, 500.0, "a way past it is this much longer at most [m]");
+    v("beside_m", beside_m, 0.0, 5.0, "ways keep this far from vehicles that stand [m]");
+    v("around_m", around_m, 0.0, 20.0, "likewise, of a vehicle that could not get past [m]");
     v("frontier_back_m", frontier_back_m, 0.0, 20.0, "stop this much before a frontier [m]");
   }
 };

@@ -161,6 +161,21 @@ TEST(ClosedLoop, a_vehicle_that_stands_in_the_way_is_passed) {
   EXPECT_LT(script.ends[0].head<2>().norm(), 0.3);
 }
 
+TEST(ClosedLoop, a_goal_behind_a_vehicle_that_fills_the_passage_is_given_up_within_half_a_minute) {
+  World world = room(2);
+  // A passage of 1.4 m from wall to wall, in which the other one stands.
+  world.mesh.add_box({5.0, 3.85, 0.0}, {8.0, 6.3, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({5.0, -3.85, 0.0}, {8.0, 6.3, 3.0}, 0.0, 0.6);
+  world.starts = {{{-2.0, 0.0, 0.0}, 0.0}, {{5.0, 0.0, 0.0}, 0.0}};
+  const auto sim = driven(world, false);
+  Script script(*sim, {{{0, {12.0, 0.0, 0.0}}}});
+  const auto mission = run_closed_loop(*sim, script);
+  ASSERT_TRUE(mission.has_value());
+  ASSERT_EQ(script.states.size(), 1U);
+  EXPECT_EQ(script.states[0], DriveStatus::kUnreachable);
+  EXPECT_LT(mission->duration_s, 45.0) << "10 s of them to drive there";
+}
+
 TEST(ClosedLoop, a_goal_without_a_way_is_reported_as_unreachable) {
   World world = room(2);
   world.mesh.add_box({5.0, 0.0, 0.0}, {0.2, 14.0, 3.0}, 0.0, 0.6);  // no door

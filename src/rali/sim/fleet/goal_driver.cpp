@@ -9,7 +9,7 @@ using geometry::Vec3;
 void GoalDriver::go(std::vector<Vec3> places_world_m) {
   places_ = std::move(places_world_m);
   on_way_ = around_ = false;
-  tries_ = 0;
+  tries_ = shut_ = 0;
   wait_until_s_ = 0.0;
   ++report_.goals;
   report_.status = DriveStatus::kDriving;
@@ -23,8 +23,24 @@ void GoalDriver::stop() {
   report_.status = DriveStatus::kStanding;
 }
 
+namespace {
+
+constexpr double kFar_m = 15.0;  // those will have moved on
+constexpr int kShut = 2;         // the first time it may have come just too early
+
+}  // namespace
+
+/// Nobody who is near will move on by itself.
+bool GoalDriver::others_stand() const {
+  for (int v = 0; v < fleet_->vehicles(); ++v) {
+    const Rover& other = fleet_->rover(v);
+    if (v == vehicle_ || (other.ground() - rover().ground()).norm() >= kFar_m) continue;
+    if (!other.standing() || !other.idle()) return false;
+  }
+  return true;
+}
+
 std::vector<Vec3> GoalDriver::others_in_the_way() const {
-  constexpr double kFar_m = 15.0;  // those will have moved on
   std::vector<Vec3> out;
   for (int v = 0; v < fleet_->vehicles(); ++v) {
     const Vec3& p = fleet_->rover(v).ground();
@@ -36,7 +52,7 @@ std::vector<Vec3> GoalDriver::others_in_the_way() const {
 void GoalDriver::set_out() {
   std::vector<Vec3> others;
   if (around_) others = others_in_the_way();
-  if (tries_ > options_->blocked_tries) {
+  if (tries_ > options_->blocked_tries || shut_ >= kShut) {
     places_.clear();
     report_.status = DriveStatus::kUnreachable;
     return;
@@ -50,6 +66,7 @@ void GoalDriver::set_out() {
   // A way that another vehicle blocks may become free; a wall stays.
   if (around_) {
     around_ = false;
+    if (others_stand()) ++shut_;
     wait_until_s_ = fleet_->time_s() + options_->blocked_s;
     return;
   }

@@ -28,6 +28,7 @@ class GoalDriver {
 
   void set_out();
   [[nodiscard]] std::vector<geometry::Vec3> others_in_the_way() const;
+  [[nodiscard]] bool others_stand() const;
 
   int vehicle_;
   FleetMotion* fleet_;
@@ -37,6 +38,7 @@ class GoalDriver {
   bool on_way_ = false;                 ///< follows a way to places_
   bool around_ = false;                 ///< the next way avoids the other vehicles
   int tries_ = 0;
+  int shut_ = 0;               ///< times that vehicles without a goal left no way
   double wait_until_s_ = 0.0;  ///< no new way before
   DriveReport report_;
 };

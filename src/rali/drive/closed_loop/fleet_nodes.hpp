@@ -1,0 +1,99 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/drive/link/loopback.hpp"
+#include "rali/fleet/node/node.hpp"
+#include "rali/sim/fleet/closed_loop.hpp"
+
+namespace rali::drive {
+
+/// How a mission ended, as the fleet's software sees it.
+struct MissionLog {
+  std::vector<fleet::RoundRow> rounds;        ///< each as its anchor had it
+  std::vector<fleet::FrontierRow> frontiers;  ///< `round` is that of `rounds`
+  bool explored = false;                      ///< no open frontier was left
+  bool ended = false;                         ///< by the fleet itself
+  std::uint64_t unreadable = 0;               ///< messages
+};
+
+struct FleetNodesSetup {
+  std::vector<std::string> names;  ///< by number
+  fleet::NodeSettings node;
+  fleet::FleetKnowledge known;
+  LinkSettings link;  ///< between any two; lossless unless told otherwise
+  std::uint64_t seed = 1;
+};
+
+/// The parts that vehicles of one process play in their fleet, a radio of bytes between them, and
+/// the drivers' commands that come of it.
+class FleetNodes {
+ public:
+  FleetNodes(const FleetNodesSetup& setup, Time begin);
+
+  /// It is this late now: what is said is sent at this time.
+  void advance(Time now) { now_ = std::max(now_, now); }
+
+  /// What a vehicle has measured or made. Nothing reaches one that is dead.
+  void tell(std::size_t index, const fleet::NodeEvent& event, Time t, Executor& executor);
+
+  /// Brings the mail, tells all how their drives go and what time it is, and returns what changed
+  /// in where they are to go.
+  [[nodiscard]] std::vector<sim::DriveCommand> decide(Time now,
+                                                      std::span<const sim::DriveReport> vehicles,
+                                                      Executor& executor);
+
+  /// Its process is gone for good: it does, hears and says nothing more, and its drive stops.
+  void kill(std::size_t index);
+
+  [[nodiscard]] bool alive(std::size_t index) const { return members_[index].alive; }
+
+  /// All who are alive say that the mission is over.
+  [[nodiscard]] bool finished() const;
+
+  [[nodiscard]] MissionLog log() const;
+
+  /// Findings of the nodes so far, each with its vehicle's name.
+  [[nodiscard]] FindingList take_findings() { return std::exchange(findings_, {}); }
+
+  [[nodiscard]] const fleet::Node& node(std::size_t index) const { return *members_[index].node; }
+
+  [[nodiscard]] const std::string& name(std::size_t index) const { return members_[index].name; }
+
+  [[nodiscard]] std::size_t size() const { return members_.size(); }
+
+  [[nodiscard]] Loopback& radio() { return link_; }
+
+  [[nodiscard]] const Loopback& radio() const { return link_; }
+
+ private:
+  struct Member {
+    std::string name;
+    std::unique_ptr<fleet::Node> node;
+    bool alive = true;
+    bool stopped = false;      ///< dead, and its driver was told
+    std::uint64_t obeyed = 0;  ///< number of the last order that became a command
+    std::uint64_t goals = 0;   ///< of the driver, when that command was given
+  };
+
+  void collect_mail(Executor& executor);
+  void tell_drive(std::size_t index, const sim::DriveReport& report, Executor& executor);
+  [[nodiscard]] std::optional<sim::DriveCommand> command(std::size_t index);
+
+  Loopback link_;
+  std::vector<Member> members_;
+  fleet::NodeOutputs outputs_;
+  FindingList findings_;
+  Time now_;  ///< of the last decision: the radio's clock
+  std::uint64_t unreadable_ = 0;
+};
+
+}  // namespace rali::drive

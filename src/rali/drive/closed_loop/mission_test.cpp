@@ -1,0 +1,237 @@
+// Missions from unknown to mapped. Vehicles know exactly where they are and see exact rays, so only
+// what the fleet decides, and how simulated vehicles obey, is under test.
+#include <algorithm>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "rali/drive/closed_loop/exact_fleet_for_test.hpp"
+
+namespace rali::drive {
+namespace {
+
+using geometry::Vec2;
+using geometry::Vec3;
+using Simulation = std::unique_ptr<sim::FleetSimulation>;
+
+Simulation driven(sim::World world, int vehicles) {
+  sim::FleetOptions options;
+  options.vehicles = vehicles;
+  options.scripted = false;
+  options.vehicle.with_lidar = false;
+  options.vehicle.with_imu = false;
+  auto sim = sim::make_fleet_simulation(std::move(world), options);
+  EXPECT_TRUE(sim.has_value());
+  return std::move(*sim);
+}
+
+/// Three rooms in a row, each of which hides the next: walls with doors on changing sides.
+Simulation three_rooms() {
+  sim::World world;
+  world.mesh.add_box({9.0, 0.0, 0.0}, {26.0, 12.0, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({6.0, -1.5, 0.0}, {0.2, 9.0, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({14.0, 1.5, 0.0}, {0.2, 9.0, 3.0}, 0.0, 0.6);
+  world.route = {{0.0, 0.0, 0.0}, {20.0, 0.0, 0.0}};
+  world.starts = {{{0.0, 0.0, 0.0}, 0.0}, {{-2.0, 2.0, 0.0}, 0.0}, {{-2.0, -2.0, 0.0}, 0.0}};
+  return driven(std::move(world), 3);
+}
+
+/// A corridor of 1.4 m around a corner. The first vehicle stands ahead of the second, which cannot
+/// get past it.
+Simulation narrow_corridor() {
+  sim::World world;
+  world.mesh.add_box({3.0, 5.65, 0.0}, {14.0, 12.7, 2.5}, 0.0, 0.6);
+  world.mesh.add_box({2.3, 6.35, 0.0}, {12.6, 11.3, 2.5}, 0.0, 0.6);
+  world.route = {{0.0, 0.0, 0.0}, {9.3, 0.0, 0.0}, {9.3, 11.0, 0.0}};
+  world.starts = {{{3.0, 0.0, 0.0}, 0.0}, {{0.0, 0.0, 0.0}, 0.0}};
+  return driven(std::move(world), 2);
+}
+
+fleet::NodeSettings without_loops() {
+  fleet::NodeSettings settings;
+  settings.fleet.loops.use = false;
+  return settings;
+}
+
+sim::ClosedLoopOptions limited(double time_limit_s) {
+  sim::ClosedLoopOptions options;
+  options.time_limit_s = time_limit_s;
+  return options;
+}
+
+/// Least distance between two vehicles so far.
+struct Distances {
+  explicit Distances(const sim::FleetSimulation& simulation) : sim(simulation) {}
+
+  void look(Time now) {
+    for (int a = 0; a < sim.vehicles(); ++a) {
+      for (int b = 0; b < a; ++b) {
+        const Vec3 between =
+            sim.truth(a, now).state.T_world_body.p - sim.truth(b, now).state.T_world_body.p;
+        least_m = std::min(least_m, between.norm());
+      }
+    }
+  }
+
+  const sim::FleetSimulation& sim;
+  double least_m = std::numeric_limits<double>::infinity();
+};
+
+/// True if some vehicle that is alive has this place on the ground as free in its map. Maps begin
+/// where v1 started.
+bool is_mapped(const sim::FleetSimulation& sim, FleetNodes& nodes, const Vec3& place_world_m) {
+  const Vec3 p = sim.truth(0, sim.t_begin()).state.T_world_body.inverse() * place_world_m;
+  for (std::size_t v = 0; v < nodes.size(); ++v) {
+    const fleet::Survey* survey = nodes.alive(v) ? nodes.node(v).survey() : nullptr;
+    if (survey == nullptr) continue;
+    const auto picture = survey->grid().picture();
+    if (!picture) continue;
+    if (picture->at(picture->cell_at(p.head<2>())) == map::CellState::kFree) return true;
+  }
+  return false;
+}
+
+/// The first anchor, if there is one.
+std::optional<std::size_t> anchor_of(const FleetNodes& nodes) {
+  for (std::size_t v = 0; v < nodes.size(); ++v) {
+    if (nodes.alive(v) && nodes.node(v).mode() == fleet::Mode::kAnchor) return v;
+  }
+  return std::nullopt;
+}
+
+TEST(Mission, of_three_vehicles_ends_by_itself_when_the_last_room_is_mapped) {
+  const Simulation sim = three_rooms();
+  ExactFleet fleet(*sim, without_loops());
+  Distances distances(*sim);
+  fleet.on_time = [&](Time now) { distances.look(now); };
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(600.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  EXPECT_TRUE(mission->finished);
+  const MissionLog log = fleet.nodes().log();
+  EXPECT_TRUE(log.explored);
+  EXPECT_EQ(log.unreadable, 0U);
+  ASSERT_FALSE(log.rounds.empty());
+  EXPECT_EQ(log.rounds.back().ended_by, fleet::RoundEnd::kExplored);
+  for (const Vec3& place : {Vec3(3.0, 4.0, 0.0), Vec3(10.0, -4.0, 0.0), Vec3(20.0, 4.0, 0.0)}) {
+    EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), place)) << place.transpose();
+  }
+  EXPECT_EQ(fleet.most_anchors, 1U);
+  EXPECT_GT(distances.least_m, 0.7) << "vehicles are 0.6 m wide";
+}
+
+TEST(Mission, of_a_tag_that_cannot_pass_its_anchor_goes_on_with_the_roles_changed) {
+  const Simulation sim = narrow_corridor();
+  ExactFleet fleet(*sim, without_loops());
+  bool said = false;
+  fleet.on_time = [&](Time) {
+    const auto& rounds = fleet.nodes().node(0).rounds();
+    said = said || rounds.finished(VehicleId{1}) == fleet::FinishReason::kUnreachable;
+  };
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(600.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  EXPECT_TRUE(mission->finished);
+  EXPECT_TRUE(said) << "v2 has told why its part is over";
+  const MissionLog log = fleet.nodes().log();
+  ASSERT_GE(log.rounds.size(), 2U);
+  EXPECT_EQ(log.rounds[0].anchor, VehicleId{0});
+  EXPECT_EQ(log.rounds[0].ended_by, fleet::RoundEnd::kFinished);
+  EXPECT_LT(seconds_between(log.rounds[0].start, *log.rounds[0].end), 60.0);
+  EXPECT_EQ(log.rounds[1].anchor, VehicleId{1});
+  EXPECT_TRUE(log.explored);
+  EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(9.3, 11.0, 0.0)));
+}
+
+TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_anybody_held) {
+  const Simulation sim = three_rooms();
+  ExactFleet fleet(*sim, without_loops());
+  std::optional<std::size_t> dead;
+  std::vector<fleet::FactPtr> held;
+  fleet.on_time = [&](Time now) {
+    if (dead || seconds_between(sim->t_begin(), now) < 12.0) return;
+    dead = anchor_of(fleet.nodes());
+    ASSERT_TRUE(dead);
+    fleet.nodes().kill(*dead);
+    for (std::size_t v = 0; v < 3; ++v) {
+      if (v == *dead) continue;
+      const fleet::FactStore& store = fleet.nodes().node(v).store();
+      for (const fleet::StreamInventory& stream : store.inventory(0, 0).streams) {
+        store.for_each(stream.stream, 0, stream.end, [&](const fleet::FactPtr& fact) {
+          held.push_back(fact);
+          return true;
+        });
+      }
+    }
+  };
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  ASSERT_TRUE(dead);
+  EXPECT_TRUE(mission->finished);
+  const MissionLog log = fleet.nodes().log();
+  EXPECT_TRUE(log.explored);
+  ASSERT_GE(log.rounds.size(), 2U);
+  EXPECT_EQ(log.rounds[0].ended_by, fleet::RoundEnd::kAnchorLost);
+  for (std::size_t k = 1; k < log.rounds.size(); ++k) {
+    EXPECT_NE(log.rounds[k].anchor.value, *dead);
+  }
+  EXPECT_EQ(fleet.most_anchors, 1U);
+  EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(20.0, 4.0, 0.0)));
+  ASSERT_FALSE(held.empty());
+  // Points go to the anchor alone: it must have them all, whoever had told them to the dead one.
+  const fleet::FactStore& last = fleet.nodes().node(log.rounds.back().anchor.value).store();
+  for (const fleet::FactPtr& fact : held) {
+    EXPECT_NE(last.find(fact->key), nullptr) << fact->key.vehicle.value << '/' << fact->key.seq;
+  }
+}
+
+TEST(Mission, an_anchor_that_falls_silent_for_a_minute_joins_again) {
+  const Simulation sim = three_rooms();
+  ExactFleet fleet(*sim, without_loops());
+  const Time begin = sim->t_begin();
+  fleet.nodes().radio().cut_off(VehicleId{0}, begin + Duration::from_s(12.0),
+                                begin + Duration::from_s(72.0));
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  EXPECT_TRUE(mission->finished);
+  EXPECT_EQ(fleet.most_anchors, 1U) << "its lease was over before another one's began";
+  const MissionLog log = fleet.nodes().log();
+  EXPECT_TRUE(log.explored);
+  ASSERT_GE(log.rounds.size(), 2U);
+  EXPECT_NE(log.rounds[1].anchor, VehicleId{0});
+  for (std::size_t v = 0; v < 3; ++v) {
+    EXPECT_EQ(fleet.nodes().node(v).term(), fleet.nodes().node(0).term()) << v;
+    EXPECT_TRUE(fleet.nodes().node(v).done()) << v;
+  }
+}
+
+TEST(Mission, same_world_gives_the_same_rounds_and_the_same_ways) {
+  const auto run = [] {
+    const Simulation sim = three_rooms();
+    ExactFleet fleet(*sim, without_loops());
+    EXPECT_TRUE(sim::run_closed_loop(*sim, fleet, limited(30.0)).has_value());
+    std::vector<double> ways;
+    for (int v = 0; v < 3; ++v) {
+      const Vec3 p = sim->truth(v, sim->t_end()).state.T_world_body.p;
+      ways.insert(ways.end(), {p.x(), p.y(), sim->way_m(v)});
+    }
+    return std::pair(fleet.nodes().log().rounds, ways);
+  };
+  const auto first = run();
+  EXPECT_EQ(first, run());
+  EXPECT_GT(first.second[5] + first.second[8], 5.0) << "they have driven";
+}
+
+TEST(Mission, without_time_left_says_that_the_fleet_did_not_end_it) {
+  const Simulation sim = three_rooms();
+  ExactFleet fleet(*sim, without_loops());
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(8.0));
+  ASSERT_TRUE(mission.has_value());
+  EXPECT_FALSE(mission->finished);
+  const MissionLog log = fleet.nodes().log();
+  EXPECT_FALSE(log.ended);
+  EXPECT_FALSE(log.explored);
+  ASSERT_EQ(log.rounds.size(), 1U);
+  EXPECT_EQ(log.rounds[0].ended_by, fleet::RoundEnd::kEndOfData);
+}
+
+}  // namespace
+}  // namespace rali::drive
