@@ -100,12 +100,15 @@ class FleetChecker {
     return {};
   }
 
-  /// Parts of one recording, or two sensors in it, are two vehicles; the same sweeps are not.
+  /// Parts of one recording, or two sensors in it, are two vehicles; the same sweeps are not. Parts
+  /// may overlap as if they were of other days: they are joined by what both have seen.
   [[nodiscard]] Status check_recordings() const {
     for (std::size_t j = 0; j < config_.vehicles.size(); ++j) {
       for (std::size_t i = 0; i < j; ++i) {
         const VehicleConfig &a = config_.vehicles[i], &b = config_.vehicles[j];
-        const bool apart = a.lidar.topic != b.lidar.topic || ends_before(a, b) || ends_before(b, a);
+        const bool days = config_.clock == Clock::kSeparate && a.start_s != b.start_s;
+        const bool apart =
+            days || a.lidar.topic != b.lidar.topic || ends_before(a, b) || ends_before(b, a);
         const std::string twice = apart ? "" : shared_recording(a, b);
         if (twice.empty()) continue;
         return fail(

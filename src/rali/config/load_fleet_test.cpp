@@ -235,6 +235,9 @@ TEST(LoadFleet, two_vehicles_do_not_share_their_sweeps) {
   EXPECT_NE(error_of("vehicles: {v1: {recording: a, duration_s: 60}, "
                      "v2: {recording: a, start_s: 59}}"),
             "");
+  EXPECT_EQ(error_of("clock: separate\nvehicles: {v1: {recording: a, duration_s: 60}, "
+                     "v2: {recording: a, start_s: 40}}"),
+            "");
 }
 
 TEST(LoadFleet, one_recording_under_two_paths_is_still_one) {
