@@ -11,9 +11,13 @@ if(RALI_WERROR)
 endif()
 
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # rooms with hot loops add -O3 (rali_room HOT)
-# False alarms of g++ 12 in inlined library code of optimised builds.
+# False alarms of g++ 12 in inlined library code of optimised or instrumented builds.
+set(rali_false_alarms "$<CONFIG:Release>")
+if(RALI_SANITIZE)
+  set(rali_false_alarms 1)
+endif()
 target_compile_options(rali_flags INTERFACE
-  "$<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-maybe-uninitialized;-Wno-restrict>")
+  "$<$<AND:$<CXX_COMPILER_ID:GNU>,${rali_false_alarms}>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-maybe-uninitialized;-Wno-restrict>")
 set(CMAKE_CXX_FLAGS_DEV "-O1 -g1")
 if(CMAKE_BUILD_TYPE STREQUAL "Dev")
   target_compile_definitions(rali_flags INTERFACE _GLIBCXX_ASSERTIONS RALI_DEBUG_CHECKS=1)
