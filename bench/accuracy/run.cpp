@@ -11,8 +11,7 @@
 #include <fmt/format.h>
 
 #include "common/cpu_time.hpp"
-#include "rali/config/apply.hpp"
-#include "rali/config/room_settings.hpp"
+#include "common/vehicle_settings.hpp"
 #include "rali/eval/alignment.hpp"
 #include "rali/eval/consistency.hpp"
 #include "rali/eval/errors.hpp"
@@ -48,23 +47,12 @@ void reset_peak_memory() {
 
 Result<vehicle::VehicleSettings> settings_of(const RunOptions& options, const RecordingHead& head,
                                              bool has_imu) {
-  config::RoomSettings rooms;
-  config::FieldList fields;
-  config::collect_fields("", rooms, fields);
   std::vector<std::string> assignments = options.settings;
   assignments.insert(assignments.begin(), "odometry.preset=" + options.preset);
-  config::Origins origins;
-  for (const std::string& text : assignments) {
-    const auto node = config::parse_assignment(text);
-    if (!node) return tl::make_unexpected(node.error());
-    if (auto ok = config::apply_map(*node, "", "--set", fields, origins); !ok) {
-      return tl::make_unexpected(ok.error());
-    }
-  }
-  vehicle::VehicleSettings settings = rooms.vehicle;
-  settings.odometry = rooms.odometry;
-  settings.calibration = head.calibration;
-  settings.has_imu = has_imu;
+  auto settings = bench::vehicle_settings(assignments);
+  if (!settings) return settings;
+  settings->calibration = head.calibration;
+  settings->has_imu = has_imu;
   return settings;
 }
 

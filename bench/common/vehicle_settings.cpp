@@ -4,8 +4,9 @@
 #include "rali/config/room_settings.hpp"
 
 namespace rali::bench {
+namespace {
 
-Result<vehicle::VehicleSettings> vehicle_settings(const std::vector<std::string>& assignments) {
+Result<config::RoomSettings> room_settings(const std::vector<std::string>& assignments) {
   config::RoomSettings rooms;
   config::FieldList fields;
   config::collect_fields("", rooms, fields);
@@ -17,9 +18,25 @@ Result<vehicle::VehicleSettings> vehicle_settings(const std::vector<std::string>
       return tl::make_unexpected(ok.error());
     }
   }
-  vehicle::VehicleSettings settings = rooms.vehicle;
-  settings.odometry = rooms.odometry;
-  settings.ranging = rooms.ranging;
+  return rooms;
+}
+
+}  // namespace
+
+Result<vehicle::VehicleSettings> vehicle_settings(const std::vector<std::string>& assignments) {
+  const auto rooms = room_settings(assignments);
+  if (!rooms) return tl::make_unexpected(rooms.error());
+  vehicle::VehicleSettings settings = rooms->vehicle;
+  settings.odometry = rooms->odometry;
+  settings.ranging = rooms->ranging;
+  return settings;
+}
+
+Result<fleet::FleetSettings> fleet_settings(const std::vector<std::string>& assignments) {
+  const auto rooms = room_settings(assignments);
+  if (!rooms) return tl::make_unexpected(rooms.error());
+  fleet::FleetSettings settings = rooms->fleet;
+  settings.ranging = rooms->ranging;
   return settings;
 }
 

@@ -4,9 +4,8 @@
 #include <numbers>
 
 #include "common/cpu_time.hpp"
+#include "common/vehicle_settings.hpp"
 #include "rali/base/rng.hpp"
-#include "rali/config/apply.hpp"
-#include "rali/config/room_settings.hpp"
 #include "rali/drive/fleet_rounds.hpp"
 #include "rali/drive/output/joint_path.hpp"
 #include "rali/vehicle/settings.hpp"
@@ -28,22 +27,6 @@ SE3 levelled(const SE3& T_world_body) {
       geometry::rotation_from_rpy(0.0, 0.0, std::atan2(T_world_body.R(1, 0), T_world_body.R(0, 0)));
   T.p = T_world_body.p;
   return T;
-}
-
-Result<fleet::FleetSettings> settings_of(const std::vector<std::string>& assignments) {
-  config::RoomSettings rooms;
-  config::FieldList fields;
-  config::collect_fields("", rooms, fields);
-  config::Origins origins;
-  for (const std::string& text : assignments) {
-    const auto node = config::parse_assignment(text);
-    if (!node) return tl::make_unexpected(node.error());
-    if (auto ok = config::apply_map(*node, "", "--set", fields, origins); !ok) {
-      return tl::make_unexpected(ok.error());
-    }
-  }
-  rooms.fleet.ranging = rooms.ranging;
-  return rooms.fleet;
 }
 
 Path path_of(const Driven& driven, const fleet::FleetEstimate& estimate, VehicleId vehicle) {
@@ -80,7 +63,7 @@ std::vector<fleet::GivenStart> starts_by_hand(const Mission& mission, std::uint6
 }
 
 Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOptions& options) {
-  const auto settings = settings_of(options.settings);
+  const auto settings = bench::fleet_settings(options.settings);
   if (!settings) return tl::make_unexpected(settings.error());
   fleet::FleetKnowledge knowledge;
   if (options.starts) knowledge.starts = starts_by_hand(mission, seed);

@@ -59,7 +59,7 @@ Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
                                         const std::vector<std::string>& assignments) {
   drive::ClosedLoopSetup setup;
   config::Overrides overrides;
-  if (Status s = assign(assignments, setup.link, overrides); !s) {
+  if (Status s = assign(assignments, setup.fleet.link, overrides); !s) {
     return tl::make_unexpected(s.error());
   }
   std::string yaml = scenario::fleet_yaml(sim, names, options);
@@ -68,11 +68,14 @@ Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
   if (!config) return tl::make_unexpected(config.error());
   const auto job = make_map_job(*config, {});
   if (!job) return tl::make_unexpected(job.error());
-  for (const drive::VehicleJob& vehicle : job->vehicles) setup.vehicles.push_back(vehicle.settings);
-  setup.node = config->settings.mission;
-  setup.node.take(job->fleet);
-  setup.known = job->known;
-  setup.seed = options.seed;
+  for (const drive::VehicleJob& vehicle : job->vehicles) {
+    setup.vehicles.push_back(vehicle.settings);
+    setup.fleet.names.push_back(vehicle.settings.name);
+  }
+  setup.fleet.node = config->settings.mission;
+  setup.fleet.node.take(job->fleet);
+  setup.fleet.known = job->known;
+  setup.fleet.seed = options.seed;
   return setup;
 }
 

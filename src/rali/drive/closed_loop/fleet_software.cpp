@@ -25,21 +25,13 @@ fleet::OwnPose own_pose(const vehicle::PoseEstimate& pose, bool levelled) {
   return own;
 }
 
-FleetNodesSetup nodes_setup(const ClosedLoopSetup& setup) {
-  FleetNodesSetup nodes{{}, setup.node, setup.known, setup.link, setup.seed};
-  for (const vehicle::VehicleSettings& vehicle : setup.vehicles) {
-    nodes.names.push_back(vehicle.name);
-  }
-  return nodes;
-}
-
 }  // namespace
 
 ClosedLoopFleet::ClosedLoopFleet(const ClosedLoopSetup& setup, Time begin, Executor& executor)
     : executor_(executor),
       order_(setup.vehicles.empty() ? ranging::ExchangeSettings{}
                                     : setup.vehicles.front().ranging.exchange),
-      nodes_(nodes_setup(setup), begin) {
+      nodes_(setup.fleet, begin) {
   for (std::size_t i = 0; i < setup.vehicles.size(); ++i) {
     const VehicleId id{static_cast<std::uint16_t>(i)};
     members_.push_back({std::make_unique<vehicle::Vehicle>(id, setup.vehicles[i]), false});

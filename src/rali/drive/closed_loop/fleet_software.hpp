@@ -14,10 +14,7 @@ namespace rali::drive {
 
 struct ClosedLoopSetup {
   std::vector<vehicle::VehicleSettings> vehicles;  ///< by number
-  fleet::NodeSettings node;
-  fleet::FleetKnowledge known;
-  LinkSettings link;  ///< between any two; lossless unless told otherwise
-  std::uint64_t seed = 1;
+  FleetNodesSetup fleet;
 };
 
 /// The fleet's software on simulated vehicles: what `rali map` runs for each vehicle, its part in

@@ -74,18 +74,6 @@ bool JointGraph::fits(const RoundBoundary& boundary, std::span<const VehiclePath
          is_information(boundary.H);
 }
 
-/// A path that the boundary does not know begins at its begin.
-void JointGraph::find_begins() {
-  begin_.assign(paths_.size(), 0);
-  if (before_ == nullptr) return;
-  for (const BoundaryPath& known : before_->paths) {
-    for (std::size_t path = 0; path < paths_.size(); ++path) {
-      if (stream_of(paths_[path]) != known.stream) continue;
-      begin_[path] = paths_[path].index_of(known.node).value_or(0);
-    }
-  }
-}
-
 JointGraph::PathNode JointGraph::path_node(Seq seq) const {
   // Paths of other groups have no nodes: the last one that begins there is it.
   const auto after = std::upper_bound(first_.begin(), first_.end() - 1, std::size_t{seq});

@@ -37,7 +37,7 @@ JointGraph::JointGraph(std::span<const VehiclePath> paths,
       ranging_(ranging),
       before_(before),
       graph_(std::make_unique<graph::GlobalGraph>(settings.graph)) {
-  find_begins();
+  begin_ = begins_of(paths_, before_);
   std::size_t nodes = 0;
   bool fixed = before_ != nullptr;
   for (std::size_t path = 0; path < paths_.size(); ++path) {

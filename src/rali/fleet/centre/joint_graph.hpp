@@ -88,7 +88,6 @@ class JointGraph {
 
   [[nodiscard]] bool has_speed(graph::Seq seq) const;
   [[nodiscard]] PathNode path_node(graph::Seq seq) const;
-  void find_begins();
   [[nodiscard]] bool any_blind() const;
   void count_ranges(std::size_t pair, const graph::GlobalGraph& left, BoundaryBias& count) const;
   [[nodiscard]] const BoundaryBias* known_before(std::size_t pair) const;

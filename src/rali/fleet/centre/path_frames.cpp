@@ -31,6 +31,19 @@ SE3 T_map_odom_alone(const VehiclePath& path) {
 
 StreamKey stream_of(const VehiclePath& path) { return {path.vehicle(), path.epoch()}; }
 
+std::vector<std::size_t> begins_of(std::span<const VehiclePath> paths,
+                                   const RoundBoundary* before) {
+  std::vector<std::size_t> begins(paths.size(), 0);
+  if (before == nullptr) return begins;
+  for (const BoundaryPath& known : before->paths) {
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      if (stream_of(paths[i]) != known.stream) continue;
+      begins[i] = paths[i].index_of(known.node).value_or(0);
+    }
+  }
+  return begins;
+}
+
 void add_ranges(std::span<const VehiclePath> paths, const JointRanges& ranges,
                 FrameSolver& solver) {
   std::vector<SE3> T_level;

@@ -7,6 +7,7 @@
 
 #include "rali/fleet/centre/joint_ranges.hpp"
 #include "rali/fleet/frames/frame_solver.hpp"
+#include "rali/fleet/messages/boundary.hpp"
 #include "rali/fleet/path/vehicle_path.hpp"
 
 namespace rali::fleet {
@@ -19,6 +20,11 @@ namespace rali::fleet {
 
 /// The name that FrameSolver knows it by.
 [[nodiscard]] StreamKey stream_of(const VehiclePath& path);
+
+/// Of each path the index of its first node that earlier rounds leave open: 0 where there was none,
+/// and of a path that the boundary does not know. @param before may be null
+[[nodiscard]] std::vector<std::size_t> begins_of(std::span<const VehiclePath> paths,
+                                                 const RoundBoundary* before);
 
 /// Hands a solver all ranges between paths.
 void add_ranges(std::span<const VehiclePath> paths, const JointRanges& ranges, FrameSolver& solver);

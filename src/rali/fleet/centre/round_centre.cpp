@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 #include "rali/fleet/centre/joint_graph.hpp"
+#include "rali/fleet/centre/path_frames.hpp"
 
 namespace rali::fleet {
 
@@ -111,16 +113,7 @@ void RoundCentre::solve_all(std::optional<Time> until, Executor& executor) {
 }
 
 std::vector<std::size_t> RoundCentre::begins() const {
-  std::vector<std::size_t> begins(paths().size(), 0);
-  if (!boundary_) return begins;
-  for (std::size_t i = 0; i < paths().size(); ++i) {
-    for (const BoundaryPath& known : boundary_->paths) {
-      if (known.stream == stream_of(paths()[i])) {
-        begins[i] = paths()[i].index_of(known.node).value_or(0);
-      }
-    }
-  }
-  return begins;
+  return begins_of(paths(), boundary_ ? &*boundary_ : nullptr);
 }
 
 /// A boundary is linearised, and one that moves far was wrong about something.
@@ -182,7 +175,6 @@ void RoundCentre::finish(std::vector<PathSubmap> pieces) {
 /// A fleet that goes over the same ground again and again keeps one piece of each place.
 void RoundCentre::keep(PathSubmap piece) {
   const BoundarySettings& s = centre_.settings().boundary;
-  constexpr double kRadPerDeg = 0.017453292519943295;
   const auto at = last_.keyframes.find(piece.submap.middle());
   const auto same = [&](const PathSubmap& other) {
     const auto there = last_.keyframes.find(other.submap.middle());
@@ -190,7 +182,7 @@ void RoundCentre::keep(PathSubmap piece) {
     const geometry::Vec6 apart =
         geometry::boxminus(at->second.T_map_body, there->second.T_map_body);
     return apart.tail<3>().norm() < s.same_place_m &&
-           apart.head<3>().norm() < kRadPerDeg * s.same_place_deg;
+           apart.head<3>().norm() < kDegree * s.same_place_deg;
   };
   if (std::none_of(pieces_.begin(), pieces_.end(), same)) pieces_.push_back(std::move(piece));
 }

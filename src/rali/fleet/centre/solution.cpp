@@ -77,12 +77,7 @@ PathFrames at_boundary(std::span<const VehiclePath> paths, const RoundBoundary& 
 std::size_t finished_first(std::vector<PathSubmap>& pieces, std::span<const VehiclePath> paths,
                            const RoundBoundary* before) {
   if (before == nullptr) return 0;
-  std::vector<std::size_t> begins(paths.size(), 0);
-  for (const BoundaryPath& known : before->paths) {
-    for (std::size_t i = 0; i < paths.size(); ++i) {
-      if (stream_of(paths[i]) == known.stream) begins[i] = *paths[i].index_of(known.node);
-    }
-  }
+  const std::vector<std::size_t> begins = begins_of(paths, before);
   const auto live = std::stable_partition(
       pieces.begin(), pieces.end(), [&](const PathSubmap& p) { return p.node < begins[p.path]; });
   return static_cast<std::size_t>(live - pieces.begin());
