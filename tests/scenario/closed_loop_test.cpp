@@ -82,9 +82,9 @@ TEST_F(ClosedLoop, two_vehicles_explore_two_rooms_end_by_themselves_and_make_one
   ASSERT_TRUE(T) << T.error().message();
   double farthest_m = 0.0;
   for (const eval::PosePair& pair : all) farthest_m = std::max(farthest_m, pair.ref.p.x());
-  // v1 never has to drive, and half of the ranges come through the wall: its place is known to
-  // 0.12 m and 2.7 deg.
-  EXPECT_LT(eval::translation_statistics(eval::absolute_errors(all, *T)).rmse, 0.2);
+  // v1 never has to drive, and half of the ranges come through the wall: as if they were straight
+  // they put it 0.5 m off, against what both have seen.
+  EXPECT_LT(eval::translation_statistics(eval::absolute_errors(all, *T)).rmse, 0.03);
   EXPECT_GT(farthest_m, 6.0) << "somebody looked into the second room";
 }
 

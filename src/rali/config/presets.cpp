@@ -33,6 +33,7 @@ fleet:
   joint:
     steps: isotropic
     bias: false
+    sight: false
     iterations: 10
     iterations_easy: 3
     graph: {guard: huber}

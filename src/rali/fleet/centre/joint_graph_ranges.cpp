@@ -50,11 +50,15 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
   }
   graph_->add_tau(0, 0.0, ranging_.bias.tau_sigma_s);
   if (before_ != nullptr) take_boundary();
-  std::map<int, ranging::RangeThinning> thinning;
+  // What a wall adds is common to all ranges through it, nearly all of their error.
+  ranging::SlowErrorSettings through_walls = ranging_.slow;
+  through_walls.slow_sigma_m = ranging_.sight.sigma_factor * ranging_.limits.sigma_m;
+  std::map<std::pair<int, bool>, ranging::RangeThinning> thinning;
   for (const JointRange& r : joint.ranges) {
     const AntennaPair& pair = pairs_[static_cast<std::size_t>(r.pair)];
     if (!in_group(pair)) continue;
-    const auto watch = thinning.emplace(r.pair, ranging::RangeThinning(ranging_.slow)).first;
+    const auto watch =
+        thinning.try_emplace({r.pair, r.blocked}, r.blocked ? through_walls : ranging_.slow).first;
     const double inflation = watch->second.inflation(r.t, r.sigma_m, r.a.at_rest && r.b.at_rest);
     const bool finished =
         r.a.place.node < begin_[pair.a.path] || r.b.place.node < begin_[pair.b.path];

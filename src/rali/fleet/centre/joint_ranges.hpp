@@ -36,6 +36,7 @@ struct JointRange {
   RangeEnd a, b;
   double range_m = 0.0;
   double sigma_m = 0.0;  ///< the larger of what the two ends say
+  bool blocked = false;  ///< the maps have a wall in between
 };
 
 struct JointRanges {

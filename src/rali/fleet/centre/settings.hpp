@@ -57,6 +57,7 @@ struct JointSettings {
   double isotropic_m = 0.05;
   double isotropic_deg = 0.5;
   bool bias = true;
+  bool sight = true;
   int rounds = 3;
   int iterations = 30;
   int iterations_easy = 30;
@@ -79,6 +80,7 @@ struct JointSettings {
     v("isotropic_m", isotropic_m, 1e-4, 10.0, "sigma of a step, where steps are isotropic");
     v("isotropic_deg", isotropic_deg, 1e-3, 90.0, "the same of its turn");
     v("bias", bias, "estimate what each pair of radios measures too much");
+    v("sight", sight, "ranges through walls of the maps of all count less (ranging.sight)");
     v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
     v("iterations", iterations, 1, 1000, "of each solution");
     v("iterations_easy", iterations_easy, 1, 1000, "the same where no step was blind");

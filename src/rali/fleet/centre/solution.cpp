@@ -6,6 +6,7 @@
 
 #include "rali/fleet/centre/frame_search.hpp"
 #include "rali/fleet/centre/group_estimate.hpp"
+#include "rali/fleet/centre/sight_lines.hpp"
 
 namespace rali::fleet {
 
@@ -114,6 +115,9 @@ Solution solve_fleet(SolutionInput in, Executor& executor) {
   // Pieces of earlier rounds are compared with by who knows where they lie.
   out.live_from = finished_first(out.pieces, paths, in.before);
   const std::span<const PathSubmap> pieces(out.pieces);
+  if (in.settings.joint.sight) {
+    doubt_through_walls(pieces, out.frames, in.settings.ranging, ranges);
+  }
   const GroupInput group{paths,       pieces.subspan(out.live_from),
                          out.frames,  ranges,
                          starts,      biases_of(paths, ranges, in.knowledge.biases),
