@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "rali/fleet/facts/told.hpp"
@@ -11,6 +12,8 @@ namespace rali::fleet {
 namespace {
 
 constexpr std::size_t kMissingPerStream = 512;
+/// Of all streams together: a peer may name a thousand that nobody has.
+constexpr std::size_t kMissingMax = 16384;
 constexpr int kVainMax = 2;
 constexpr double kSizeGain = 0.1;
 /// RFC 6298, section 2.
@@ -61,13 +64,17 @@ void WantList::refresh(const FactStore& store, const std::vector<Holder>& holder
     for (const auto& [stream, numbers] : *holder.holdings) streams.insert(stream);
   }
   for (const StreamInventory& own : store.inventory(0, 0).streams) streams.insert(own.stream);
+  // The same for each stream, so that none can keep another from being asked for.
+  const std::size_t share = kMissingMax / std::max<std::size_t>(streams.size(), 1);
+  const std::size_t per_stream = std::clamp<std::size_t>(share, 1, kMissingPerStream);
   std::map<FactKey, Missing> still;
   for (const StreamKey& stream : streams) {
     const SeqSet& held = store.held(stream);
     const auto kept_back = withheld.find(stream);
     std::size_t count = 0;
     std::uint64_t seq = 0;
-    while (count < kMissingPerStream) {
+    while (count < per_stream) {
+      if (seq > std::numeric_limits<std::uint32_t>::max()) break;
       // The smallest number that we lack and somebody has: a holder, or the author, who has all
       // below the last one we have.
       std::optional<std::uint32_t> next;
@@ -81,8 +88,13 @@ void WantList::refresh(const FactStore& store, const std::vector<Holder>& holder
         next = std::min(*gap, next.value_or(*gap));
       }
       if (!next) break;
+      if (kept_back != withheld.end() && kept_back->second.contains(*next)) {
+        // The whole stretch at once: it may be billions long.
+        const auto after = kept_back->second.first_gap(*next);
+        seq = after ? *after : kept_back->second.end();
+        continue;
+      }
       seq = std::uint64_t{*next} + 1;
-      if (kept_back != withheld.end() && kept_back->second.contains(*next)) continue;
       const FactKey key{stream.vehicle, stream.epoch, *next};
       const auto known = missing_.find(key);
       still.emplace(key, known == missing_.end() ? Missing{now, {}, {}, 0} : known->second);

@@ -38,7 +38,8 @@ class WantList {
   explicit WantList(const ExchangeSettings& settings) : settings_(settings) {}
 
   /// Looks for what is missing: below the end of each stream, and what others say they hold.
-  /// `withheld` are points that are not wanted now. Bounded: the first few hundred of each stream.
+  /// `withheld` are points that are not wanted now. Bounded: the first few hundred of each stream,
+  /// fewer if there are many streams.
   void refresh(const FactStore& store, const std::vector<Holder>& holders, const Holdings& withheld,
                Time now);
 
