@@ -5,6 +5,7 @@
 
 #include "rali/fleet/centre/path_frames.hpp"
 #include "rali/fleet/centre/scan_evidence.hpp"
+#include "rali/fleet/centre/sight_lines.hpp"
 
 namespace rali::fleet {
 
@@ -19,35 +20,37 @@ class FrameSearch {
         submaps_(submaps),
         settings_(settings),
         executor_(executor),
-        solver_(settings.init, stream_of(paths.front())) {
+        evidence_(settings.init, stream_of(paths.front())) {
     for (const VehiclePath& path : paths) {
-      solver_.add_vehicle(stream_of(path));
-      solver_.set_keyframes(stream_of(path), static_cast<int>(path.points().size()));
+      evidence_.add_vehicle(stream_of(path));
+      evidence_.set_keyframes(stream_of(path), static_cast<int>(path.points().size()));
     }
   }
 
-  FrameSolver run(const JointRanges& ranges, const std::vector<StartPrior>& starts);
+  FrameSolver run(JointRanges ranges, const std::vector<StartPrior>& starts);
 
  private:
+  void gather(const std::vector<StartPrior>& starts);
   void look(std::vector<LoopCandidate> candidates);
+  [[nodiscard]] FrameSolver solved(const JointRanges& ranges) const;
+  [[nodiscard]] bool doubt(const FleetFrames& frames, JointRanges& ranges) const;
 
   std::span<const VehiclePath> paths_;
   std::span<const PathSubmap> submaps_;
   const FleetSettings& settings_;
   Executor& executor_;
-  FrameSolver solver_;
+  FrameSolver evidence_;  ///< all but the ranges
   int groups_ = 0;
 };
 
 void FrameSearch::look(std::vector<LoopCandidate> candidates) {
   for (const LoopFound& found :
        compare_all(submaps_, std::move(candidates), settings_.places.recognise, executor_)) {
-    add_scan_evidence(paths_, submaps_, found, groups_++, settings_.init, solver_);
+    add_scan_evidence(paths_, submaps_, found, groups_++, settings_.init, evidence_);
   }
 }
 
-FrameSolver FrameSearch::run(const JointRanges& ranges, const std::vector<StartPrior>& starts) {
-  add_ranges(paths_, ranges, solver_);
+void FrameSearch::gather(const std::vector<StartPrior>& starts) {
   for (std::size_t b = 0; b < paths_.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       const auto start = std::find_if(starts.begin(), starts.end(), [&](const StartPrior& s) {
@@ -58,7 +61,7 @@ FrameSolver FrameSearch::run(const JointRanges& ranges, const std::vector<StartP
         continue;
       }
       add_start(paths_[start->relative_to], paths_[start->path], start->T_relative_path,
-                start->sigma_m, start->sigma_rad, settings_.init, solver_);
+                start->sigma_m, start->sigma_rad, settings_.init, evidence_);
       std::vector<LoopCandidate> near = near_candidates(
           submaps_,
           guess_from_start(paths_, submaps_, start->relative_to, start->path,
@@ -68,14 +71,50 @@ FrameSolver FrameSearch::run(const JointRanges& ranges, const std::vector<StartP
       look(std::move(near));
     }
   }
+}
+
+FrameSolver FrameSearch::solved(const JointRanges& ranges) const {
+  FrameSolver solver = evidence_;
+  add_ranges(paths_, ranges, solver);
   // What is recorded is all there: the evaluations in a row that a frame wants differ in nothing.
   Time t;
   for (const VehiclePath& path : paths_) t = std::max(t, path.nodes().back().t);
   for (int i = 0; i < settings_.init.commit.evaluations; ++i) {
-    solver_.evaluate(t);
+    solver.evaluate(t);
     t = t + Duration::from_s(settings_.init.commit.spacing_s);
   }
-  return std::move(solver_);
+  return solver;
+}
+
+/// Ranges through walls contradict everything, with a frame that scans have found several times,
+/// too. If that frame is the right one, its map has the walls.
+/// @return whether there are any
+bool FrameSearch::doubt(const FleetFrames& frames, JointRanges& ranges) const {
+  for (const OpenLink& link : frames.links) {
+    const bool scans_agree = link.views >= settings_.init.commit.views_min;
+    if (link.decision.advice != Advice::kMisfit || !scans_agree) continue;
+    const auto blocked = [](const JointRange& r) { return r.blocked; };
+    const auto before = std::count_if(ranges.ranges.begin(), ranges.ranges.end(), blocked);
+    doubt_through_walls(submaps_, frames_of(paths_, joined(frames, link)), settings_.ranging,
+                        ranges);
+    if (std::count_if(ranges.ranges.begin(), ranges.ranges.end(), blocked) > before) return true;
+  }
+  return false;
+}
+
+FrameSolver FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& starts) {
+  gather(starts);
+  FrameSolver solver = solved(ranges);
+  if (!settings_.joint.sight) return solver;
+  // Each time somebody is joined, or it ends.
+  for (FleetFrames frames = solver.frames(); doubt(frames, ranges);) {
+    FrameSolver again = solved(ranges);
+    const std::size_t groups = frames.groups.size();
+    frames = again.frames();
+    if (frames.groups.size() >= groups) break;
+    solver = std::move(again);
+  }
+  return solver;
 }
 
 }  // namespace

@@ -83,7 +83,7 @@ void add_start(const VehiclePath& relative_to, const VehiclePath& path, const SE
   solver.add_evidence(prior);
 }
 
-PathFrames frames_of(std::span<const VehiclePath> paths, const FrameSolver& solver) {
+PathFrames frames_of(std::span<const VehiclePath> paths, const FleetFrames& frames) {
   PathFrames out;
   out.group.assign(paths.size(), 0);
   out.T_map_odom.assign(paths.size(), SE3{});
@@ -93,7 +93,7 @@ PathFrames frames_of(std::span<const VehiclePath> paths, const FrameSolver& solv
     while (i < paths.size() && stream_of(paths[i]) != key) ++i;
     return i;
   };
-  for (const SolvedGroup& group : solver.frames().groups) {
+  for (const SolvedGroup& group : frames.groups) {
     std::vector<std::size_t> members;
     SE3 T_map_ref;
     for (std::size_t k = 0; k < group.frames.keys.size(); ++k) {

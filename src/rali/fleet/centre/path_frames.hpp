@@ -43,6 +43,6 @@ struct PathFrames {
   std::vector<std::string> decided_by;           ///< per path; empty: the group's first
 };
 
-[[nodiscard]] PathFrames frames_of(std::span<const VehiclePath> paths, const FrameSolver& solver);
+[[nodiscard]] PathFrames frames_of(std::span<const VehiclePath> paths, const FleetFrames& frames);
 
 }  // namespace rali::fleet

@@ -23,15 +23,16 @@ struct Cut {
   std::size_t first = 0, last = 0, middle = 0;
 };
 
-/// One list per map of the path: a new one begins where the vehicle lost the old.
-std::vector<std::vector<Stop>> stops_of(const VehiclePath& path, std::size_t begin) {
+/// One list per map of the path: a new one begins where the vehicle lost the old. A leap counts no
+/// more than a piece: no piece reaches across it, and a million metres of nothing need no pieces.
+std::vector<std::vector<Stop>> stops_of(const VehiclePath& path, std::size_t begin, double leap_m) {
   std::vector<std::vector<Stop>> parts(1);
   double way_m = 0.0;
   const auto& nodes = path.nodes();
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Increment& step = nodes[k].step;
     if (k > 0 && !step.begins) {
-      way_m += (step.T_odom_body.p - nodes[k - 1].step.T_odom_body.p).norm();
+      way_m += std::min(leap_m, (step.T_odom_body.p - nodes[k - 1].step.T_odom_body.p).norm());
     }
     if (step.begins && !parts.back().empty()) parts.emplace_back();
     if (!step.keyframe || k < begin) continue;
@@ -111,7 +112,7 @@ std::vector<PathSubmap> cut_into_submaps(std::span<const VehiclePath> paths, con
 
   std::vector<std::vector<std::vector<Stop>>> stops;
   for (std::size_t p = 0; p < paths.size(); ++p) {
-    stops.push_back(stops_of(paths[p], begins.empty() ? 0 : begins[p]));
+    stops.push_back(stops_of(paths[p], begins.empty() ? 0 : begins[p], cut.length_m));
   }
   std::vector<Job> jobs;
   for (std::size_t p = 0; p < paths.size(); ++p) {

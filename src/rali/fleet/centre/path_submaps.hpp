@@ -28,7 +28,7 @@ struct CutSettings {
 struct PathSubmap {
   std::size_t path = 0;      ///< index in the list of paths
   std::size_t node = 0;      ///< index of the middle keyframe's node in its path
-  double way_m = 0.0;        ///< from the path's start to there
+  double way_m = 0.0;        ///< from the path's start to there; a leap counts as one piece
   geometry::SE3 T_odom_ref;  ///< of the submap's frame
   places::Submap submap;
   places::Descriptor descriptor;

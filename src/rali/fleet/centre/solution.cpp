@@ -108,7 +108,7 @@ Solution solve_fleet(SolutionInput in, Executor& executor) {
     out.frames = std::move(*in.frames);
   } else if (in.settings.join && paths.size() > 1) {
     solver = find_frames(paths, out.pieces, ranges, starts, in.settings, executor);
-    out.frames = frames_of(paths, *solver);
+    out.frames = frames_of(paths, solver->frames());
   } else {
     out.frames = apart(paths);
   }

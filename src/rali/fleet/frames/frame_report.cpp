@@ -70,10 +70,26 @@ FleetFrames FrameSolver::frames() const {
       open.decision = link->decision;
       open.seen = link->seen;
       for (const FrameHypothesis& h : link->set.all) open.T_b_a.push_back(h.T_b_a);
+      if (!link->set.all.empty()) open.views = link->set.all.front().views;
       out.links.push_back(std::move(open));
     }
   }
   return out;
+}
+
+FleetFrames joined(FleetFrames frames, const OpenLink& link) {
+  frames.links.clear();
+  if (link.T_b_a.empty()) return frames;
+  const SolvedGroup from = frames.groups[link.a];
+  SolvedGroup& into = frames.groups[link.b];
+  for (std::size_t k = 0; k < from.frames.keys.size(); ++k) {
+    into.frames.keys.push_back(from.frames.keys[k]);
+    into.frames.T_ref_odom.push_back(link.T_b_a.front() * from.frames.T_ref_odom[k]);
+    into.by_prior.push_back(false);
+  }
+  into.covariance.resize(0, 0);
+  frames.groups.erase(frames.groups.begin() + static_cast<std::ptrdiff_t>(link.a));
+  return frames;
 }
 
 std::string FrameSolver::text(StreamKey key, const VehicleNames& names) const {

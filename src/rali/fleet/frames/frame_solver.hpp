@@ -24,12 +24,16 @@ struct OpenLink {
   Decision decision;
   Observability seen;
   std::vector<YawPose> T_b_a;  ///< what is left, cheapest first
+  int views = 0;               ///< places recognised without rival that hold in the first of them
 };
 
 struct FleetFrames {
   std::vector<SolvedGroup> groups;  ///< that of the reference vehicle first
   std::vector<OpenLink> links;
 };
+
+/// The frames if the first of a link's hypotheses were true; its links are left out.
+[[nodiscard]] FleetFrames joined(FleetFrames frames, const OpenLink& link);
 
 /// Names of vehicles, for sentences; one that is missing is called "v" and its number.
 using VehicleNames = std::map<VehicleId, std::string>;
