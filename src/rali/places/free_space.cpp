@@ -23,11 +23,11 @@ bool FreeSpace::lay_out(std::span<const Vec3f> origins, const FreeSpaceSettings&
   for (int attempt = 0; attempt < 20; ++attempt, range_m *= 0.7) {
     const Vec3 grow(range_m, range_m, std::min(range_m, s.height_m));
     low_ = low.cast<double>() - grow;
-    const Vec3 size = (high.cast<double>() + grow - low_) / s.cell_m;
-    if (size.prod() > static_cast<double>(s.cells_max)) continue;
-    nx_ = static_cast<int>(std::ceil(size.x()));
-    ny_ = static_cast<int>(std::ceil(size.y()));
-    nz_ = static_cast<int>(std::ceil(size.z()));
+    const Vec3 size = ((high.cast<double>() + grow - low_) / s.cell_m).array().ceil();
+    if (!(size.prod() <= static_cast<double>(s.cells_max))) continue;
+    nx_ = static_cast<int>(size.x());
+    ny_ = static_cast<int>(size.y());
+    nz_ = static_cast<int>(size.z());
     inverse_ = 1.0 / s.cell_m;
     return true;
   }

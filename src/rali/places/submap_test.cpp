@@ -109,6 +109,16 @@ TEST(free_space, knows_what_was_passed_what_was_hit_and_nothing_behind) {
   EXPECT_LE(space.cells(), 1000U);
 }
 
+TEST(free_space, of_origins_far_apart_has_no_more_cells_than_allowed) {
+  // The range shrinks until the box is thinner than a cell, which is a cell all the same.
+  const std::vector<Vec3f> origins{Vec3f(-90000.0F, 0.0F, 0.0F), Vec3f(90000.0F, 0.0F, 0.0F)};
+  const std::vector<Vec3f> points{Vec3f(-89999.0F, 0.0F, 0.0F), Vec3f(90001.0F, 0.0F, 0.0F)};
+  const FreeSpaceSettings s;
+  FreeSpace space;
+  space.build(origins, points, s);
+  EXPECT_LE(space.cells(), static_cast<std::size_t>(s.cells_max));
+}
+
 TEST(fft, of_a_point_is_flat_and_comes_back) {
   Fft2 fft(4);
   std::vector<Fft2::Complex> p(16);
