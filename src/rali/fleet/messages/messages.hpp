@@ -164,7 +164,8 @@ enum class Mode : std::uint8_t {
   kSealed,     ///< an anchor that ends the round
   kCandidate,  ///< asks for votes
   kOrphan,     ///< without a majority: stands, makes no tables
-  kDone
+  kDone,
+  kHolding  ///< stands until the new anchor has its ranges to it
 };
 
 /// How a vehicle is, once a second.

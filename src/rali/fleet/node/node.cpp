@@ -214,6 +214,7 @@ Mode Node::mode() const {
       break;
   }
   if (role_.orphan) return Mode::kOrphan;
+  if (role_.stands_for) return Mode::kHolding;
   if (role_.finished != FinishReason::kNone) return Mode::kFinished;
   return T_map_odom() ? Mode::kExploring : Mode::kUnplaced;
 }

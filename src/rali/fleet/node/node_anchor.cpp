@@ -68,8 +68,9 @@ std::vector<Whereabouts> Node::whereabouts() const {
     Whereabouts w;
     w.vehicle = vehicle;
     w.place_map_m = place->head<2>();
-    w.stands = vehicle == self_;
-    w.at_rest = vehicle == self_ ? !is_moving() : peers_.at(vehicle).status.at_rest;
+    const VehicleStatus* told = vehicle == self_ ? nullptr : &peers_.at(vehicle).status;
+    w.stands = told == nullptr || told->mode == Mode::kHolding;
+    w.at_rest = told == nullptr ? !is_moving() : told->at_rest;
     if (const auto tag = tags_.find(vehicle); tag != tags_.end()) {
       // Who has only seen all of its surroundings goes on when something new comes up.
       const bool idle = tag->second == FinishReason::kNone ||

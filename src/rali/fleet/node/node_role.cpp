@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -87,7 +88,12 @@ void Node::act(const RoleAction& action) {
 }
 
 void Node::tell_self() {
-  give(RoleSelf{standing_since_, ranges_to_anchor_});
+  // The chain of stands holds where the LiDAR is blind; an old anchor that sees is not waited for
+  // by a new one whose radio may never reach it.
+  const bool sees =
+      pose_ && !pose_->blind && seconds_between(followed_, now_) >= settings_.roles.stand_s;
+  const auto enough = static_cast<std::uint32_t>(std::ceil(settings_.roles.ranges_to_leave));
+  give(RoleSelf{standing_since_, sees ? std::max(enough, ranges_to_anchor_) : ranges_to_anchor_});
   const bool first = self_ == role_.durable.fleet.front() && role_.durable.term == 0;
   if (!first || !pose_ || !pose_->levelled || !standing_since_ || now_ < next_claim_) return;
   next_claim_ = now_ + Duration::from_s(1.0);

@@ -80,6 +80,7 @@ class Fleet {
       pose.t = now;
       pose.at_rest = !moving.contains(v);
       pose.levelled = true;
+      pose.blind = blind.contains(v);
       give(v, pose);
       give(v, NodeTick{});
     }
@@ -98,7 +99,7 @@ class Fleet {
   std::vector<std::uint32_t> facts;
   std::deque<Envelope> air;
   std::vector<std::pair<std::size_t, RoleActionKind>> actions;
-  std::set<std::size_t> moving, silent;
+  std::set<std::size_t> moving, silent, blind;
   SerialExecutor executor;
   Time now = Time::from_s(100.0);
 };
@@ -169,6 +170,37 @@ TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
   // Nothing is mapped, so nobody is better than the anchor itself: it goes on in a new round.
   EXPECT_GE(fleet.nodes[0].term(), 2U);
   EXPECT_GE(fleet.nodes[1].rounds().rounds().size(), 2U);
+}
+
+/// Two vehicles whose first anchor has just heard that the second is the next.
+Fleet handed_over(bool old_is_blind) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  if (old_is_blind) fleet.blind.insert(0);
+  fleet.run(5.0);
+  RoleMessage commit;
+  commit.op = RoleOp::kCommit;
+  commit.term = fleet.nodes[0].term() + 1;
+  commit.candidate = id(1);
+  fleet.silent.insert(1);
+  fleet.give(0, Envelope{id(1), id(0), commit});
+  return fleet;
+}
+
+TEST(Node, an_old_anchor_that_sees_does_not_wait_for_ranges_that_never_come) {
+  Fleet fleet = handed_over(false);
+  EXPECT_EQ(fleet.nodes[0].mode(), Mode::kHolding);
+  fleet.run(4.0);
+  EXPECT_EQ(fleet.nodes[0].mode(), Mode::kExploring);
+}
+
+TEST(Node, an_old_anchor_that_is_blind_holds_until_the_new_one_has_its_ranges) {
+  Fleet fleet = handed_over(true);
+  fleet.run(4.0);
+  EXPECT_EQ(fleet.nodes[0].mode(), Mode::kHolding);
+  for (int k = 0; k < 10; ++k) fleet.give(0, HeardRange{id(1), 2.0});
+  fleet.run(0.3);
+  EXPECT_EQ(fleet.nodes[0].mode(), Mode::kExploring);
 }
 
 TEST(Node, a_tag_that_was_never_near_its_anchor_does_not_stop_for_its_weak_radio) {

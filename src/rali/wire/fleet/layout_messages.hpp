@@ -99,7 +99,7 @@ void layout_status(Body& body, Of& status) {
   body.section(1, [&](auto& a) {
     a.varint(status.epoch);
     a.varint(status.term);
-    a.choice(status.mode, fleet::Mode::kDone);
+    a.choice(status.mode, fleet::Mode::kHolding);
     a.text(status.waits_for, kReasonMax);
     a.as_float(status.battery_share);
     a.pose(status.T_odom_body);
