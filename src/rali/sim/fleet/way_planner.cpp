@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kWide_m = 0.5;     // between middle and wall where there is room
 constexpr double kNarrow_m = 0.38;  // the body's corners reach 0.37 m
+constexpr double kCell_m = 0.05;    // coarser ones close doors of 0.9 m that lie across their edges
 constexpr double kMoved_m = 1.5;    // a goal that is not free, at most
 constexpr double kHeight_m = 1.5;   // a goal above the ground, at most
 constexpr double kOther_m = 0.5;    // around another vehicle: FleetMotion keeps 0.85 m
@@ -23,6 +24,7 @@ constexpr double kOther_m = 0.5;    // around another vehicle: FleetMotion keeps
 NavigationOptions grid_options(double radius_m) {
   NavigationOptions o;
   o.radius_m = radius_m;
+  o.cell_m = kCell_m;
   return o;
 }
 
