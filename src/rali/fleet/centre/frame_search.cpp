@@ -77,9 +77,11 @@ FrameSolver FrameSearch::solved(const JointRanges& ranges) const {
   FrameSolver solver = evidence_;
   add_ranges(paths_, ranges, solver);
   // What is recorded is all there: the evaluations in a row that a frame wants differ in nothing.
+  // Whoever is joined begins those of all others anew.
   Time t;
   for (const VehiclePath& path : paths_) t = std::max(t, path.nodes().back().t);
-  for (int i = 0; i < settings_.init.commit.evaluations; ++i) {
+  const int rounds = settings_.init.commit.evaluations * static_cast<int>(paths_.size());
+  for (int i = 0; i < rounds; ++i) {
     solver.evaluate(t);
     t = t + Duration::from_s(settings_.init.commit.spacing_s);
   }

@@ -119,6 +119,26 @@ TEST(FrameSearch, joins_two_paths_by_the_places_that_both_saw) {
   EXPECT_NEAR(std::abs(places::yaw_of(T.R)), std::acos(-1.0), 0.005);
 }
 
+// The third knows the second alone: what is being confirmed begins anew when the second joins the
+// first, and all that there is has been told.
+TEST(FrameSearch, joins_a_third_through_a_second_that_joins_late) {
+  const world::World w = lane(7);
+  const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 20.0, world::at(-4.0, 0.0, 0.0)),
+                                          driven(w, 1, 14.0, 34.0, world::at(-14.0, 0.0, 0.0)),
+                                          driven(w, 2, 28.0, 44.0, world::at(-28.0, 0.0, 0.0))};
+  std::vector<StartPrior> starts(2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    starts[k].relative_to = k;
+    starts[k].path = k + 1;
+    starts[k].T_relative_path = world::at(k == 0 ? 10.0 : 14.0, 0.0, 0.0);
+  }
+  FleetSettings settings;
+  settings.loops.blind_tries = 3;
+  const PathFrames frames = found(paths, {}, starts, settings);
+  ASSERT_EQ(frames.groups.size(), 1U);
+  EXPECT_NEAR(frames.T_map_odom[2].p.x(), 24.0, 0.1);
+}
+
 // Over the opening that both have driven through is wall: their radios hear each other through it.
 TEST(FrameSearch, ranges_through_walls_do_not_keep_apart_what_scans_have_joined) {
   world::World w = lane(7);
