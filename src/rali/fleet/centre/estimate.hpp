@@ -29,8 +29,8 @@ struct VehicleFrame {
   geometry::SE3 T_map_odom;  ///< at the vehicle's first node
   double sigma_m = 0.0;      ///< of its first position in the map, horizontal
   double sigma_rad = 0.0;    ///< of its heading
-  std::string decided_by;    ///< "ranges", "scans", "the prior"; empty: the group's first
-  std::string waits_for;     ///< a sentence: what is missing to join it; empty: nothing
+  std::string decided_by;  ///< "ranges", "ranges and scans", "the prior"; empty: the group's first
+  std::string waits_for;   ///< a sentence: what is missing to join it; empty: nothing
 };
 
 /// What became of two keyframes that seem to see one place.

@@ -112,7 +112,7 @@ TEST(FrameSearch, joins_two_paths_by_the_places_that_both_saw) {
                                           driven(w, 1, 56.0, 12.0, T_odom2_world)};
   const PathFrames frames = found(paths);
   ASSERT_EQ(frames.groups.size(), 1U);
-  EXPECT_EQ(frames.decided_by[1], "ranges and scans");
+  EXPECT_EQ(frames.decided_by[1], "scans");
   // Where the second path begins, seen from where the first does: 52 m ahead, turned around.
   const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.1);

@@ -102,7 +102,7 @@ PathFrames frames_of(std::span<const VehiclePath> paths, const FleetFrames& fram
       if (members.empty()) {
         T_map_ref = (group.frames.T_ref_odom[k].se3() * T_level_map(paths[path])).inverse();
       } else {
-        out.decided_by[path] = group.by_prior[k] ? "the prior" : "ranges and scans";
+        out.decided_by[path] = decided_by_text(group.by[k]);
       }
       out.T_map_odom[path] =
           T_map_ref * group.frames.T_ref_odom[k].se3() * T_level_odom(paths[path]);

@@ -131,9 +131,15 @@ Solution solve_fleet(SolutionInput in, Executor& executor) {
   if (!solver) return out;
   VehicleNames names;
   for (const VehiclePath& path : paths) names[path.vehicle()] = path.name();
+  // What the solver says is how somebody stands to the reference; if that is not in the map, it is
+  // the map's own vehicle that waits for it.
+  const std::size_t reference = out.estimate.frames[0].group;
+  const std::size_t of_map = out.frames.groups[0].front();
   for (std::size_t i = 0; i < paths.size(); ++i) {
     VehicleFrame& frame = out.estimate.frames[i];
-    if (frame.group > 0) frame.waits_for = solver->text(stream_of(paths[i]), names);
+    if (frame.group == 0) continue;
+    const std::size_t who = frame.group == reference ? of_map : i;
+    frame.waits_for = solver->text(stream_of(paths[who]), names);
   }
   return out;
 }

@@ -35,6 +35,12 @@ bool needs_prior(const HypothesisSet& set, const InitSettings& settings) {
   });
 }
 
+DecidedBy origin(const HypothesisSet& set, const InitSettings& settings) {
+  if (needs_prior(set, settings)) return DecidedBy::kPrior;
+  if (!set.all.front().scans) return DecidedBy::kRanges;
+  return set.ranges.empty() ? DecidedBy::kScans : DecidedBy::kRangesAndScans;
+}
+
 /// Scans alone: the same wrong place is recognised more than once where places are alike, but not
 /// without rival.
 bool seen_enough(const HypothesisSet& set, const CommitSettings& settings) {
@@ -46,7 +52,7 @@ bool seen_enough(const HypothesisSet& set, const CommitSettings& settings) {
 /// Preset paper: once the map is large enough, whatever the residuals say.
 Decision decide_at_size(const HypothesisSet& set, const CommitInputs& inputs,
                         const InitSettings& settings, Decision d) {
-  d.by_prior = true;
+  d.by = DecidedBy::kPrior;
   if (!set.has_prior) {
     d.advice = Advice::kNoPrior;
   } else if (inputs.keyframes < settings.commit.min_keyframes) {
@@ -59,6 +65,20 @@ Decision decide_at_size(const HypothesisSet& set, const CommitInputs& inputs,
 }
 
 }  // namespace
+
+std::string_view decided_by_text(DecidedBy by) {
+  switch (by) {
+    case DecidedBy::kRanges:
+      return "ranges";
+    case DecidedBy::kScans:
+      return "scans";
+    case DecidedBy::kRangesAndScans:
+      return "ranges and scans";
+    case DecidedBy::kPrior:
+      return "the prior";
+  }
+  return "";
+}
 
 bool fit_is_plausible(double fit_chi2, int dof, const CommitSettings& settings) {
   if (dof <= 0) return fit_chi2 <= settings.gap_chi2;
@@ -81,7 +101,7 @@ Decision decide(const HypothesisSet& set, const Observability& seen, const Commi
   if (settings.commit.rule == CommitRule::kAtSize) {
     return decide_at_size(set, inputs, settings, d);
   }
-  d.by_prior = needs_prior(set, settings);
+  d.by = origin(set, settings);
   if (d.advice != Advice::kEnough) return d;
   if (inputs.keyframes < settings.commit.min_keyframes) {
     d.advice = Advice::kSmallMap;

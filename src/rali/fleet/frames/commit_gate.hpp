@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 
 #include "rali/base/time.hpp"
 #include "rali/fleet/frames/observability.hpp"
@@ -21,10 +22,16 @@ struct CommitInputs {
   std::optional<ScanCheck> check;  ///< nothing: nobody has compared scans
 };
 
+/// What a frame is known by.
+enum class DecidedBy { kRanges, kScans, kRangesAndScans, kPrior };
+
+/// As told to the user: "ranges and scans".
+[[nodiscard]] std::string_view decided_by_text(DecidedBy by);
+
 /// One evaluation (algorithms_fleet 7.4, steps 4 and 5).
 struct Decision {
   bool ready = false;
-  bool by_prior = false;  ///< without the user's prior it would not be
+  DecidedBy by = DecidedBy::kRanges;  ///< kPrior: without it nothing would be decided
   Advice advice = Advice::kNoContact;
   double gap_chi2 = 0.0;  ///< of the second; infinite if there is none
   double odds = 0.0;      ///< of the second against the best

@@ -123,13 +123,13 @@ TEST(CommitGate, says_when_it_was_the_prior_that_decided) {
   const InitSettings settings;
   HypothesisSet set = two(10.0, 30.0);
   set.has_prior = true;
-  EXPECT_FALSE(decide(set, observability(set, settings), {}, settings).by_prior);
+  EXPECT_NE(decide(set, observability(set, settings), {}, settings).by, DecidedBy::kPrior);
   set.all[1].prior_chi2 = 10.0;  // without it 10 against 20
-  EXPECT_TRUE(decide(set, observability(set, settings), {}, settings).by_prior);
+  EXPECT_EQ(decide(set, observability(set, settings), {}, settings).by, DecidedBy::kPrior);
   set.all[1].prior_chi2 = 0.0;
   set.all[0].prior_information = set.all[0].information;
   const Decision d = decide(set, observability(set, settings), {}, settings);
-  EXPECT_TRUE(d.by_prior);
+  EXPECT_EQ(d.by, DecidedBy::kPrior);
   EXPECT_TRUE(d.ready);
 }
 

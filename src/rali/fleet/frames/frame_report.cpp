@@ -55,8 +55,8 @@ FleetFrames FrameSolver::frames() const {
     solved.frames = g.frames;
     solved.covariance = g.covariance;
     for (const StreamKey key : g.frames.keys) {
-      const auto at = g.by_prior.find(key);
-      solved.by_prior.push_back(at != g.by_prior.end() && at->second);
+      const auto at = g.by.find(key);
+      solved.by.push_back(at != g.by.end() ? at->second : DecidedBy{});
     }
     out.groups.push_back(std::move(solved));
   }
@@ -85,7 +85,7 @@ FleetFrames joined(FleetFrames frames, const OpenLink& link) {
   for (std::size_t k = 0; k < from.frames.keys.size(); ++k) {
     into.frames.keys.push_back(from.frames.keys[k]);
     into.frames.T_ref_odom.push_back(link.T_b_a.front() * from.frames.T_ref_odom[k]);
-    into.by_prior.push_back(false);
+    into.by.push_back(link.decision.by);
   }
   into.covariance.resize(0, 0);
   frames.groups.erase(frames.groups.begin() + static_cast<std::ptrdiff_t>(link.a));
@@ -100,8 +100,8 @@ std::string FrameSolver::text(StreamKey key, const VehicleNames& names) const {
   const std::size_t b = *group_of(reference_);
   const Group& group = groups_[*a];
   if (*a == b) {
-    const auto at = group.by_prior.find(key);
-    const bool by_prior = at != group.by_prior.end() && at->second;
+    const auto at = group.by.find(key);
+    const bool by_prior = at != group.by.end() && at->second == DecidedBy::kPrior;
     return fmt::format("{}: in the frame of {}{}", own, reference,
                        by_prior ? ", decided by the prior" : "");
   }

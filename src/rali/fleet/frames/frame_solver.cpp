@@ -170,9 +170,11 @@ void FrameSolver::join(std::size_t a, std::size_t b) {
   Group& into = groups_[b];
   const FrameGroup from = groups_[a].frames;
   const auto link = links_.find({from.keys.front(), into.frames.keys.front()});
-  for (const auto& [key, by_prior] : groups_[a].by_prior) into.by_prior[key] = by_prior;
+  const DecidedBy by = link->second.decision.by;
   for (const StreamKey key : from.keys) {
-    into.by_prior[key] = into.by_prior[key] || link->second.decision.by_prior;
+    const auto before = groups_[a].by.find(key);
+    const bool prior = before != groups_[a].by.end() && before->second == DecidedBy::kPrior;
+    into.by[key] = prior ? DecidedBy::kPrior : by;
   }
   into.frames.keys.insert(into.frames.keys.end(), from.keys.begin(), from.keys.end());
   into.frames.T_ref_odom = link->second.set.all.front().solution.values.T_ref_odom;
@@ -224,7 +226,7 @@ void FrameSolver::unplace(StreamKey key) {
   group.frames.keys.erase(k);
   group.frames.T_ref_odom.erase(group.frames.T_ref_odom.begin() + index);
   for (YawPose& T : group.frames.T_ref_odom) T = T_first.inverse() * T;
-  group.by_prior.erase(key);
+  group.by.erase(key);
   group.heard = 0;
   std::erase_if(tracks_, [key](const auto& item) {
     return item.first.first == key || item.first.second == key;
@@ -253,7 +255,7 @@ void FrameSolver::place(const PoseEvidence& known) {
   const YawPose T = into.frames.T_ref_odom[static_cast<std::size_t>(k - into.frames.keys.begin())];
   into.frames.keys.push_back(known.a);
   into.frames.T_ref_odom.push_back(T * known.T_b_a());
-  into.by_prior[known.a] = false;
+  into.by[known.a] = DecidedBy::kRanges;
   solve(into, true);
   groups_.erase(groups_.begin() + static_cast<std::ptrdiff_t>(a));
   links_.clear();

@@ -15,7 +15,7 @@ struct SolvedGroup {
   FrameGroup frames;  ///< T_ref_odom of each; the reference first, then in order of joining
   /// Of (yaw, translation) of T_ref_odom of all but the reference, in their order [rad, m].
   Eigen::MatrixXd covariance;
-  std::vector<bool> by_prior;  ///< per key: the user's prior decided it
+  std::vector<DecidedBy> by;  ///< per key; of the reference without meaning
 };
 
 /// How two groups stand that are not tied together yet.
@@ -92,7 +92,7 @@ class FrameSolver {
   struct Group {
     FrameGroup frames;
     Eigen::MatrixXd covariance;
-    std::map<StreamKey, bool> by_prior;
+    std::map<StreamKey, DecidedBy> by;
     std::size_t heard = 0;  ///< ranges and evidence of when it was solved
   };
 

@@ -181,6 +181,10 @@ class Finder {
     h.offset_information = rigid(s.offset_information, s);
     h.prior_information = rigid(s.prior_information, s);
     h.views = views(s.holds);
+    for (std::size_t g = 0; g < s.holds.size(); ++g) {
+      const bool prior = problem_.evidence[g].alternatives.front().source == EvidenceSource::kPrior;
+      h.scans = h.scans || (s.holds[g] >= 0 && !prior);
+    }
     h.solution = std::move(s);
     return h;
   }

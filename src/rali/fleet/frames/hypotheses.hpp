@@ -29,6 +29,7 @@ struct FrameHypothesis {
   /// Unrivalled scans that hold, of pieces of both paths that are CommitSettings::view_apart_m
   /// apart.
   int views = 0;
+  bool scans = false;      ///< a comparison of scans holds
   FrameSolution solution;  ///< of all vehicles of both groups, those of b first
 
   [[nodiscard]] geometry::Vec3 place_b_m() const { return T_b_a * pivot_a_m; }
