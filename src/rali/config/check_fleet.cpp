@@ -97,6 +97,29 @@ class FleetChecker {
         if (Status status = agree(config_.priors[i], config_.priors[j]); !status) return status;
       }
     }
+    return check_all_placed();
+  }
+
+  /// Where frames are taken at a size, as the paper takes them, nothing but a prior can place
+  /// anybody.
+  [[nodiscard]] Status check_all_placed() const {
+    const fleet::FleetSettings& fleet = config_.settings.fleet;
+    if (!fleet.join || fleet.init.commit.rule != fleet::CommitRule::kAtSize) return {};
+    std::set<std::string> placed = {names_.front()};
+    for (std::size_t pass = 0; pass < config_.priors.size(); ++pass) {
+      for (const PriorConfig& prior : config_.priors) {
+        if (!placed.contains(prior.vehicle) && !placed.contains(base_of(prior))) continue;
+        placed.insert({prior.vehicle, base_of(prior)});
+      }
+    }
+    for (const std::string& name : names_) {
+      if (placed.contains(name)) continue;
+      return fail(ErrorCode::kUsage, where("priors"),
+                  fmt::format("priors: none says where '{}' starts; preset paper places nobody "
+                              "without one",
+                              name),
+                  "Measure it and write it under priors, or map with preset robust.");
+    }
     return {};
   }
 

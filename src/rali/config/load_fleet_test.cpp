@@ -240,6 +240,17 @@ TEST(LoadFleet, two_vehicles_do_not_share_their_sweeps) {
             "");
 }
 
+// It would map for minutes, and then hold every vehicle but the first in a frame of its own.
+TEST(LoadFleet, preset_paper_wants_to_know_where_all_start) {
+  const std::string three =
+      "preset: paper\nvehicles: {v1: {recording: a}, v2: {recording: b}, v3: {recording: c}}\n";
+  EXPECT_NE(error_of(three).find("priors: none says where 'v2' starts"), std::string::npos)
+      << error_of(three);
+  EXPECT_NE(error_of(three + "priors: [{vehicle: v2}]").find("'v3'"), std::string::npos);
+  EXPECT_EQ(error_of(three + "priors: [{vehicle: v3, relative_to: v2}, {vehicle: v2}]"), "");
+  EXPECT_EQ(error_of("preset: paper\nvehicles: {v1: {recording: a}}"), "");
+}
+
 TEST(LoadFleet, one_recording_under_two_paths_is_still_one) {
   const std::string folder = testing::TempDir() + "shared_recording";
   std::filesystem::create_directories(folder);
