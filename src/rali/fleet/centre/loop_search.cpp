@@ -70,7 +70,8 @@ std::vector<LoopCandidate> alike_candidates(std::span<const PathSubmap> submaps,
   const auto near = [&](std::size_t i, std::size_t k) {
     return std::abs(submaps[i].way_m - submaps[k].way_m) < settings.view_step_m;
   };
-  for (const auto& [score, candidate] : all) {
+  for (const auto& [score, found] : all) {
+    const LoopCandidate& candidate = found;  // clang 14 captures no part of a pair
     if (chosen.size() >= static_cast<std::size_t>(settings.blind_tries)) break;
     const bool known = std::any_of(chosen.begin(), chosen.end(), [&](const LoopCandidate& c) {
       return near(c.target, candidate.target) && near(c.source, candidate.source);

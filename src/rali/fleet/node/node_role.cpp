@@ -121,7 +121,7 @@ void Node::watch_finish() {
   }
   input.moves = is_moving();
   input.blind = pose_->blind;
-  input.sigma_m = pose_->blind ? pose_->sigma_m : 0.0;
+  input.sigma_m = pose_->sigma_m;
   finish_view_ = finish_.step(input);
   if (finish_view_.reason != role_.finished) {
     rounds_.tag_finished(self_, finish_view_.reason);

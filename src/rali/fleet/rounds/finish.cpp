@@ -106,7 +106,10 @@ FinishReason FinishWatch::clearing(const FinishInput& input, FinishView& view) {
   if (settings_.rule == FinishRule::kPaper) return FinishReason::kNone;
   if (ranges_are_lost(input, view)) return FinishReason::kRangeLost;
   if (std::isfinite(input.sigma_m)) {
-    unsure_ = input.sigma_m > settings_.max_sigma_m * (unsure_ ? kSureAgain : 1.0);
+    least_sigma_m_ = std::min(least_sigma_m_, input.sigma_m);
+    const double grown_m2 = input.sigma_m * input.sigma_m - least_sigma_m_ * least_sigma_m_;
+    const double limit_m = settings_.max_sigma_m * (unsure_ ? kSureAgain : 1.0);
+    unsure_ = input.blind && grown_m2 > limit_m * limit_m;
   }
   return unsure_ ? FinishReason::kSigma : FinishReason::kNone;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -20,7 +21,7 @@ struct FinishInput {
   bool frontier_beyond = false;       ///< one that nobody is on the way to: it has no way there
   bool moves = false;
   bool blind = false;        ///< the LiDAR does not tell a direction of travel here
-  double sigma_m = 0.0;      ///< of its place along that direction
+  double sigma_m = 0.0;      ///< of its place
   bool goal_missed = false;  ///< gave up on the way to a goal since the last input
   bool goal_reached = false;
   std::optional<double> battery_share;
@@ -38,8 +39,10 @@ struct FinishView {
 /// When a tag has finished its part of the round (algorithms_fleet 10.1; paper "System
 /// Definition"): radio too weak, anchor too far, or surroundings explored; `robust` adds ranges
 /// lost in a blind stretch, an unsure place, goals missed, battery. Radio and distance are latched:
-/// a vehicle at the edge must not start and stop. Explored, lost and unsure clear again; so does
-/// unreachable as the other name of explored: frontiers are left, but none to which it gets.
+/// a vehicle at the edge must not start and stop. An unsure place is one that has become so in this
+/// round: in a long tunnel sigma grows from stand to stand, and standing does not lessen it.
+/// Explored, lost and unsure clear again; so does unreachable as the other name of explored:
+/// frontiers are left, but none to which it gets.
 class FinishWatch {
  public:
   explicit FinishWatch(const FinishSettings& settings) : settings_(settings) {}
@@ -68,8 +71,9 @@ class FinishWatch {
   std::optional<Time> unheard_since_;  ///< blind, moving, without a range
   std::optional<Time> back_since_;     ///< drives back since
   bool unsure_ = false;
-  bool beyond_ = false;  ///< at the last look
-  double missed_ = 0.0;  ///< goals in a row
+  double least_sigma_m_ = std::numeric_limits<double>::infinity();  ///< in this round
+  bool beyond_ = false;                                             ///< at the last look
+  double missed_ = 0.0;                                             ///< goals in a row
   FinishReason latch_ = FinishReason::kNone;
 };
 

@@ -159,15 +159,36 @@ TEST(FinishWatch, where_the_lidar_sees_all_no_ranges_are_missed) {
 
 TEST(FinishWatch, an_unsure_place_ends_it_and_clears_at_four_fifths) {
   FinishWatch watch{FinishSettings{}};
-  FinishInput in = at(0.0);
-  in.sigma_m = 0.31;
-  EXPECT_EQ(watch.step(in).reason, FinishReason::kSigma);
-  in = at(1.0);
-  in.sigma_m = 0.25;
-  EXPECT_EQ(watch.step(in).reason, FinishReason::kSigma);
-  in = at(2.0);
-  in.sigma_m = 0.23;
-  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  const auto reason_at = [&watch](double t_s, double sigma_m) {
+    FinishInput in = at(t_s);
+    in.range_m = 10.0;
+    in.blind = true;
+    in.sigma_m = sigma_m;
+    return watch.step(in).reason;
+  };
+  EXPECT_EQ(reason_at(0.0, 0.0), FinishReason::kNone);
+  EXPECT_EQ(reason_at(1.0, 0.31), FinishReason::kSigma);
+  EXPECT_EQ(reason_at(2.0, 0.25), FinishReason::kSigma);
+  EXPECT_EQ(reason_at(3.0, 0.23), FinishReason::kNone);
+}
+
+// After some stands in a long tunnel everybody's sigma is above the bound: a round that counted
+// all of it would end as it begins, again and again, with the mission.
+TEST(FinishWatch, what_was_unsure_when_the_round_began_does_not_end_it) {
+  FinishWatch watch{FinishSettings{}};
+  watch.new_round(Time::from_s(0.0));
+  const auto reason_at = [&watch](double t_s, double sigma_m) {
+    FinishInput in = at(t_s);
+    in.range_m = 10.0;
+    in.blind = true;
+    in.sigma_m = sigma_m;
+    return watch.step(in).reason;
+  };
+  EXPECT_EQ(reason_at(1.0, 0.4), FinishReason::kNone);
+  EXPECT_EQ(reason_at(2.0, 0.49), FinishReason::kNone);   // grown by 0.28 m
+  EXPECT_EQ(reason_at(3.0, 0.51), FinishReason::kSigma);  // by 0.32 m
+  watch.new_round(Time::from_s(4.0));
+  EXPECT_EQ(reason_at(5.0, 0.51), FinishReason::kNone);
 }
 
 TEST(FinishWatch, three_goals_missed_in_a_row_a_low_battery_and_the_operator_end_it) {

@@ -31,7 +31,8 @@ struct FinishSettings {
     v("max_distance_m", max_distance_m, 1.0, 10000.0, "farther from the anchor likewise [m]");
     v("explored_hold_s", explored_hold_s, 0.0, 600.0, "no frontier for this long likewise [s]");
     v("range_lost_s", range_lost_s, 0.5, 600.0, "blind and without range for this long [s]");
-    v("max_sigma_m", max_sigma_m, 0.01, 100.0, "position less sure than this likewise [m]");
+    v("max_sigma_m", max_sigma_m, 0.01, 100.0,
+      "position less sure by this than in this round before [m]");
     v("warn_rssi_db", warn_rssi_db, 0.0, 50.0, "no goals further out, this much before [dB]");
     v("warn_distance", warn_distance, 0.0, 1.0, "likewise, share of the distance");
     v("unreachable_max", unreachable_max, 1.0, 100.0, "goals missed in a row likewise");
