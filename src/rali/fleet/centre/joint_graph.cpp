@@ -161,20 +161,23 @@ void JointGraph::add_steps(std::size_t path) {
   }
 }
 
-/// Gravity as the odometry of the vehicle knows it: its nodes' own errors of it are small and its
-/// common one is not, hence few of them count.
+/// Gravity as the odometry of the vehicle knows it. What that is wrong by it is wrong by all along:
+/// however many nodes tell it, they must not know it better together than one would. The weights
+/// 1/2, 1/6, 1/12, ... add up to 1, wherever a round ends between them.
 void JointGraph::add_tilt(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   const Vec3 up_odom = paths_[path].up_odom();
+  const auto every = static_cast<std::size_t>(settings_.tilt_every);
   for (std::size_t k = begin_[path]; k < nodes.size(); ++k) {
-    if (k % static_cast<std::size_t>(settings_.tilt_every) != 0) continue;
     const Increment& step = nodes[k].step;
-    if (!step.levelled && k > 0) continue;
+    if (k % every != 0 || (!step.levelled && k > 0)) continue;
+    const double nth = 1.0 + static_cast<double>(k / every);
     graph::GravityFactor gravity;
     gravity.i = seq(path, k);
     gravity.up_body = step.T_odom_body.R.transpose() * up_odom;
     gravity.sigma_rad =
-        kRadPerDeg * (step.levelled ? settings_.tilt_deg : settings_.tilt_unlevelled_deg);
+        kRadPerDeg * (step.levelled ? settings_.tilt_deg * std::sqrt(nth * (nth + 1.0))
+                                    : settings_.tilt_unlevelled_deg);
     graph_->add(gravity);
   }
 }

@@ -1,0 +1,60 @@
+// What gravity says of a path: one error for all of it, however long it is.
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/centre/joint_graph.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// A metre a node straight ahead, all known but for where the whole lies.
+VehiclePath path(std::uint16_t vehicle, std::uint32_t nodes, bool levelled = true) {
+  VehiclePath p(VehicleId{vehicle});
+  for (std::uint32_t k = 0; k < nodes; ++k) {
+    Increment step;
+    step.node = k;
+    step.begins = k == 0;
+    step.keyframe = k;
+    step.levelled = levelled;
+    step.T_odom_body.p = {1.0 * k, 0.0, 0.0};
+    step.lidar_information.setIdentity();
+    step.lidar_information *= 1e8;
+    p.add(Time::from_s(k), step);
+  }
+  return p;
+}
+
+/// Sigma of the pitch of the second path's first node, its frame given by a start pose.
+double pitch_sigma_deg(std::uint32_t nodes, bool levelled) {
+  const std::vector<VehiclePath> paths = {path(0, nodes), path(1, nodes, levelled)};
+  JointGraph joint(paths, {SE3{}, SE3{}}, {}, {});
+  StartPrior start;
+  start.path = 1;
+  joint.add(start);
+  joint.add(JointRanges{}, {});
+  joint.solve();
+  return std::sqrt(joint.graph().covariance(joint.seq(1, 0))(1, 1)) / kDegree;
+}
+
+// Thirty that counted as if each were of its own made 0.05 deg of it, and held a frame at 4 sigma
+// from where it was.
+TEST(JointTilt, a_long_path_knows_gravity_no_better_than_a_short_one) {
+  EXPECT_NEAR(pitch_sigma_deg(10, true), 0.3 * std::sqrt(2.0), 0.01);        // 1/2
+  EXPECT_NEAR(pitch_sigma_deg(30, true), 0.3 * std::sqrt(3.0 / 2.0), 0.01);  // 1/2 + 1/6
+  EXPECT_NEAR(pitch_sigma_deg(600, true), 0.3 * std::sqrt(31.0 / 30.0), 0.02);
+}
+
+TEST(JointTilt, a_path_without_inertial_data_knows_it_to_five_degrees) {
+  EXPECT_NEAR(pitch_sigma_deg(30, false), 5.0, 0.1);
+}
+
+}  // namespace
+}  // namespace rali::fleet
