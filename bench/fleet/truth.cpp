@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 namespace rali::fleet_bench {
@@ -18,6 +19,15 @@ constexpr double kKnown_m = 0.3;
 constexpr double kKnown_rad = 3.0 * std::numbers::pi / 180.0;
 
 /// The part of an error along directions that the information knows well enough.
+/// Information on three of the six parameters, the other three integrated out.
+Mat3 loop_marginal(const geometry::Mat6& information, int first) {
+  constexpr double kLeast = 1e-9;  // keeps what nobody knows invertible
+  const int other = 3 - first;
+  const Mat3 out = information.block<3, 3>(other, other) + kLeast * Mat3::Identity();
+  const Mat3 cross = information.block<3, 3>(other, first);
+  return information.block<3, 3>(first, first) - cross.transpose() * out.ldlt().solve(cross);
+}
+
 double known_part(const Vec3& error, const Mat3& information, double sigma) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(information);
   double sum = 0.0;
@@ -79,8 +89,9 @@ std::optional<FrameError> loop_error(const Mission& mission, const fleet::LoopVe
   // Rotation in `to`, translation in `from`, as the information has it.
   const Vec3 turn = geometry::so3_log(truth.R.transpose() * loop.T_from_to.R);
   const Vec3 shift = loop.T_from_to.p - truth.p;
-  return FrameError{known_part(shift, loop.information.bottomRightCorner<3, 3>(), kKnown_m),
-                    known_part(turn, loop.information.topLeftCorner<3, 3>(), kKnown_rad)};
+  // What is claimed of the place whatever the rotation is, and of the rotation whatever the place.
+  return FrameError{known_part(shift, loop_marginal(loop.information, 3), kKnown_m),
+                    known_part(turn, loop_marginal(loop.information, 0), kKnown_rad)};
 }
 
 }  // namespace rali::fleet_bench

@@ -216,9 +216,12 @@ void Group::judge(const std::vector<LoopMemory::Pair>& pairs) {
   const std::vector<graph::LoopVerdict> judged = joint_.graph().judge(asked);
   for (std::size_t k = 0; k < judged.size(); ++k) {
     LoopVerdict& verdict = loops_[first + k];
-    verdict.shift_m = (judged[k].T_i_j.p - verdict.T_from_to.p).norm();
-    verdict.accepted = !in_.settings.loops.veto || !judged[k].vetoed();
-    verdict.reason = verdict.accepted ? "accepted" : "veto";
+    const Vec3 shift_m = judged[k].T_i_j.p - verdict.T_from_to.p;
+    verdict.shift_m = shift_m.norm();
+    const bool vetoed = in_.settings.loops.veto && judged[k].vetoed();
+    const bool slid = slide_m(verdict.information, shift_m) > in_.settings.loops.slide_max_m;
+    verdict.accepted = !vetoed && !slid;
+    verdict.reason = vetoed ? "veto" : slid ? "slid" : "accepted";
     if (verdict.accepted) joint_.add_loop(first + k, *loops[k]);
   }
 }

@@ -20,6 +20,7 @@ struct LoopSettings {
   double sigma_min_m = 0.05;
   int blind_tries = 8;
   bool veto = true;
+  double slide_max_m = 0.5;
   double view_step_m = 2.0;
 
   template <class V>
@@ -31,6 +32,8 @@ struct LoopSettings {
     v("sigma_min_m", sigma_min_m, 0.0, 10.0, "pieces of one path that are known better are not");
     v("blind_tries", blind_tries, 0, 1000, "pieces compared where nothing tells how paths lie");
     v("veto", veto, "a loop that contradicts paths and ranges is none");
+    v("slide_max_m", slide_max_m, 0.0, 1000.0,
+      "off along what it does not claim, a loop says nothing of the rest: passages bend");
     v("view_step_m", view_step_m, 0.0, 100.0, "compared pieces of two paths differ by so much way");
   }
 };

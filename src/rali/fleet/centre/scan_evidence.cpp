@@ -1,8 +1,10 @@
 #include "rali/fleet/centre/scan_evidence.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "rali/fleet/centre/path_frames.hpp"
@@ -120,6 +122,26 @@ Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found) {
   loop.overlap = best.verdict.overlap();
   loop.rms_m = best.registration.rms_m;
   return loop;
+}
+
+double slide_m(const geometry::Mat6& information, const geometry::Vec3& shift_m) {
+  constexpr double kUnknown_m = 10.0;
+  constexpr double kLeast = 1e-9;  // rotations that nobody knows are no divisors
+  const geometry::Mat3 rotation =
+      information.topLeftCorner<3, 3>() + kLeast * geometry::Mat3::Identity();
+  // What is known of the place whatever the rotation is.
+  const geometry::Mat3 place =
+      information.bottomRightCorner<3, 3>() -
+      information.bottomLeftCorner<3, 3>() *
+          geometry::Mat3(rotation.ldlt().solve(information.topRightCorner<3, 3>()));
+  const Eigen::SelfAdjointEigenSolver<geometry::Mat3> solver(0.5 * (place + place.transpose()));
+  double squared_m2 = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    if (solver.eigenvalues()[k] * kUnknown_m * kUnknown_m > 1.0) continue;
+    const double along_m = solver.eigenvectors().col(k).dot(shift_m);
+    squared_m2 += along_m * along_m;
+  }
+  return std::sqrt(squared_m2);
 }
 
 }  // namespace rali::fleet

@@ -27,4 +27,8 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
 /// A loop for the joint graph: between the bodies of the middle keyframes.
 [[nodiscard]] Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found);
 
+/// How much of a shift leads along directions of which an information on (rotation, translation)
+/// says nothing [m]. A comparison leaves these where the search happened to end.
+[[nodiscard]] double slide_m(const geometry::Mat6& information, const geometry::Vec3& shift_m);
+
 }  // namespace rali::fleet
