@@ -76,6 +76,10 @@ const std::map<std::string, Setter>& setters() {
        [](const std::string& text, Arguments& a) {
          return number("--duration", text, 0.0, a.place.duration_s);
        }},
+      {"--common",
+       [](const std::string& text, Arguments& a) {
+         return number("--common", text, 0.0, a.place.common);
+       }},
       {"--set",
        [](const std::string& text, Arguments& a) -> Status {
          a.settings.push_back(text);
@@ -140,6 +144,7 @@ std::string help_text() {
          "  --rows starts,none       what the centre knows: start poses by hand (0.2 m, 3 deg);\n"
          "                           nothing; places: nothing, and clocks are not common\n"
          "  --halves                 one vehicle's recording cut into two that overlap\n"
+         "  --common SHARE           of the recording's time that both halves have; 0.2\n"
          "  --vehicles N             default: as many as the scene is made for\n"
          "  --pedestrians N          default: 6\n"
          "  --duration S             the first S seconds of each mission; 0: all rounds\n"

@@ -16,9 +16,6 @@ namespace rali::fleet_bench {
 
 namespace {
 
-/// Shares of the whole recording: the halves overlap by a fifth of it.
-constexpr double kFirstUntil = 0.6, kSecondFrom = 0.4;
-
 sim::FleetOptions options_of(const Place& place) {
   sim::FleetOptions options;
   options.vehicles = place.halves ? 1 : vehicles_of(place);
@@ -49,12 +46,13 @@ struct Part {
   Time begin, end;
 };
 
-std::vector<Part> parts_of(const sim::FleetSimulation& sim, bool halves) {
+std::vector<Part> parts_of(const sim::FleetSimulation& sim, const Place& place) {
   std::vector<Part> parts;
-  if (halves) {
-    const double all_s = seconds_between(sim.t_begin(), sim.t_end());
-    parts.push_back({0, sim.t_begin(), sim.t_begin() + Duration::from_s(kFirstUntil * all_s)});
-    parts.push_back({0, sim.t_begin() + Duration::from_s(kSecondFrom * all_s), sim.t_end()});
+  if (place.halves) {
+    const Duration alone = Duration::from_s(0.5 * (1.0 - place.common) *
+                                            seconds_between(sim.t_begin(), sim.t_end()));
+    parts.push_back({0, sim.t_begin(), sim.t_end() - alone});
+    parts.push_back({0, sim.t_begin() + alone, sim.t_end()});
     return parts;
   }
   for (int v = 0; v < sim.vehicles(); ++v) parts.push_back({v, sim.t_begin(), sim.t_end()});
@@ -182,7 +180,7 @@ std::string file_name(const Place& place) {
   bench::OptionHash hash;
   bench::add_options(options_of(place).vehicle, hash);
   hash.add(vehicles_of(place));
-  hash.add(place.halves ? 1.0 : 0.0);
+  hash.add(place.halves ? 1.0 + place.common : 0.0);
   for (const std::string& text : place.settings) {
     for (const char c : text) hash.add(static_cast<double>(c));
   }
@@ -198,7 +196,7 @@ Result<Mission> drive_anew(const Place& place) {
   if (!world) return tl::make_unexpected(world.error());
   auto sim = sim::make_fleet_simulation(std::move(*world), options_of(place));
   if (!sim) return tl::make_unexpected(sim.error());
-  Fleet fleet(**sim, parts_of(**sim, place.halves), *settings);
+  Fleet fleet(**sim, parts_of(**sim, place), *settings);
   while (auto message = (*sim)->next()) fleet.take(**sim, *message);
   return fleet.finish();
 }
