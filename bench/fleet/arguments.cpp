@@ -15,11 +15,12 @@ namespace {
 using Setter = std::function<Status(const std::string&, Arguments&)>;
 
 Status set_scenes(const std::string& text, Arguments& a) {
-  a.scenes.clear();
-  for (const std::string& name : bench::split(text)) {
-    const auto scene = sim::scene_of(name);
-    if (!scene) return tl::make_unexpected(scene.error());
-    a.scenes.push_back(*scene);
+  a.scenes = bench::split(text);
+  for (const std::string& name : a.scenes) {
+    Place place;
+    place.scene = name;
+    if (from_file(place)) continue;
+    if (const auto scene = sim::scene_of(name); !scene) return tl::make_unexpected(scene.error());
   }
   return {};
 }
@@ -76,10 +77,8 @@ const std::map<std::string, Setter>& setters() {
        [](const std::string& text, Arguments& a) {
          return number("--duration", text, 0.0, a.place.duration_s);
        }},
-      {"--common",
-       [](const std::string& text, Arguments& a) {
-         return number("--common", text, 0.0, a.place.common);
-       }},
+      {"--common", [](const std::string& text,
+                      Arguments& a) { return number("--common", text, 0.0, a.place.common); }},
       {"--set",
        [](const std::string& text, Arguments& a) -> Status {
          a.settings.push_back(text);
@@ -139,7 +138,8 @@ Result<Arguments> parse_arguments(int argc, const char* const* argv) {
 
 std::string help_text() {
   return "fleet_bench: one map of several vehicles, in simulated places\n"
-         "  --scenes corridor,floor  or loop, yard, garage, tunnel, mine, ...\n"
+         "  --scenes corridor,floor  or loop, yard, garage, tunnel, mine, ...; or a\n"
+         "                           file with a scene (docs/scenes.md), FILE.yaml\n"
          "  --seeds 1,2,5-8          default: 401-405\n"
          "  --rows starts,none       what the centre knows: start poses by hand (0.2 m, 3 deg);\n"
          "                           nothing; places: nothing, and clocks are not common\n"

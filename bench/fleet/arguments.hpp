@@ -8,7 +8,7 @@
 namespace rali::fleet_bench {
 
 struct Arguments {
-  std::vector<sim::Scene> scenes = {sim::Scene::kCorridor, sim::Scene::kFloor};
+  std::vector<std::string> scenes = {"corridor", "floor"};  ///< as Place has them
   std::vector<std::uint64_t> seeds = {401, 402, 403, 404, 405};
   std::vector<JoinOptions> rows;
   Place place;                        ///< scene and seed are replaced

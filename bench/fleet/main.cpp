@@ -19,14 +19,14 @@ Result<Scores> run_row(const Arguments& a, const Place& place, const Mission& mi
   auto scores = score(mission, *joined, place, row);
   if (!scores) return scores;
   if (a.per_round) {
-    fmt::print("{} {}, seed {}\n\n{}\n", sim::kSceneNames[static_cast<std::size_t>(place.scene)],
-               row.name, place.seed, round_table(mission, *joined));
+    fmt::print("{} {}, seed {}\n\n{}\n", name_of(place), row.name, place.seed,
+               round_table(mission, *joined));
   }
   if (!a.dump_dir.empty()) dump(a.dump_dir, mission, *joined, *scores);
   if (!a.mesh || scores->joined < 2) return scores;
   const auto world = world_of(place);
   if (!world) return tl::make_unexpected(world.error());
-  const auto cloud = compare_cloud(mission, *joined, world->mesh);
+  const auto cloud = compare_cloud(mission, *joined, world->world.mesh);
   if (!cloud) return tl::make_unexpected(cloud.error());
   scores->mesh_m = cloud->within.mean;
   scores->mesh_p95_m = cloud->p95_m;
@@ -41,8 +41,7 @@ bool run_place(const Arguments& a, const Place& place, std::vector<Scores>& runs
     const auto scores = mission ? run_row(a, place, *mission, row)
                                 : Result<Scores>(tl::make_unexpected(mission.error()));
     if (!scores) {
-      fmt::print(stderr, "{} {}, seed {}: {}\n",
-                 sim::kSceneNames[static_cast<std::size_t>(place.scene)], row.name, place.seed,
+      fmt::print(stderr, "{} {}, seed {}: {}\n", name_of(place), row.name, place.seed,
                  scores.error().message());
       all_done = false;
       continue;
@@ -75,7 +74,7 @@ int report(const Arguments& a, const std::vector<Scores>& runs, bool all_done) {
 int main_with(const Arguments& a) {
   std::vector<Scores> runs;
   bool all_done = true;
-  for (const sim::Scene scene : a.scenes) {
+  for (const std::string& scene : a.scenes) {
     for (const std::uint64_t seed : a.seeds) {
       Place place = a.place;
       place.scene = scene;

@@ -16,19 +16,7 @@ namespace rali::fleet_bench {
 
 namespace {
 
-sim::FleetOptions options_of(const Place& place) {
-  sim::FleetOptions options;
-  options.vehicles = place.halves ? 1 : vehicles_of(place);
-  options.radio_link = false;
-  options.vehicle.scene = place.scene;
-  options.vehicle.seed = place.seed;
-  options.vehicle.pedestrians = place.pedestrians;
-  options.vehicle.duration_s = place.duration_s;
-  options.vehicle.imu_apart = true;  // as on real vehicles
-  return options;
-}
-
-std::string name_of(int vehicle) { return fmt::format("v{}", vehicle + 1); }
+std::string vehicle_name(int vehicle) { return fmt::format("v{}", vehicle + 1); }
 
 VehicleId id_of(int vehicle) { return VehicleId{static_cast<std::uint16_t>(vehicle)}; }
 
@@ -49,8 +37,8 @@ struct Part {
 std::vector<Part> parts_of(const sim::FleetSimulation& sim, const Place& place) {
   std::vector<Part> parts;
   if (place.halves) {
-    const Duration alone = Duration::from_s(0.5 * (1.0 - place.common) *
-                                            seconds_between(sim.t_begin(), sim.t_end()));
+    const Duration alone =
+        Duration::from_s(0.5 * (1.0 - place.common) * seconds_between(sim.t_begin(), sim.t_end()));
     parts.push_back({0, sim.t_begin(), sim.t_end() - alone});
     parts.push_back({0, sim.t_begin() + alone, sim.t_end()});
     return parts;
@@ -69,14 +57,14 @@ class Fleet {
     for (int v = 0; v < n; ++v) {
       const Part& part = parts_[static_cast<std::size_t>(v)];
       vehicle::VehicleSettings settings = common;
-      settings.name = name_of(v);
+      settings.name = vehicle_name(v);
       settings.calibration = sim.calibration_nominal(part.source);
       settings.antennas_body_m = antennas_of(sim, part.source);
       for (int other = 0; other < sim.vehicles(); ++other) {
         if (other == v) continue;
         vehicle::PeerSettings peer;
         peer.id = id_of(other);
-        peer.name = name_of(other);
+        peer.name = vehicle_name(other);
         peer.antennas_body_m = antennas_of(sim, other);
         settings.peers.push_back(std::move(peer));
       }
@@ -176,25 +164,24 @@ class Fleet {
   Status encoded_;
 };
 
-std::string file_name(const Place& place) {
+std::string file_name(const Place& place, const PlaceWorld& world) {
   bench::OptionHash hash;
-  bench::add_options(options_of(place).vehicle, hash);
-  hash.add(vehicles_of(place));
+  bench::add_options(world.options.vehicle, hash);
+  hash.add(place.halves ? 2 : world.options.vehicles);
   hash.add(place.halves ? 1.0 + place.common : 0.0);
   for (const std::string& text : place.settings) {
     for (const char c : text) hash.add(static_cast<double>(c));
   }
-  return fmt::format("mission_{}_{}_{:016x}.facts",
-                     sim::kSceneNames[static_cast<std::size_t>(place.scene)], place.seed,
-                     hash.value());
+  if (from_file(place)) {
+    for (const geometry::Vec3f& vertex : world.world.mesh.vertices) hash.add(vertex.sum());
+  }
+  return fmt::format("mission_{}_{}_{:016x}.facts", name_of(place), place.seed, hash.value());
 }
 
-Result<Mission> drive_anew(const Place& place) {
+Result<Mission> drive_anew(const Place& place, PlaceWorld world) {
   const auto settings = bench::vehicle_settings(place.settings);
   if (!settings) return tl::make_unexpected(settings.error());
-  auto world = world_of(place);
-  if (!world) return tl::make_unexpected(world.error());
-  auto sim = sim::make_fleet_simulation(std::move(*world), options_of(place));
+  auto sim = sim::make_fleet_simulation(std::move(world.world), world.options);
   if (!sim) return tl::make_unexpected(sim.error());
   Fleet fleet(**sim, parts_of(**sim, place), *settings);
   while (auto message = (*sim)->next()) fleet.take(**sim, *message);
@@ -203,27 +190,18 @@ Result<Mission> drive_anew(const Place& place) {
 
 }  // namespace
 
-int vehicles_of(const Place& place) {
-  if (place.halves) return 2;
-  if (place.vehicles > 0) return place.vehicles;
-  return static_cast<int>(sim::make_world(place.scene, place.seed).starts.size());
-}
-
-Result<sim::World> world_of(const Place& place) {
-  return sim::world_for(sim::make_world(place.scene, place.seed),
-                        place.halves ? 1 : vehicles_of(place));
-}
-
 Result<Mission> drive_mission(const Place& place, const std::string& cache_dir) {
+  auto world = world_of(place);
+  if (!world) return tl::make_unexpected(world.error());
   std::string path;
   Mission mission;
   if (!cache_dir.empty()) {
     std::error_code ignored;
     std::filesystem::create_directories(cache_dir, ignored);
-    path = cache_dir + "/" + file_name(place);
+    path = cache_dir + "/" + file_name(place, *world);
     if (load_mission(path, mission)) return mission;
   }
-  auto driven = drive_anew(place);
+  auto driven = drive_anew(place, std::move(*world));
   if (!driven || path.empty()) return driven;
   if (auto ok = save_mission(path, *driven); !ok) return tl::make_unexpected(ok.error());
   return driven;

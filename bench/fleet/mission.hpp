@@ -4,25 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "place.hpp"
 #include "rali/drive/output/corrected_path.hpp"
 #include "rali/eval/association.hpp"
-#include "rali/sim/fleet/fleet_simulation.hpp"
 #include "rali/wire/byte_writer.hpp"
 
 namespace rali::fleet_bench {
-
-/// What decides what the vehicles see and tell.
-struct Place {
-  sim::Scene scene = sim::Scene::kCorridor;
-  std::uint64_t seed = 1;
-  int vehicles = 0;  ///< 0: as many as the scene is made for
-  int pedestrians = 6;
-  double duration_s = 0.0;  ///< 0: all rounds
-  /// The recording of one vehicle is cut into two that overlap, as if of two vehicles and days.
-  bool halves = false;
-  double common = 0.2;  ///< share of the recording's time that both halves have
-  std::vector<std::string> settings;  ///< key=value for the vehicles
-};
 
 /// Points of a keyframe, in its body.
 struct Points {
@@ -48,10 +35,6 @@ struct Mission {
   double cpu_ms = 0.0;  ///< of the vehicles' software, all together
   std::vector<Driven> vehicles;
 };
-
-/// The world of a place with starts for its vehicles. Errors (kUsage): too many vehicles.
-[[nodiscard]] Result<sim::World> world_of(const Place& place);
-[[nodiscard]] int vehicles_of(const Place& place);
 
 /// Drives the mission through the simulator and the vehicles' software, or reads it from the cache.
 /// The vehicles know nothing of each other's starts. Errors: of the simulation, of settings, of

@@ -144,7 +144,7 @@ Result<Scores> score(const Mission& mission, const Joined& joined, const Place& 
                      const JoinOptions& options) {
   Scores s;
   s.row = options.name;
-  s.scene = sim::kSceneNames[static_cast<std::size_t>(place.scene)];
+  s.scene = name_of(place);
   s.seed = place.seed;
   s.vehicles = mission.vehicles.size();
   s.duration_s = mission.duration_s;

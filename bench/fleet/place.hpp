@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rali/sim/fleet/fleet_simulation.hpp"
+
+namespace rali::fleet_bench {
+
+/// What decides what the vehicles see and tell.
+struct Place {
+  std::string scene;  ///< shipped, or a file with one (docs/scenes.md), which ends in .yaml
+  std::uint64_t seed = 1;
+  int vehicles = 0;  ///< 0: as many as the scene is made for
+  int pedestrians = 6;
+  double duration_s = 0.0;  ///< 0: all rounds
+  /// The recording of one vehicle is cut into two that overlap, as if of two vehicles and days.
+  bool halves = false;
+  double common = 0.2;                ///< share of the recording's time that both halves have
+  std::vector<std::string> settings;  ///< key=value for the vehicles
+};
+
+/// A world with starts for its vehicles, and what drives in it.
+struct PlaceWorld {
+  sim::World world;
+  sim::FleetOptions options;
+};
+
+[[nodiscard]] bool from_file(const Place& place);
+
+/// Errors (kUsage): no such scene, too many vehicles; of the file.
+[[nodiscard]] Result<PlaceWorld> world_of(const Place& place);
+
+/// The scene's name, or that of its file without folder and ending.
+[[nodiscard]] std::string name_of(const Place& place);
+
+}  // namespace rali::fleet_bench
