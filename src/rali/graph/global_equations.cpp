@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace rali::graph {
 
@@ -44,7 +45,7 @@ std::vector<std::pair<int, int>> block_pairs(const Window& window, const BlockLa
     }
     together.clear();
   };
-  for_each_factor(window, INFINITY, [&](const LinearFactor& factor) {
+  for_each_factor(window, std::numeric_limits<double>::infinity(), [&](const LinearFactor& factor) {
     for (int b = 0; b < factor.block_count; ++b) touch(factor.blocks[at(b)].column);
     join();
   });

@@ -1,5 +1,6 @@
 #include "rali/graph/rotation_start.hpp"
 
+#include <limits>
 #include <numeric>
 
 #include <Eigen/Eigenvalues>
@@ -291,7 +292,8 @@ bool start_from_rotations(Window& window) {
 
 int degrees_of_freedom(const Window& window) {
   Eigen::Index rows = 0;
-  for_each_factor(window, INFINITY, [&](const LinearFactor& f) { rows += f.r.size(); });
+  for_each_factor(window, std::numeric_limits<double>::infinity(),
+                  [&](const LinearFactor& f) { rows += f.r.size(); });
   return std::max(1, static_cast<int>(rows) - window.columns());
 }
 

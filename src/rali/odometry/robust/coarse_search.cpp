@@ -188,7 +188,7 @@ void RecentPoints::add(const BodyPoints& points, const SE3& T_odom_body) {
     scans_.emplace_back();
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3 p(points.x_m[i], points.y_m[i], points.z_m[i]);
+    const Vec3 p = geometry::Vec3f(points.x_m[i], points.y_m[i], points.z_m[i]).cast<double>();
     scans_.back().push_back((T_odom_body * p).cast<float>());
   }
 }

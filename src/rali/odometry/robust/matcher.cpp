@@ -61,7 +61,7 @@ double Matcher::point_variance(const Point& p, double cos_incidence, double plan
 void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_pose, bool wide) {
   const Mat3& R = T_odom_body.R;
   for (Point& point : points_) {
-    const Vec3 p_body(point.x, point.y, point.z);
+    const Vec3 p_body = point.p_body();
     const Vec3 x = R * p_body + T_odom_body.p;
     point.plane = wide ? map.find_near(x) : map.find(x);
     if (point.plane < 0) continue;
@@ -73,7 +73,7 @@ void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_p
     const Vec3 m = R.transpose() * plane.n;
     Vec6 H;
     H << p_body.cross(m), plane.n;
-    const double cos_incidence = m.dot(Vec3(point.dx, point.dy, point.dz));
+    const double cos_incidence = m.dot(point.ray_body());
     const double variance = point_variance(point, cos_incidence, plane.var_normal) +
                             plane_variance_at(plane, d) + H.dot(P_pose * H);
     const double gate = std::clamp(settings_.gate_sigma * std::sqrt(variance), settings_.gate_min_m,
@@ -97,10 +97,10 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
     }
     Group& group = groups_[static_cast<std::size_t>(g)];
     const Plane& plane = map.plane(point.plane);
-    const Vec3 p(point.x, point.y, point.z);
+    const Vec3 p = point.p_body();
     const Vec3 d = R * p + T_odom_body.p - plane.q;
     const double r = plane.n.dot(d);
-    const double cos_incidence = plane.n.dot(R * Vec3(point.dx, point.dy, point.dz));
+    const double cos_incidence = plane.n.dot(R * point.ray_body());
     const double s2 = point_variance(point, cos_incidence, plane.var_normal);
     const double scale = std::sqrt(s2 + plane_variance_at(plane, d));
     const double robust = geometry::cauchy_weight(r / scale, settings_.cauchy_scale);

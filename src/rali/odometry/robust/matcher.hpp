@@ -77,6 +77,12 @@ class Matcher {
     float dx, dy, dz;   // unit ray in body
     float beam_var_m2;  // (range * beam sigma)^2
     int plane = -1;
+
+    [[nodiscard]] geometry::Vec3 p_body() const { return geometry::Vec3f(x, y, z).cast<double>(); }
+
+    [[nodiscard]] geometry::Vec3 ray_body() const {
+      return geometry::Vec3f(dx, dy, dz).cast<double>();
+    }
   };
 
   /// A plane seen from the body: a point p of the body lies c + n.p above it.
