@@ -77,8 +77,12 @@ const std::map<std::string, Setter>& setters() {
        [](const std::string& text, Arguments& a) {
          return number("--duration", text, 0.0, a.place.duration_s);
        }},
-      {"--common", [](const std::string& text,
-                      Arguments& a) { return number("--common", text, 0.0, a.place.common); }},
+      {"--common",
+       [](const std::string& text, Arguments& a) -> Status {
+         if (auto ok = number("--common", text, 0.0, a.place.common); !ok) return ok;
+         if (a.place.common <= 1.0) return {};
+         return fail(ErrorCode::kUsage, "--common", "a share is at most 1");
+       }},
       {"--set",
        [](const std::string& text, Arguments& a) -> Status {
          a.settings.push_back(text);

@@ -63,10 +63,10 @@ void score_paths(const Mission& mission, const Joined& joined,
 }
 
 void score_frames(const Mission& mission, const Joined& joined,
-                  const std::vector<std::size_t>& members, Scores& s) {
+                  const std::vector<std::size_t>& members, bool halves, Scores& s) {
   s.joined = members.size();
   for (std::size_t k = 1; k < members.size(); ++k) {
-    const auto error = frame_error(mission, joined, members.front(), members[k]);
+    const auto error = frame_error(mission, joined, members.front(), members[k], halves);
     if (!error) continue;
     const double deg = error->angle_rad * kDegPerRad;
     s.frame_m = std::isnan(s.frame_m) ? error->distance_m : std::max(s.frame_m, error->distance_m);
@@ -154,7 +154,7 @@ Result<Scores> score(const Mission& mission, const Joined& joined, const Place& 
   const std::vector<std::size_t> members = largest_group(joined.estimate);
   if (members.empty()) return fail(ErrorCode::kNoAnswer, s.scene, "no vehicle has a path");
   score_paths(mission, joined, members, s);
-  score_frames(mission, joined, members, s);
+  score_frames(mission, joined, members, place.halves, s);
   score_honesty(mission, joined, members, s);
   score_loops(mission, joined, s);
   score_traffic(mission, s);

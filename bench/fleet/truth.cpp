@@ -39,6 +39,12 @@ double known_part(const Vec3& error, const Mat3& information, double sigma) {
   return std::sqrt(sum);
 }
 
+const drive::KeyframeRecord& nearest(const std::vector<drive::KeyframeRecord>& keyframes, Time t) {
+  return *std::min_element(keyframes.begin(), keyframes.end(), [t](const auto& a, const auto& b) {
+    return std::abs(seconds_between(t, a.t)) < std::abs(seconds_between(t, b.t));
+  });
+}
+
 }  // namespace
 
 std::optional<SE3> truth_at(const Mission& mission, VehicleId vehicle, Time t) {
@@ -68,15 +74,20 @@ eval::PairList pairs_of(const Driven& driven, const Path& path) {
 }
 
 std::optional<FrameError> frame_error(const Mission& mission, const Joined& joined, std::size_t a,
-                                      std::size_t b) {
+                                      std::size_t b, bool halves) {
   const auto& keyframes_a = joined.paths[a].keyframes;
   const auto& keyframes_b = joined.paths[b].keyframes;
   if (keyframes_a.empty() || keyframes_b.empty()) return std::nullopt;
-  const auto Q_a = truth_at(mission, keyframes_a.front().id.vehicle, keyframes_a.front().t);
-  const auto Q_b = truth_at(mission, keyframes_b.front().id.vehicle, keyframes_b.front().t);
+  const Time t = keyframes_b.front().t;
+  const Time t_middle =
+      t + Duration::from_s(0.5 * std::max(0.0, seconds_between(t, keyframes_a.back().t)));
+  const auto& k_a = halves ? nearest(keyframes_a, t_middle) : keyframes_a.front();
+  const auto& k_b = halves ? nearest(keyframes_b, t_middle) : keyframes_b.front();
+  const auto Q_a = truth_at(mission, k_a.id.vehicle, k_a.t);
+  const auto Q_b = truth_at(mission, k_b.id.vehicle, k_b.t);
   if (!Q_a || !Q_b) return std::nullopt;
-  const SE3 P_a = joined.paths[a].T_map_odom * keyframes_a.front().T_odom_body;
-  const SE3 P_b = joined.paths[b].T_map_odom * keyframes_b.front().T_odom_body;
+  const SE3 P_a = joined.paths[a].T_map_odom * k_a.T_odom_body;
+  const SE3 P_b = joined.paths[b].T_map_odom * k_b.T_odom_body;
   const SE3 E = (Q_a->inverse() * *Q_b).inverse() * (P_a.inverse() * P_b);
   return FrameError{E.p.norm(), geometry::so3_log(E.R).norm()};
 }

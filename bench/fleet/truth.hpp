@@ -22,8 +22,10 @@ struct FrameError {
 
 /// How far the place of vehicle `b` in the map of vehicle `a` is off, at their first keyframes: no
 /// alignment at all. Nothing without keyframes of both.
+/// @param halves of one recording: in the middle of what both have; they begin at different times,
+/// and what the odometry of one does before is no error of the other's frame
 [[nodiscard]] std::optional<FrameError> frame_error(const Mission& mission, const Joined& joined,
-                                                    std::size_t a, std::size_t b);
+                                                    std::size_t a, std::size_t b, bool halves);
 
 /// What is wrong with a loop, as far as it claims to know: errors along directions whose sigma is
 /// larger than kKnown_m or kKnown_rad are no errors.
