@@ -266,5 +266,38 @@ TEST(Hypotheses, of_rubbish_are_none_or_undecided) {
   EXPECT_EQ(joint_hypotheses(track, {bad}, settings).all.size(), set.all.size());
 }
 
+/// Two vehicles that never heard each other; scans say where they lie, in as many ways as told.
+std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m) {
+  const InitSettings settings = plain_settings();
+  std::vector<PoseEvidence> evidence;
+  for (const Vec3& at : places_m) {
+    PoseEvidence e;
+    e.a = {VehicleId{1}, 0};
+    e.b = {VehicleId{0}, 0};
+    e.place_b_m = at;
+    e.information = Vec4(1e6, std::pow(along_sigma_m, -2), 1e4, 1e4).asDiagonal();
+    e.group = 0;
+    evidence.push_back(e);
+  }
+  const FrameGroup a{{evidence[0].a}, {YawPose{}}}, b{{evidence[0].b}, {YawPose{}}};
+  const HypothesisSet set = group_hypotheses(a, b, {}, evidence, settings);
+  const Observability seen = observability(set, settings);
+  return advice_text(seen.advice, seen, "v2", "v1", settings);
+}
+
+// "Drive on, and turn" helps nobody who has two recordings and no ranges.
+TEST(Hypotheses, of_places_that_look_alike_ask_for_what_helps_without_ranges) {
+  EXPECT_EQ(
+      by_scans({Vec3(5, 0, 0), Vec3(10, 0, 0), Vec3(15, 0, 0)}, 0.01),
+      "v2: 3 places against v1 look alike; scans alone cannot tell. Let both see a place that "
+      "is like no other, or give a start pose (priors)");
+}
+
+TEST(Hypotheses, of_a_passage_without_marks_are_told_as_that) {
+  EXPECT_EQ(by_scans({Vec3(5, 0, 0)}, 1e3),
+            "v2: what it saw fits all along the way of v1; scans alone cannot tell where. Let both "
+            "see a place that is like no other, or give a start pose (priors)");
+}
+
 }  // namespace
 }  // namespace rali::fleet

@@ -78,7 +78,7 @@ bool parallel(const Line& x, const Line& y, double yaw_rad) {
 Advice why_rivals(const HypothesisSet& set, const Line& x, const Line& y,
                   const InitSettings& settings) {
   const bool one_stands = set.a_stands || set.b_stands;
-  if (set.ranges.empty()) return Advice::kSeveral;
+  if (set.ranges.empty()) return Advice::kLookAlike;
   if (set.a_stands && set.b_stands) return Advice::kDistance;
   if (one_stands) {
     const Line& moving = set.b_stands ? x : y;
@@ -97,6 +97,7 @@ Advice why_rivals(const HypothesisSet& set, const Line& x, const Line& y,
 /// One place fits, but a direction is not known well enough.
 Advice why_weak(const HypothesisSet& set, const Observability& seen, const Line& x, const Line& y,
                 const InitSettings& settings) {
+  if (set.ranges.empty()) return Advice::kSlides;
   if (set.a_stands && set.b_stands) return Advice::kDistance;
   const double heading_share = seen.eigenvectors(0, 0) * seen.eigenvectors(0, 0);
   const bool stands = set.a_stands || set.b_stands;
@@ -123,6 +124,47 @@ void set_sigmas(const Mat4& information, const CommitSettings& settings, Observa
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> place(
       Eigen::Matrix2d(C.bottomRightCorner<2, 2>()), Eigen::EigenvaluesOnly);
   seen.place_sigma_m = settings.place_unit_m * std::sqrt(place.eigenvalues()[1]);
+}
+
+/// Where only scans tell, driving on along the same way tells no more.
+std::string by_scans_text(Advice advice, const Observability& seen, const std::string& a,
+                          const std::string& b) {
+  const std::string why =
+      advice == Advice::kSlides
+          ? fmt::format("what it saw fits all along the way of {}; scans alone cannot tell where",
+                        b)
+          : fmt::format("{} places against {} look alike; scans alone cannot tell", seen.rivals + 1,
+                        b);
+  return fmt::format(
+      "{}: {}. Let both see a place that is like no other, or give a start pose (priors)", a, why);
+}
+
+/// One place is left and is known, and something else forbids it.
+std::string refusal_text(Advice advice, const Observability& seen, const std::string& a,
+                         const std::string& b, const InitSettings& settings) {
+  switch (advice) {
+    case Advice::kMisfit:
+      return fmt::format("{}: ranges to {} contradict the odometry of both, no place fits", a, b);
+    case Advice::kTooGood:
+      return fmt::format("{}: ranges to {} are better than their sigma says; give a smaller one", a,
+                         b);
+    case Advice::kNotVerified:
+      return fmt::format("{}: scans do not overlap with the map of {} where they should", a, b);
+    case Advice::kNoPrior:
+      return fmt::format("{}: needs a start pose against {} (preset paper)", a, b);
+    case Advice::kSmallMap:
+      return fmt::format("{}: waiting for keyframes (at least {})", a,
+                         settings.commit.min_keyframes);
+    case Advice::kFewViews:
+      return fmt::format("{}: fewer than {} places recognised that {} saw, too. Let it see more", a,
+                         settings.commit.views_min, b);
+    case Advice::kDrift:
+      return fmt::format(
+          "{}: odometry drifts too much: place against {} known to {:.0f} deg and {:.1f} m only", a,
+          b, seen.yaw_sigma_rad / kDegree, seen.place_sigma_m);
+    default:
+      return {};
+  }
 }
 
 }  // namespace
@@ -217,30 +259,22 @@ std::string advice_text(Advice advice, const Observability& seen, const std::str
     case Advice::kSeveral:
       return fmt::format("{}: {} places against {} fit alike. Drive on, and turn", a,
                          seen.rivals + 1, b);
+    case Advice::kLookAlike:
+    case Advice::kSlides:
+      return by_scans_text(advice, seen, a, b);
     case Advice::kNotYet:
       return fmt::format("{}: place against {} not known well enough yet. Drive on", a, b);
     case Advice::kHeight:
       return fmt::format("{}: height against {} unknown (+-{:.1f} m). Let {} see {}'s mapped area",
                          a, b, seen.z_sigma_m, b, a);
     case Advice::kMisfit:
-      return fmt::format("{}: ranges to {} contradict the odometry of both, no place fits", a, b);
     case Advice::kTooGood:
-      return fmt::format("{}: ranges to {} are better than their sigma says; give a smaller one", a,
-                         b);
     case Advice::kNotVerified:
-      return fmt::format("{}: scans do not overlap with the map of {} where they should", a, b);
     case Advice::kNoPrior:
-      return fmt::format("{}: needs a start pose against {} (preset paper)", a, b);
     case Advice::kSmallMap:
-      return fmt::format("{}: waiting for keyframes (at least {})", a,
-                         settings.commit.min_keyframes);
     case Advice::kFewViews:
-      return fmt::format("{}: fewer than {} places recognised that {} saw, too. Let it see more", a,
-                         settings.commit.views_min, b);
     case Advice::kDrift:
-      return fmt::format(
-          "{}: odometry drifts too much: place against {} known to {:.0f} deg and {:.1f} m only", a,
-          b, seen.yaw_sigma_rad / kDegree, seen.place_sigma_m);
+      return refusal_text(advice, seen, a, b, settings);
   }
   return {};
 }

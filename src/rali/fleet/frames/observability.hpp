@@ -18,6 +18,8 @@ enum class Advice {
   kDistance,        ///< the distance does not change
   kOffset,          ///< offset of the radios and place are one
   kSeveral,         ///< several places fit, for no reason of the above
+  kLookAlike,       ///< the same, and only scans tell
+  kSlides,          ///< scans fit all along a way, and only they tell
   kNotYet,          ///< one place fits, but too loosely
   kHeight,          ///< height between the two is not known
   kMisfit,          ///< no place fits: ranges contradict odometry
