@@ -7,6 +7,7 @@
 #include "rali/fleet/centre/frame_search.hpp"
 #include "rali/fleet/centre/group_estimate.hpp"
 #include "rali/fleet/centre/sight_lines.hpp"
+#include "rali/fleet/centre/upright.hpp"
 
 namespace rali::fleet {
 
@@ -84,12 +85,32 @@ std::size_t finished_first(std::vector<PathSubmap>& pieces, std::span<const Vehi
   return static_cast<std::size_t>(live - pieces.begin());
 }
 
+/// Says of all who are in no group with the reference what is missing.
+void tell_who_waits(std::span<const VehiclePath> paths, const FrameSolver& solver, Solution& out) {
+  VehicleNames names;
+  for (const VehiclePath& path : paths) names[path.vehicle()] = path.name();
+  // What the solver says is how somebody stands to the reference; if that is not in the map, it is
+  // the map's own vehicle that waits for it.
+  const std::size_t reference = out.estimate.frames[0].group;
+  const std::size_t of_map = out.frames.groups[0].front();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    VehicleFrame& frame = out.estimate.frames[i];
+    if (frame.group == 0) continue;
+    const std::size_t who = frame.group == reference ? of_map : i;
+    frame.waits_for = solver.text(stream_of(paths[who]), names);
+  }
+}
+
 }  // namespace
 
 Solution solve_fleet(SolutionInput in, Executor& executor) {
   Solution out;
-  const auto& paths = in.paths;
-  if (paths.empty()) return out;
+  if (in.paths.empty()) return out;
+  std::vector<VehiclePath> upright_paths;
+  if (in.settings.join && in.paths.size() > 1 && in.settings.solve == SolveWhat::kAll) {
+    upright_paths = upright(in.paths, in.settings.cut, in.settings.places, executor);
+  }
+  const std::span<const VehiclePath> paths = upright_paths.empty() ? in.paths : upright_paths;
   JointRanges ranges;
   if (in.knowledge.common_clock) {
     const Duration warm_up = Duration::from_s(in.settings.boundary.warm_up_s);
@@ -128,19 +149,7 @@ Solution solve_fleet(SolutionInput in, Executor& executor) {
         estimate_group(group, g, executor, out.estimate, g == 0 ? in.until : std::nullopt);
     if (boundary) out.boundary = std::move(boundary);
   }
-  if (!solver) return out;
-  VehicleNames names;
-  for (const VehiclePath& path : paths) names[path.vehicle()] = path.name();
-  // What the solver says is how somebody stands to the reference; if that is not in the map, it is
-  // the map's own vehicle that waits for it.
-  const std::size_t reference = out.estimate.frames[0].group;
-  const std::size_t of_map = out.frames.groups[0].front();
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    VehicleFrame& frame = out.estimate.frames[i];
-    if (frame.group == 0) continue;
-    const std::size_t who = frame.group == reference ? of_map : i;
-    frame.waits_for = solver->text(stream_of(paths[who]), names);
-  }
+  if (solver) tell_who_waits(paths, *solver, out);
   return out;
 }
 

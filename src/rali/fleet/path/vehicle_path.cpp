@@ -99,7 +99,13 @@ Vec3 VehiclePath::up_odom() const {
     const double g = node->step.g_odom_mps2.norm();
     if (node->step.levelled && g > 0.0) return -node->step.g_odom_mps2 / g;
   }
-  return Vec3::UnitZ();
+  return up_unlevelled_;
+}
+
+bool VehiclePath::levelled() const {
+  return std::any_of(nodes_.begin(), nodes_.end(), [](const Node& node) {
+    return node.step.levelled && node.step.g_odom_mps2.norm() > 0.0;
+  });
 }
 
 double VehiclePath::blind_m() const {

@@ -67,6 +67,12 @@ class VehiclePath {
   /// Unit vector against gravity in odom, as last told.
   [[nodiscard]] geometry::Vec3 up_odom() const;
 
+  /// Whether inertial data have told of gravity.
+  [[nodiscard]] bool levelled() const;
+
+  /// What up is as long as no inertial data tell; z of odom unless set. @param up unit
+  void set_up_odom(const geometry::Vec3& up) { up_unlevelled_ = up; }
+
   /// Way driven blind [m].
   [[nodiscard]] double blind_m() const;
 
@@ -83,6 +89,7 @@ class VehiclePath {
   std::map<std::uint32_t, std::uint32_t> keyframes_;  ///< to the number of its node
   std::map<std::uint32_t, KeyframePoints> points_;
   std::vector<RangeEntry> ranges_;
+  geometry::Vec3 up_unlevelled_ = geometry::Vec3::UnitZ();
 };
 
 }  // namespace rali::fleet

@@ -1,0 +1,142 @@
+#include "rali/fleet/centre/upright.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/frames/yaw_pose.hpp"
+#include "rali/places/world_for_test.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+namespace world = places::test;
+
+/// A LiDAR without inertial data goes 4 m through a world, in an odom frame that is tilted.
+VehiclePath carried(const world::World& w, const SE3& T_odom_world, bool levelled = false) {
+  VehiclePath path(VehicleId{1});
+  Rng rng(1, "sweeps");
+  for (std::uint32_t k = 0; k < 5; ++k) {
+    const world::Sensor sensor;
+    const world::Sweep sweep = world::look(w, world::at(3.0 + k, 4.0, 0.0), rng, sensor);
+    KeyframePoints points;
+    points.keyframe = k;
+    points.T_body_lidar.p.z() = sensor.height_m;
+    points.x_m = sweep.x_m;
+    points.y_m = sweep.y_m;
+    points.z_m = sweep.z_m;
+    Increment step;
+    step.node = k;
+    step.keyframe = k;
+    step.begins = k == 0;
+    step.levelled = levelled;
+    step.T_odom_body = T_odom_world * sweep.T_world_body;
+    path.add(Time::from_s(k), step);
+    path.add(Time::from_s(k), points);
+  }
+  return path;
+}
+
+/// The path of points that are told, in one keyframe.
+VehiclePath path_of(const std::vector<Vec3>& p) {
+  VehiclePath path(VehicleId{1});
+  Increment step;
+  step.keyframe = 0;
+  step.begins = true;
+  path.add(Time::from_s(0), step);
+  KeyframePoints points;
+  for (const Vec3& at : p) {
+    points.x_m.push_back(static_cast<float>(at.x()));
+    points.y_m.push_back(static_cast<float>(at.y()));
+    points.z_m.push_back(static_cast<float>(at.z()));
+  }
+  path.add(Time::from_s(0), points);
+  return path;
+}
+
+SE3 tilted(double roll_deg, double pitch_deg) {
+  return {geometry::rotation_from_rpy(roll_deg * kDegree, pitch_deg * kDegree, 0.4), {3, -1, 2}};
+}
+
+std::optional<Vec3> up_of(const VehiclePath& path) {
+  SerialExecutor executor;
+  return up_by_surfaces(cut_into_submaps({&path, 1}, CutSettings{}, {}, executor));
+}
+
+double off_deg(const Vec3& a, const Vec3& b) {
+  return std::acos(std::min(1.0, a.dot(b))) / kDegree;
+}
+
+TEST(Upright, finds_up_where_a_lidar_was_held_at_20_degrees) {
+  for (const SE3& T : {tilted(20, 0), tilted(0, -20), tilted(14, 14), tilted(0, 0)}) {
+    const auto up = up_of(carried(world::room(), T));
+    ASSERT_TRUE(up);
+    EXPECT_LT(off_deg(*up, T.R.col(2)), 0.5);
+  }
+}
+
+// At 45 degrees a wall is as near to z of odom as the floor: whoever answers there is wrong by 90
+// degrees now and then.
+TEST(Upright, says_nothing_rather_than_that_a_wall_is_the_floor) {
+  const SE3 T = tilted(45, 0);
+  const auto up = up_of(carried(world::room(), T));
+  EXPECT_FALSE(up) << off_deg(*up, T.R.col(2));
+}
+
+TEST(Upright, needs_floors_and_walls) {
+  // Slopes in all directions: a heap of rubble has no up.
+  std::vector<Vec3> rubble;
+  Rng rng(3, "rubble");
+  for (int k = 0; k < 200; ++k) {
+    const Vec3 middle(rng.uniform(-8, 8), rng.uniform(-8, 8), rng.uniform(-3, 3));
+    const geometry::Mat3 R = geometry::rotation_from_rpy(
+        rng.uniform(-3, 3), std::asin(rng.uniform(-1, 1)), rng.uniform(-3, 3));
+    for (int i = 0; i < 60; ++i) {
+      rubble.push_back(middle + R * Vec3(rng.uniform(-0.4, 0.4), rng.uniform(-0.4, 0.4), 0.0));
+    }
+  }
+  EXPECT_FALSE(up_of(path_of(rubble)));
+  // Two walls of a trench without anything level.
+  std::vector<Vec3> walls;
+  for (double x = -8.0; x < 8.0; x += 0.2) {
+    for (double z = -2.0; z < 2.0; z += 0.2) {
+      walls.emplace_back(x, 2.0, z);
+      walls.emplace_back(x, -2.0, z);
+    }
+  }
+  EXPECT_FALSE(up_of(path_of(walls)));
+}
+
+TEST(Upright, of_rubbish_is_nothing) {
+  EXPECT_FALSE(up_by_surfaces({}));
+  EXPECT_FALSE(up_of(path_of({Vec3(1.0, 2.0, 3.0)})));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(up_of(path_of(std::vector<Vec3>(100, Vec3(nan, 1.0, nan)))));
+}
+
+TEST(Upright, leaves_those_alone_whom_inertial_data_told) {
+  SerialExecutor executor;
+  const SE3 T = tilted(20, 0);
+  const VehiclePath told = carried(world::room(), T, true);
+  EXPECT_TRUE(upright({&told, 1}, CutSettings{}, {}, executor).empty());
+
+  const std::vector<VehiclePath> both = {told, carried(world::room(), T)};
+  const std::vector<VehiclePath> mended = upright(both, CutSettings{}, {}, executor);
+  ASSERT_EQ(mended.size(), 2U);
+  EXPECT_EQ(mended[0].up_odom(), told.up_odom());
+  EXPECT_LT(off_deg(mended[1].up_odom(), T.R.col(2)), 0.5);
+}
+
+TEST(Upright, of_a_path_that_shows_nothing_stays_z) {
+  SerialExecutor executor;
+  const VehiclePath path = path_of({Vec3(1.0, 2.0, 3.0)});
+  EXPECT_TRUE(upright({&path, 1}, CutSettings{}, {}, executor).empty());
+}
+
+}  // namespace
+}  // namespace rali::fleet
