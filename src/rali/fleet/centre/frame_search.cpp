@@ -27,10 +27,10 @@ class FrameSearch {
     }
   }
 
-  FrameSolver run(JointRanges ranges, const std::vector<StartPrior>& starts);
+  FoundFrames run(JointRanges ranges, const std::vector<StartPrior>& starts);
 
  private:
-  void gather(const std::vector<StartPrior>& starts);
+  void gather(const std::vector<StartPrior>& starts, int tries);
   void look(std::vector<LoopCandidate> candidates);
   [[nodiscard]] FrameSolver solved(const JointRanges& ranges) const;
   [[nodiscard]] bool doubt(const FleetFrames& frames, JointRanges& ranges) const;
@@ -40,24 +40,26 @@ class FrameSearch {
   const FleetSettings& settings_;
   Executor& executor_;
   FrameSolver evidence_;  ///< all but the ranges
+  std::vector<LoopFound> seen_;
   int groups_ = 0;
 };
 
 void FrameSearch::look(std::vector<LoopCandidate> candidates) {
-  for (const LoopFound& found :
+  for (LoopFound& found :
        compare_all(submaps_, std::move(candidates), settings_.places.recognise, executor_)) {
     add_scan_evidence(paths_, submaps_, found, groups_++, settings_.init, evidence_);
+    if (found.recognition.usable()) seen_.push_back(std::move(found));
   }
 }
 
-void FrameSearch::gather(const std::vector<StartPrior>& starts) {
+void FrameSearch::gather(const std::vector<StartPrior>& starts, int tries) {
   for (std::size_t b = 0; b < paths_.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       const auto start = std::find_if(starts.begin(), starts.end(), [&](const StartPrior& s) {
         return std::minmax(s.path, s.relative_to) == std::minmax(a, b);
       });
       if (start == starts.end()) {
-        look(alike_candidates(submaps_, a, b, settings_.places.descriptor, settings_.loops));
+        look(alike_candidates(submaps_, a, b, settings_.places.descriptor, settings_.loops, tries));
         continue;
       }
       add_start(paths_[start->relative_to], paths_[start->path], start->T_relative_path,
@@ -104,10 +106,11 @@ bool FrameSearch::doubt(const FleetFrames& frames, JointRanges& ranges) const {
   return false;
 }
 
-FrameSolver FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& starts) {
-  gather(starts);
+FoundFrames FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& starts) {
+  const LoopSettings& loops = settings_.loops;
+  gather(starts, ranges.ranges.empty() ? loops.scans_only_tries : loops.blind_tries);
   FrameSolver solver = solved(ranges);
-  if (!settings_.joint.sight) return solver;
+  if (!settings_.joint.sight) return {std::move(solver), std::move(seen_)};
   // Each time somebody is joined, or it ends.
   for (FleetFrames frames = solver.frames(); doubt(frames, ranges);) {
     FrameSolver again = solved(ranges);
@@ -116,12 +119,12 @@ FrameSolver FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& 
     if (frames.groups.size() >= groups) break;
     solver = std::move(again);
   }
-  return solver;
+  return {std::move(solver), std::move(seen_)};
 }
 
 }  // namespace
 
-FrameSolver find_frames(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+FoundFrames find_frames(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                         const JointRanges& ranges, const std::vector<StartPrior>& starts,
                         const FleetSettings& settings, Executor& executor) {
   return FrameSearch(paths, submaps, settings, executor).run(ranges, starts);

@@ -11,10 +11,16 @@
 
 namespace rali::fleet {
 
+/// Frames of all paths, and what was compared on the way to them.
+struct FoundFrames {
+  FrameSolver solver;
+  std::vector<LoopFound> seen;  ///< recognised without rival; not all need be right
+};
+
 /// Looks for the frames of all paths (algorithms_fleet 7): by ranges, by start poses, and by what
 /// scans say where pieces of two paths look alike or a start pose tells where to look.
 /// @param paths at least one, each with a node
-[[nodiscard]] FrameSolver find_frames(std::span<const VehiclePath> paths,
+[[nodiscard]] FoundFrames find_frames(std::span<const VehiclePath> paths,
                                       std::span<const PathSubmap> submaps,
                                       const JointRanges& ranges,
                                       const std::vector<StartPrior>& starts,

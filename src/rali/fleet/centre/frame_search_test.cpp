@@ -64,7 +64,8 @@ PathFrames found(const std::vector<VehiclePath>& paths, const JointRanges& range
                  const std::vector<StartPrior>& starts = {}, const FleetSettings& settings = {}) {
   SerialExecutor executor;
   const auto submaps = cut_into_submaps(paths, settings.cut, settings.places, executor);
-  return frames_of(paths, find_frames(paths, submaps, ranges, starts, settings, executor).frames());
+  return frames_of(paths,
+                   find_frames(paths, submaps, ranges, starts, settings, executor).solver.frames());
 }
 
 /// Where the second path begins as the first one does: 52 m ahead, turned around.

@@ -72,6 +72,7 @@ class Group {
 
   void add_start(const StartPrior& start);
   [[nodiscard]] std::optional<places::Guess> guess(std::size_t target, std::size_t source);
+  void remember(const LoopFound& found);
   bool look_once(Executor& executor);
   void note(const LoopFound& found);
   void judge(const std::vector<LoopMemory::Pair>& pairs);
@@ -137,8 +138,18 @@ std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source
   return guess_of(t, s, T_t, T_s, P);
 }
 
+/// A comparison of pieces of this group becomes a loop that nobody has judged yet.
+void Group::remember(const LoopFound& found) {
+  if (!has(in_.submaps[found.candidate.target].path)) return;
+  const Loop loop = loop_of(in_.submaps, found);
+  if (memory_.compared.emplace(loop.from, loop.to).second) {
+    memory_.loops[{loop.from, loop.to}] = loop;
+  }
+}
+
 void Group::close_loops(Executor& executor) {
   if (!in_.settings.loops.use) return;
+  for (const LoopFound& found : in_.seen) remember(found);
   if (!memory_.loops.empty()) {
     std::vector<LoopMemory::Pair> known;
     for (const auto& [pair, loop] : memory_.loops) known.push_back(pair);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/fleet/centre/pieces_for_test.hpp"
+
 namespace rali::fleet {
 namespace {
 
@@ -27,20 +29,30 @@ VehiclePath path(std::uint16_t id) {
   return p;
 }
 
-/// The second vehicle was found 3 m to the left of the first one.
-FleetEstimate estimate(const std::vector<StartPrior>& starts) {
-  const std::vector<VehiclePath> paths = {path(1), path(2)};
+/// The second vehicle was found 3 m to the left of the first one. Comparisons are of pieces around
+/// the keyframes 2 and 8 of both, and 5 of a third that is in no group with them.
+FleetEstimate estimate(const std::vector<StartPrior>& starts,
+                       const std::vector<LoopFound>& seen = {}, LoopMemory* memory = nullptr) {
+  const std::vector<VehiclePath> paths = {path(1), path(2), path(3)};
+  const std::vector<PathSubmap> pieces = {piece_of(paths[0], 0, 2), piece_of(paths[0], 0, 8),
+                                          piece_of(paths[1], 1, 2), piece_of(paths[1], 1, 8),
+                                          piece_of(paths[2], 2, 5)};
   PathFrames frames;
-  frames.groups = {{0, 1}};
-  frames.group = {0, 0};
-  frames.T_map_odom.resize(2);
+  frames.groups = {{0, 1}, {2}};
+  frames.group = {0, 0, 1};
+  frames.T_map_odom.resize(3);
   frames.T_map_odom[1].p = {0.0, 3.0, 0.0};
-  frames.decided_by = {"", "ranges and scans"};
+  frames.decided_by = {"", "ranges and scans", ""};
   const JointRanges ranges;
-  const FleetSettings settings;
+  FleetSettings settings;
+  settings.loops.passes = 1;
+  settings.places.near.view_m = 0.1;  // nothing is compared: what is seen is given
+  settings.places.near.gate = 0.0;
   SerialExecutor executor;
   FleetEstimate out;
-  estimate_group({paths, {}, frames, ranges, starts, {}, settings}, 0, executor, out);
+  GroupInput in{paths, pieces, frames, ranges, starts, {}, settings, seen};
+  in.memory = memory;
+  estimate_group(in, 0, executor, out);
   return out;
 }
 
@@ -75,6 +87,33 @@ TEST(GroupEstimate, a_heading_that_is_wrong_denies_a_start_pose_too) {
   const FleetEstimate e = estimate({start(0.0, 3.0), turned});
   ASSERT_EQ(e.denied_starts.size(), 1U);
   EXPECT_NEAR(e.denied_starts[0].off_rad, 1.0, 1e-9);
+}
+
+// Two recordings that nothing but places ties together: without what joined them the graph would
+// hold them by nothing, and would know nowhere to look for more.
+TEST(GroupEstimate, what_joined_the_frames_is_a_loop) {
+  const FleetEstimate e = estimate({}, {seen_at({0.0, 3.1, 0.0}, 0, 2, 0.01)});
+  ASSERT_EQ(e.loops.size(), 1U);
+  EXPECT_TRUE(e.loops[0].accepted) << e.loops[0].reason;
+  EXPECT_EQ(e.loops[0].from, (KeyframeId{VehicleId{1}, 2}));
+  EXPECT_EQ(e.loops[0].to, (KeyframeId{VehicleId{2}, 2}));
+  EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.1, 2e-3);
+}
+
+TEST(GroupEstimate, what_was_seen_with_others_is_no_loop_of_this_group) {
+  const FleetEstimate e = estimate({}, {seen_at({0.0, 0.0, 0.0}, 4, 4, 0.01)});
+  EXPECT_TRUE(e.loops.empty());
+  EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.0, 1e-6);
+}
+
+// What an earlier solution compared counts once.
+TEST(GroupEstimate, what_is_remembered_already_is_not_taken_anew) {
+  LoopMemory memory;
+  static_cast<void>(estimate({}, {seen_at({0.0, 3.1, 0.0}, 0, 2, 0.01)}, &memory));
+  ASSERT_EQ(memory.loops.size(), 1U);
+  const FleetEstimate e = estimate({}, {seen_at({0.0, 3.3, 0.0}, 0, 2, 0.01)}, &memory);
+  ASSERT_EQ(memory.loops.size(), 1U);
+  EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.1, 2e-3);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include "rali/fleet/centre/loop_search.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <map>
 #include <tuple>
 
@@ -11,6 +13,108 @@ namespace {
 /// Pieces of one path see the same while the vehicle passes: that is no loop.
 bool may_be_loop(const PathSubmap& a, const PathSubmap& b, double apart_m) {
   return a.path != b.path || std::abs(a.way_m - b.way_m) >= apart_m;
+}
+
+/// A candidate, and its place among those of its source.
+struct Ranked {
+  std::size_t target = 0;  ///< number along its path
+  std::size_t rank = 0;
+  double score = 0.0;
+  LoopCandidate candidate;
+};
+
+/// How alike the pieces of two paths are: of each piece of the second those of the first that look
+/// most like it.
+class Likenesses {
+ public:
+  Likenesses(std::span<const PathSubmap> submaps, std::size_t path_a, std::size_t path_b,
+             const places::DescriptorSettings& settings);
+
+  [[nodiscard]] std::size_t sources() const { return sources_.size(); }
+
+  /// Candidates of a source, the best row first.
+  [[nodiscard]] std::vector<Ranked> ranked(std::size_t b, int row) const;
+
+ private:
+  using Targets = std::map<std::size_t, double>;  ///< number of a target, and its score
+
+  [[nodiscard]] std::vector<double> in_row(std::size_t b, int row) const;
+
+  const places::DescriptorSettings& settings_;
+  std::vector<std::size_t> targets_, sources_;  ///< submaps, along the paths
+  std::vector<Targets> alike_;                  ///< per source
+};
+
+Likenesses::Likenesses(std::span<const PathSubmap> submaps, std::size_t path_a, std::size_t path_b,
+                       const places::DescriptorSettings& settings)
+    : settings_(settings) {
+  // A neighbour counts in a row even where it would be no candidate by itself.
+  places::DescriptorSettings all = settings;
+  all.candidates_max = settings.key_candidates;
+  all.score_min = -1.0;
+  places::PlaceIndex index(all);
+  std::map<KeyframeId, std::size_t> by_id;
+  for (std::size_t i = 0; i < submaps.size(); ++i) {
+    if (submaps[i].path == path_b) sources_.push_back(i);
+    if (submaps[i].path != path_a) continue;
+    index.add(submaps[i].submap.middle(), submaps[i].descriptor);
+    by_id[submaps[i].submap.middle()] = targets_.size();
+    targets_.push_back(i);
+  }
+  const auto none = [](KeyframeId) { return false; };
+  for (const std::size_t source : sources_) {
+    Targets& targets = alike_.emplace_back();
+    for (const places::Candidate& c : index.query(submaps[source].descriptor, none)) {
+      targets[by_id.at(c.id)] = c.score;
+    }
+  }
+}
+
+/// Of each target the mean likeness along a stretch of both paths, driven the same way or the
+/// other: what looks alike by chance does not go on doing so.
+std::vector<double> Likenesses::in_row(std::size_t b, int row) const {
+  const std::ptrdiff_t n_a = std::ssize(targets_);
+  const auto before = static_cast<std::ptrdiff_t>(b);
+  const std::ptrdiff_t after = std::ssize(sources_) - 1 - before;
+  std::vector<double> best(targets_.size(), -1.0);
+  for (const int way : {1, -1}) {
+    const std::ptrdiff_t first = -std::min<std::ptrdiff_t>(row, way > 0 ? before : after);
+    const std::ptrdiff_t last = std::min<std::ptrdiff_t>(row, way > 0 ? after : before);
+    std::vector<double> sum(targets_.size(), 0.0);
+    for (std::ptrdiff_t d = first; d <= last; ++d) {
+      for (const auto& [target, score] : alike_[static_cast<std::size_t>(before + way * d)]) {
+        const std::ptrdiff_t a = static_cast<std::ptrdiff_t>(target) - d;
+        if (a >= 0 && a < n_a) sum[static_cast<std::size_t>(a)] += score;
+      }
+    }
+    for (std::ptrdiff_t a = 0; a < n_a; ++a) {
+      const std::ptrdiff_t n = std::min(last, n_a - 1 - a) - std::max(first, -a) + 1;
+      double& of_a = best[static_cast<std::size_t>(a)];
+      of_a = std::max(of_a, sum[static_cast<std::size_t>(a)] / static_cast<double>(n));
+    }
+  }
+  return best;
+}
+
+std::vector<Ranked> Likenesses::ranked(std::size_t b, int row) const {
+  std::vector<Ranked> out;
+  const std::vector<double> scores = in_row(b, row);
+  for (std::size_t a = 0; a < targets_.size(); ++a) {
+    out.push_back({a, 0, scores[a], {targets_[a], sources_[b], std::nullopt}});
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Ranked& x, const Ranked& y) { return x.score > y.score; });
+  // The best of a row is worth a try, however little it looks alike itself; others must do better.
+  const auto first = out.begin() + (out.empty() || out.front().score <= 0.0 ? 0 : 1);
+  out.erase(std::remove_if(first, out.end(),
+                           [&](const Ranked& r) {
+                             const auto own = alike_[b].find(r.target);
+                             return own == alike_[b].end() || own->second < settings_.score_min;
+                           }),
+            out.end());
+  out.resize(std::min(out.size(), static_cast<std::size_t>(settings_.candidates_max)));
+  for (std::size_t k = 0; k < out.size(); ++k) out[k].rank = k;
+  return out;
 }
 
 }  // namespace
@@ -47,32 +151,24 @@ std::vector<LoopCandidate> near_candidates(std::span<const PathSubmap> submaps,
 std::vector<LoopCandidate> alike_candidates(std::span<const PathSubmap> submaps, std::size_t path_a,
                                             std::size_t path_b,
                                             const places::DescriptorSettings& descriptor,
-                                            const LoopSettings& settings) {
-  places::PlaceIndex index(descriptor);
-  std::map<KeyframeId, std::size_t> by_id;
-  for (std::size_t i = 0; i < submaps.size(); ++i) {
-    if (submaps[i].path != path_a) continue;
-    index.add(submaps[i].submap.middle(), submaps[i].descriptor);
-    by_id[submaps[i].submap.middle()] = i;
+                                            const LoopSettings& settings, int tries) {
+  const Likenesses alike(submaps, path_a, path_b, descriptor);
+  std::vector<Ranked> all;
+  for (std::size_t b = 0; b < alike.sources(); ++b) {
+    std::vector<Ranked> of_source = alike.ranked(b, settings.row);
+    std::move(of_source.begin(), of_source.end(), std::back_inserter(all));
   }
-  std::vector<std::pair<double, LoopCandidate>> all;
-  for (std::size_t source = 0; source < submaps.size(); ++source) {
-    if (submaps[source].path != path_b) continue;
-    const auto found = index.query(submaps[source].descriptor, [](KeyframeId) { return false; });
-    for (const places::Candidate& c : found) {
-      all.push_back({c.score, {by_id.at(c.id), source, std::nullopt}});
-    }
-  }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::stable_sort(all.begin(), all.end(), [](const Ranked& a, const Ranked& b) {
+    return a.rank != b.rank ? a.rank < b.rank : a.score > b.score;
+  });
   // Neighbours tell the same: pieces are to differ.
   std::vector<LoopCandidate> chosen;
   const auto near = [&](std::size_t i, std::size_t k) {
     return std::abs(submaps[i].way_m - submaps[k].way_m) < settings.view_step_m;
   };
-  for (const auto& [score, found] : all) {
-    const LoopCandidate& candidate = found;  // clang 14 captures no part of a pair
-    if (chosen.size() >= static_cast<std::size_t>(settings.blind_tries)) break;
+  for (const Ranked& ranked : all) {
+    const LoopCandidate& candidate = ranked.candidate;
+    if (chosen.size() >= static_cast<std::size_t>(tries)) break;
     const bool known = std::any_of(chosen.begin(), chosen.end(), [&](const LoopCandidate& c) {
       return near(c.target, candidate.target) && near(c.source, candidate.source);
     });

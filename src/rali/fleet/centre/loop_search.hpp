@@ -19,6 +19,8 @@ struct LoopSettings {
   double apart_m = 25.0;
   double sigma_min_m = 0.05;
   int blind_tries = 8;
+  int scans_only_tries = 24;
+  int row = 3;
   bool veto = true;
   double slide_max_m = 0.5;
   double view_step_m = 2.0;
@@ -31,6 +33,9 @@ struct LoopSettings {
     v("apart_m", apart_m, 1.0, 1000.0, "way between pieces of one path that are compared");
     v("sigma_min_m", sigma_min_m, 0.0, 10.0, "pieces of one path that are known better are not");
     v("blind_tries", blind_tries, 0, 1000, "pieces compared where nothing tells how paths lie");
+    v("scans_only_tries", scans_only_tries, 0, 1000,
+      "the same where neither ranges nor start poses will ever tell");
+    v("row", row, 0, 100, "neighbours on each side that must look alike, too, in a row");
     v("veto", veto, "a loop that contradicts paths and ranges is none");
     v("slide_max_m", slide_max_m, 0.0, 1000.0,
       "off along what it does not claim, a loop says nothing of the rest: passages bend");
@@ -60,10 +65,11 @@ using GuessOf = std::function<std::optional<places::Guess>(std::size_t target, s
                                                          const places::NearSettings& near,
                                                          const LoopSettings& settings);
 
-/// Pairs of two paths that look alike, best first.
+/// Pairs of two paths that look alike in a row: with their neighbours, driven the same way or the
+/// other. Each piece's best first, so that a few that look like everything do not take all tries.
 [[nodiscard]] std::vector<LoopCandidate> alike_candidates(
     std::span<const PathSubmap> submaps, std::size_t path_a, std::size_t path_b,
-    const places::DescriptorSettings& descriptor, const LoopSettings& settings);
+    const places::DescriptorSettings& descriptor, const LoopSettings& settings, int tries);
 
 /// Compares them all.
 [[nodiscard]] std::vector<LoopFound> compare_all(std::span<const PathSubmap> submaps,

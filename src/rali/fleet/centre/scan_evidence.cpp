@@ -7,8 +7,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "rali/fleet/centre/path_frames.hpp"
-
 namespace rali::fleet {
 
 using geometry::SE3;
@@ -50,6 +48,24 @@ Mat4 doubted(const Mat4& information, Mat4 covariance) {
   return 0.5 * (out + out.transpose());
 }
 
+PoseEvidence evidence_of(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+                         const LoopCandidate& compared, const places::Placement& placement,
+                         const InitSettings& settings) {
+  const PathSubmap& target = submaps[compared.target];
+  const PathSubmap& source = submaps[compared.source];
+  const VehiclePath& of_target = paths[target.path];
+  const VehiclePath& of_source = paths[source.path];
+  const places::BodyRelation relation =
+      places::between_bodies(placement.registration, target.submap, source.submap);
+  PoseEvidence evidence = keyframe_evidence(
+      stream_of(of_source), stream_of(of_target), T_level_body(of_source, source),
+      T_level_body(of_target, target), relation.T_target_source, relation.information, settings);
+  const Mat4 drift =
+      drift_of(of_target, target) + turned(drift_of(of_source, source), evidence.T_b_a().yaw_rad);
+  evidence.information = doubted(evidence.information, drift);
+  return evidence;
+}
+
 }  // namespace
 
 void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
@@ -58,23 +74,32 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
   const PathSubmap& target = submaps[found.candidate.target];
   const PathSubmap& source = submaps[found.candidate.source];
   if (target.path == source.path) return;
-  const VehiclePath& of_target = paths[target.path];
-  const VehiclePath& of_source = paths[source.path];
   const places::Recognition& r = found.recognition;
   const std::size_t told = r.usable() ? 1 : r.placements.size();  // the others are refuted
   for (const places::Placement& placement : std::span(r.placements).first(told)) {
-    const places::BodyRelation relation =
-        places::between_bodies(placement.registration, target.submap, source.submap);
-    PoseEvidence evidence = keyframe_evidence(
-        stream_of(of_source), stream_of(of_target), T_level_body(of_source, source),
-        T_level_body(of_target, target), relation.T_target_source, relation.information, settings);
-    const Mat4 drift =
-        drift_of(of_target, target) + turned(drift_of(of_source, source), evidence.T_b_a().yaw_rad);
-    evidence.information = doubted(evidence.information, drift);
+    PoseEvidence evidence = evidence_of(paths, submaps, found.candidate, placement, settings);
     evidence.unrivalled = r.usable() && r.certainty == places::Certainty::kUnique;
     evidence.group = group;
     solver.add_evidence(evidence);
   }
+}
+
+bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+            const LoopFound& found, const PathFrames& frames, const InitSettings& settings) {
+  if (!found.recognition.usable()) return false;
+  const std::size_t target = submaps[found.candidate.target].path;
+  const std::size_t source = submaps[found.candidate.source].path;
+  if (frames.group[target] != frames.group[source]) return false;
+  const PoseEvidence e =
+      evidence_of(paths, submaps, found.candidate, found.recognition.placements.front(), settings);
+  const auto T_map_level = [&](std::size_t path) {
+    return frames.T_map_odom[path] * T_level_odom(paths[path]).inverse();
+  };
+  const YawPose T = YawPose::of(T_map_level(target).inverse() * T_map_level(source));
+  Vec4 off;
+  off[0] = wrapped(T.yaw_rad - e.yaw_rad);
+  off.tail<3>() = T * e.pivot_a_m - e.place_b_m;
+  return off.dot(e.information * off) < e.wrong_chi2;
 }
 
 GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,

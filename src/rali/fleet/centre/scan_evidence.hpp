@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "rali/fleet/centre/loop_search.hpp"
+#include "rali/fleet/centre/path_frames.hpp"
 #include "rali/fleet/frames/frame_solver.hpp"
 #include "rali/fleet/path/vehicle_path.hpp"
 
@@ -16,6 +17,11 @@ namespace rali::fleet {
 void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                        const LoopFound& found, int group, const InitSettings& settings,
                        FrameSolver& solver);
+
+/// Whether what a comparison found without rival is where the frames have it, too.
+[[nodiscard]] bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+                          const LoopFound& found, const PathFrames& frames,
+                          const InitSettings& settings);
 
 /// How submaps of two paths lie to each other if the bodies of the paths' first nodes do so, with
 /// sigmas that grow by the way driven since.

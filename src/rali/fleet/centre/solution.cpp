@@ -6,6 +6,7 @@
 
 #include "rali/fleet/centre/frame_search.hpp"
 #include "rali/fleet/centre/group_estimate.hpp"
+#include "rali/fleet/centre/scan_evidence.hpp"
 #include "rali/fleet/centre/sight_lines.hpp"
 #include "rali/fleet/centre/upright.hpp"
 
@@ -85,6 +86,16 @@ std::size_t finished_first(std::vector<PathSubmap>& pieces, std::span<const Vehi
   return static_cast<std::size_t>(live - pieces.begin());
 }
 
+/// Nothing but these comparisons ties paths without ranges and start poses: a graph without them
+/// would not know where to look for more.
+std::vector<LoopFound> agreeing(std::span<const VehiclePath> paths, const Solution& solution,
+                                std::vector<LoopFound> seen, const InitSettings& settings) {
+  std::erase_if(seen, [&](const LoopFound& found) {
+    return !agrees(paths, solution.pieces, found, solution.frames, settings);
+  });
+  return seen;
+}
+
 /// Says of all who are in no group with the reference what is missing.
 void tell_who_waits(std::span<const VehiclePath> paths, const FrameSolver& solver, Solution& out) {
   VehicleNames names;
@@ -123,13 +134,18 @@ Solution solve_fleet(SolutionInput in, Executor& executor) {
       cut_into_submaps(paths, in.settings.cut, in.settings.places, executor, in.cut_from);
   std::move(cut.begin(), cut.end(), std::back_inserter(out.pieces));
   std::optional<FrameSolver> solver;
+  std::vector<LoopFound> seen;
   if (in.before != nullptr) {
     out.frames = at_boundary(paths, *in.before);
   } else if (in.frames) {
     out.frames = std::move(*in.frames);
   } else if (in.settings.join && paths.size() > 1) {
-    solver = find_frames(paths, out.pieces, ranges, starts, in.settings, executor);
+    FoundFrames found = find_frames(paths, out.pieces, ranges, starts, in.settings, executor);
+    solver = std::move(found.solver);
     out.frames = frames_of(paths, solver->frames());
+    if (ranges.ranges.empty() && starts.empty()) {
+      seen = agreeing(paths, out, std::move(found.seen), in.settings.init);
+    }
   } else {
     out.frames = apart(paths);
   }
@@ -142,8 +158,8 @@ Solution solve_fleet(SolutionInput in, Executor& executor) {
   const GroupInput group{paths,       pieces.subspan(out.live_from),
                          out.frames,  ranges,
                          starts,      biases_of(paths, ranges, in.knowledge.biases),
-                         in.settings, in.before,
-                         in.memory};
+                         in.settings, seen,
+                         in.before,   in.memory};
   for (std::size_t g = 0; g < out.frames.groups.size(); ++g) {
     auto boundary =
         estimate_group(group, g, executor, out.estimate, g == 0 ? in.until : std::nullopt);
