@@ -150,7 +150,9 @@ void JointGraph::add_steps(std::size_t path) {
       graph::InertialFactor factor = *step.inertial;
       factor.i = shape.i;
       factor.j = shape.j;
-      factor.g_odom_mps2 = T_map_odom_[path]->R * step.g_odom_mps2;
+      // Down in the map is down, however a boundary has the path tilted: its own idea of gravity,
+      // turned with it, would hold whatever tilt it has come to.
+      factor.g_odom_mps2 = Vec3(0.0, 0.0, -step.g_odom_mps2.norm());
       graph_->add(factor);
     }
     if (!before.at_rest) continue;

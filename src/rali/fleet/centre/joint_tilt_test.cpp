@@ -10,6 +10,7 @@
 namespace rali::fleet {
 namespace {
 
+using geometry::Mat3;
 using geometry::SE3;
 using geometry::Vec3;
 
@@ -54,6 +55,60 @@ TEST(JointTilt, a_long_path_knows_gravity_no_better_than_a_short_one) {
 
 TEST(JointTilt, a_path_without_inertial_data_knows_it_to_five_degrees) {
   EXPECT_NEAR(pitch_sigma_deg(30, false), 5.0, 0.1);
+}
+
+/// Stands level for 20 s, blind: its accelerometer reads 9.81 m/s2 upward.
+VehiclePath standing_blind() {
+  VehiclePath p(VehicleId{0});
+  for (std::uint32_t k = 0; k <= 20; ++k) {
+    Increment step;
+    step.node = k;
+    step.begins = k == 0;
+    step.keyframe = k;
+    step.levelled = true;
+    step.at_rest = true;
+    step.blind = true;
+    step.lidar_information.setIdentity();
+    step.lidar_information *= 1e8;
+    graph::InertialFactor inertial;
+    inertial.duration_s = 1.0;
+    inertial.dv_mps = {0.0, 0.0, 9.81};
+    inertial.dp_m = {0.0, 0.0, 0.5 * 9.81};
+    inertial.d_rotation_d_gyro = -Mat3::Identity();
+    inertial.d_velocity_d_accel = -Mat3::Identity();
+    inertial.d_position_d_accel = -0.5 * Mat3::Identity();
+    inertial.covariance = 1e-4 * decltype(inertial.covariance)::Identity();
+    if (k > 0) step.inertial = inertial;
+    p.add(Time::from_s(k), step);
+  }
+  return p;
+}
+
+// An earlier round that took it to be pitched by one degree, and was not sure: the accelerometer
+// knows better, now and in all rounds that follow. Down turned with the path held it at one degree.
+TEST(JointTilt, gravity_brings_a_path_back_that_a_boundary_has_tilted) {
+  const std::vector<VehiclePath> paths = {standing_blind()};
+  RoundBoundary before;
+  BoundaryNode node;
+  node.node = 4;
+  node.has_speed = true;
+  node.x.T_odom_body.R = geometry::rotation_from_rpy(0.0, kDegree, 0.0);
+  Eigen::Matrix<double, graph::kStateDim, 1> sigma;
+  sigma << Vec3::Constant(2.0 * kDegree), Vec3::Constant(0.01), Vec3::Constant(0.01),
+      Vec3::Constant(1e-5), Vec3::Constant(0.01);
+  before.H = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  before.b.setZero(graph::kStateDim);
+  before.nodes.push_back(node);
+  BoundaryPath end;
+  end.node = 4;
+  end.T_map_body = node.x.T_odom_body;
+  before.paths.push_back(end);
+  ASSERT_TRUE(JointGraph::fits(before, paths, {}));
+  JointGraph joint(paths, {end.T_map_body}, {}, {}, &before);
+  joint.add(JointRanges{}, {});
+  joint.solve();
+  const Vec3 up_body = joint.T_map_body(0, 20).R.transpose() * Vec3::UnitZ();
+  EXPECT_LT(std::acos(std::min(1.0, up_body.z())) / kDegree, 0.1);
 }
 
 }  // namespace
