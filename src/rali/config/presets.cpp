@@ -29,7 +29,7 @@ fleet:
     commit: {rule: at_size, min_keyframes: 10}
   loops: {veto: false}
   solve: rounds
-  boundary: {reopen: any}
+  boundary: {reopen: any, kept: 0}
   joint:
     steps: isotropic
     bias: false

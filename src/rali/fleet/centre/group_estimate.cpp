@@ -301,14 +301,16 @@ void Group::tell_paths(std::size_t group, FleetEstimate& out) {
 
 }  // namespace
 
-std::optional<RoundBoundary> estimate_group(const GroupInput& input, std::size_t group,
-                                            Executor& executor, FleetEstimate& out,
-                                            std::optional<Time> until) {
+std::vector<RoundBoundary> estimate_group(const GroupInput& input, std::size_t group,
+                                          Executor& executor, FleetEstimate& out,
+                                          std::span<const Time> ends) {
   out.frames.resize(input.paths.size());
   Group work(input, group);
   work.close_loops(executor);
   work.tell(group, out);
-  return until ? std::optional(work.boundary(*until)) : std::nullopt;
+  std::vector<RoundBoundary> boundaries;
+  for (const Time end : ends) boundaries.push_back(work.boundary(end));
+  return boundaries;
 }
 
 }  // namespace rali::fleet

@@ -30,10 +30,10 @@ struct GroupInput {
 
 /// Solves for the paths of one group, looks for places that its vehicles saw twice, solves again,
 /// and adds what came out. A vehicle alone is left as it is unless a loop was closed.
-/// @param until where given, what all facts say about the nodes from then on is returned
-std::optional<RoundBoundary> estimate_group(const GroupInput& input, std::size_t group,
-                                            Executor& executor, FleetEstimate& out,
-                                            std::optional<Time> until = std::nullopt);
+/// @return for each of `ends`, what all facts say about the nodes from then on
+std::vector<RoundBoundary> estimate_group(const GroupInput& input, std::size_t group,
+                                          Executor& executor, FleetEstimate& out,
+                                          std::span<const Time> ends = {});
 
 /// Of (R_i^T R_j, R_i^T (p_j - p_i)): rotation in j, translation in i, from the joint covariance of
 /// both poses (algorithms_fleet 8.1).

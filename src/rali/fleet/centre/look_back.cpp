@@ -18,11 +18,13 @@ const KeyframePose* RoundCentre::pose_of(KeyframeId id, const FleetEstimate& liv
   return nullptr;
 }
 
-/// Compares the pieces of this round with those of earlier ones. @return true: a loop closes that
-/// makes it worth to solve everything again
-bool RoundCentre::look_back(const Solution& solution, Executor& executor) {
+/// Compares the pieces of this round with those of earlier ones. @return by path the first node
+/// that it is worth to solve for, which is where the round begins unless a loop closes: into one of
+/// the last rounds any, since solving these again is cheap
+std::vector<std::size_t> RoundCentre::look_back(const Solution& solution, Executor& executor) {
   const FleetSettings& s = centre_.settings();
-  if (!s.loops.use || solution.live_from == 0) return false;
+  std::vector<std::size_t> nodes = begins();
+  if (!s.loops.use || solution.live_from == 0) return nodes;
   const auto guess = [&](std::size_t target, std::size_t source) -> std::optional<places::Guess> {
     if (target >= solution.live_from || source < solution.live_from) return std::nullopt;
     const PathSubmap& t = solution.pieces[target];
@@ -45,15 +47,19 @@ bool RoundCentre::look_back(const Solution& solution, Executor& executor) {
                          solution.pieces[c.source].submap.middle())
                 .second;
   });
-  bool news = false;
+  const std::vector<std::size_t> lately =
+      history_.begins(paths(), static_cast<std::size_t>(s.boundary.near_rounds));
   for (const LoopFound& found :
        compare_all(solution.pieces, std::move(candidates), s.places.recognise, executor)) {
     if (!found.recognition.usable()) continue;
     const Loop loop = loop_of(solution.pieces, found);
     memory_.loops[{loop.from, loop.to}] = loop;
-    news = says_news(loop, solution.estimate) || news;
+    const PathSubmap& before = solution.pieces[found.candidate.target];
+    const bool near = !lately.empty() && before.node >= lately[before.path];
+    if (!near && !says_news(loop, solution.estimate)) continue;
+    nodes[before.path] = std::min(nodes[before.path], before.node);
   }
-  return news;
+  return nodes;
 }
 
 /// A loop that the poses fit as they are, within its own errors, would leave them there.

@@ -24,7 +24,8 @@ std::size_t nodes_from(std::span<const VehiclePath> paths, std::span<const std::
 }  // namespace
 
 RoundCentre::RoundCentre(const FleetSettings& settings, FleetKnowledge knowledge)
-    : centre_(settings, std::move(knowledge)) {}
+    : centre_(settings, std::move(knowledge)),
+      history_(static_cast<std::size_t>(settings.boundary.kept)) {}
 
 const FleetEstimate& RoundCentre::estimate(Executor& executor) {
   solve(std::nullopt, executor);
@@ -53,17 +54,59 @@ void RoundCentre::solve(std::optional<Time> until, Executor& executor) {
     return;
   }
   find_pieces();
-  if (!boundary_holds()) return solve_all(until, executor);
-  Solution solution = solve_round(until, executor);
-  const bool reopen = look_back(solution, executor) || boundary_moved(solution.estimate);
-  const auto live = solution.pieces.begin() + static_cast<std::ptrdiff_t>(solution.live_from);
-  pieces_.assign(std::move_iterator(solution.pieces.begin()), std::move_iterator(live));
-  cut_from_ = begins();
-  if (reopen) return solve_all(until, executor);
-  merge(std::move(solution.estimate));
-  if (!solution.boundary) return;
-  boundary_ = std::move(solution.boundary);
-  finish({std::move_iterator(live), std::move_iterator(solution.pieces.end())});
+  std::vector<Time> ends;
+  if (until) ends.push_back(*until);
+  if (!boundary_holds()) return solve_all(std::move(ends), executor);
+  for (std::size_t steps = 1;; steps *= 2) {
+    Solution solution = solve_round(ends, executor);
+    const std::vector<std::size_t> back_to = look_back(solution, executor);
+    const bool moved = boundary_moved(solution.estimate);
+    const bool closes = back_to != begins();
+    std::vector<PathSubmap> of_round = keep_finished(std::move(solution.pieces));
+    if (!closes && !moved) {
+      merge(std::move(solution.estimate));
+      if (solution.boundaries.empty()) return;
+      take(std::move(solution.boundaries));
+      return finish(std::move(of_round));
+    }
+    if (!go_back(back_to, moved ? steps : 1, ends)) return solve_all(std::move(ends), executor);
+  }
+}
+
+void RoundCentre::take(std::vector<RoundBoundary> boundaries) {
+  for (RoundBoundary& boundary : boundaries) {
+    if (boundary_) history_.push(std::move(*boundary_));
+    boundary_ = std::move(boundary);
+  }
+}
+
+/// Pieces of finished rounds stay, whatever boundary they were solved on: their points may be gone.
+/// @return the others
+std::vector<PathSubmap> RoundCentre::keep_finished(std::vector<PathSubmap> pieces) {
+  const std::vector<std::size_t> first = begins();
+  cut_from_.resize(first.size(), 0);
+  for (std::size_t i = 0; i < first.size(); ++i) cut_from_[i] = std::max(cut_from_[i], first[i]);
+  const auto others = std::stable_partition(
+      pieces.begin(), pieces.end(),
+      [&](const PathSubmap& piece) { return piece.node < cut_from_[piece.path]; });
+  pieces_.assign(std::move_iterator(pieces.begin()), std::move_iterator(others));
+  return {std::move_iterator(others), std::move_iterator(pieces.end())};
+}
+
+/// To solve again what came after an earlier boundary. @return false if there is none before
+/// these nodes
+/// @param ends of rounds that get boundaries again are put in front
+bool RoundCentre::go_back(std::span<const std::size_t> nodes, std::size_t steps,
+                          std::vector<Time>& ends) {
+  if (ends.empty() || ends.front() > boundary_->until) {
+    ends.insert(ends.begin(), boundary_->until);
+  }
+  std::optional<RoundBoundary> earlier = history_.take(paths(), nodes, steps, ends);
+  if (!earlier || !JointGraph::fits(*earlier, paths(), centre_.settings().joint)) return false;
+  boundary_ = std::move(earlier);
+  keep_done();
+  ++work_.reopened;
+  return true;
 }
 
 /// All paths must be there and have been joined: who comes later is joined by all facts.
@@ -72,7 +115,7 @@ bool RoundCentre::boundary_holds() const {
          JointGraph::fits(*boundary_, paths(), centre_.settings().joint);
 }
 
-Solution RoundCentre::solve_round(std::optional<Time> until, Executor& executor) {
+Solution RoundCentre::solve_round(std::vector<Time> ends, Executor& executor) {
   ++work_.rounds;
   work_.nodes = nodes_from(paths(), begins());
   SolutionInput in{
@@ -81,26 +124,27 @@ Solution RoundCentre::solve_round(std::optional<Time> until, Executor& executor)
   in.pieces = std::move(pieces_);
   in.cut_from = cut_from_;
   in.before = &*boundary_;
-  in.until = until;
+  in.ends = std::move(ends);
   pieces_.clear();
   return solve_fleet(std::move(in), executor);
 }
 
-void RoundCentre::solve_all(std::optional<Time> until, Executor& executor) {
+void RoundCentre::solve_all(std::vector<Time> ends, Executor& executor) {
   ++work_.whole;
+  if (ends.empty() && boundary_) ends.push_back(boundary_->until);
   work_.nodes = nodes_from(paths(), std::vector<std::size_t>(paths().size(), 0));
-  if (!until && boundary_) until = boundary_->until;
   SolutionInput in{
       .paths = paths(), .knowledge = centre_.knowledge(), .settings = centre_.settings()};
   in.memory = &memory_;
   in.pieces = std::move(pieces_);
   in.cut_from = cut_from_;
   in.frames = frames_;
-  in.until = until;
+  in.ends = std::move(ends);
   pieces_.clear();
   Solution solution = solve_fleet(std::move(in), executor);
   done_ = {};
   boundary_.reset();
+  history_.clear();
   cut_from_.assign(paths().size(), 0);
   last_ = std::move(solution.estimate);
   if (last_.groups.size() != 1) {
@@ -108,7 +152,7 @@ void RoundCentre::solve_all(std::optional<Time> until, Executor& executor) {
     return finish({});
   }
   frames_ = std::move(solution.frames);
-  boundary_ = std::move(solution.boundary);
+  take(std::move(solution.boundaries));
   finish(std::move(solution.pieces));
 }
 
@@ -149,7 +193,7 @@ void RoundCentre::merge(FleetEstimate live) {
 }
 
 /// What lies before the boundary is done: it stays as the last estimate has it.
-void RoundCentre::finish(std::vector<PathSubmap> pieces) {
+void RoundCentre::keep_done() {
   const std::vector<std::size_t> first = begins();
   const auto is_done = [&](KeyframeId id) {
     for (std::size_t i = 0; i < paths().size(); ++i) {
@@ -165,9 +209,14 @@ void RoundCentre::finish(std::vector<PathSubmap> pieces) {
                 [&](const LoopVerdict& loop) { return !is_done(loop.from) && !is_done(loop.to); });
   std::erase_if(done_.ranges,
                 [&](const UsedRange& range) { return !is_done(range.a) && !is_done(range.b); });
-  cut_from_ = first;
+}
+
+void RoundCentre::finish(std::vector<PathSubmap> pieces) {
+  keep_done();
+  const std::vector<std::size_t> first = begins();
+  for (std::size_t i = 0; i < first.size(); ++i) cut_from_[i] = std::max(cut_from_[i], first[i]);
   for (PathSubmap& piece : pieces) {
-    if (piece.node < first[piece.path]) keep(std::move(piece));
+    if (piece.node < cut_from_[piece.path]) keep(std::move(piece));
   }
   work_.pieces = pieces_.size();
 }
@@ -195,6 +244,7 @@ void RoundCentre::find_pieces() {
     pieces_.clear();
     cut_from_.assign(streams.size(), 0);
     frames_.reset();
+    history_.clear();
     streams_ = std::move(streams);
   }
   for (PathSubmap& piece : pieces_) {
@@ -242,6 +292,8 @@ bool RoundCentre::take_over(const RoundBoundary& boundary,
   }
   done_ = std::move(done);
   last_ = done_;
+  if (boundary_) history_.push(std::move(*boundary_));
+  history_.keep_true(paths(), done_, boundary.until, centre_.settings().boundary.moved_m);
   boundary_ = boundary;
   return true;
 }

@@ -2,9 +2,11 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "rali/base/executor.hpp"
+#include "rali/fleet/centre/boundary_history.hpp"
 #include "rali/fleet/centre/centre.hpp"
 #include "rali/fleet/centre/solution.hpp"
 
@@ -13,9 +15,9 @@ namespace rali::fleet {
 /// The centre over a mission of many rounds: it keeps what it has solved. Nodes of finished rounds
 /// stay where the end of their round left them, and all that their facts say about what follows is
 /// a prior on the nodes at the boundary; the current round alone is solved (paper, "Incremental
-/// Global PGO"; algorithms_fleet 8.5). Everything is solved again from the facts when a loop to an
-/// earlier round closes, when the boundary turns out to be wrong, and while not all vehicles share
-/// a frame. With SolveWhat::kAll it is a Centre.
+/// Global PGO"; algorithms_fleet 8.5). When a loop to an earlier round closes, or the boundary
+/// turns out to be wrong, what came after an earlier boundary is solved again; where there is none,
+/// and while not all vehicles share a frame, everything is. With SolveWhat::kAll it is a Centre.
 class RoundCentre {
  public:
   RoundCentre(const FleetSettings& settings, FleetKnowledge knowledge);
@@ -47,6 +49,7 @@ class RoundCentre {
   /// What the solutions have cost so far.
   struct Work {
     std::size_t whole = 0, rounds = 0;  ///< solutions of each kind
+    std::size_t reopened = 0;           ///< of those of rounds, such on an earlier boundary
     std::size_t nodes = 0;              ///< of the last one
     std::size_t pieces = 0;             ///< of path that are kept for loops
   };
@@ -55,16 +58,21 @@ class RoundCentre {
 
  private:
   void solve(std::optional<Time> until, Executor& executor);
-  void solve_all(std::optional<Time> until, Executor& executor);
-  [[nodiscard]] Solution solve_round(std::optional<Time> until, Executor& executor);
+  void solve_all(std::vector<Time> ends, Executor& executor);
+  [[nodiscard]] Solution solve_round(std::vector<Time> ends, Executor& executor);
   [[nodiscard]] bool boundary_holds() const;
   [[nodiscard]] bool boundary_moved(const FleetEstimate& estimate) const;
-  [[nodiscard]] bool look_back(const Solution& solution, Executor& executor);
+  [[nodiscard]] std::vector<std::size_t> look_back(const Solution& solution, Executor& executor);
+  [[nodiscard]] bool go_back(std::span<const std::size_t> nodes, std::size_t steps,
+                             std::vector<Time>& ends);
+  void take(std::vector<RoundBoundary> boundaries);
   [[nodiscard]] bool says_news(const Loop& loop, const FleetEstimate& estimate) const;
   [[nodiscard]] Time end_of(Time t) const;
   [[nodiscard]] std::vector<std::size_t> begins() const;
   [[nodiscard]] const KeyframePose* pose_of(KeyframeId id, const FleetEstimate& live) const;
   void merge(FleetEstimate live);
+  void keep_done();
+  [[nodiscard]] std::vector<PathSubmap> keep_finished(std::vector<PathSubmap> pieces);
   void finish(std::vector<PathSubmap> pieces);
   void keep(PathSubmap piece);
   void find_pieces();
@@ -73,6 +81,7 @@ class RoundCentre {
   FleetEstimate last_;
   FleetEstimate done_;  ///< of the nodes before the boundary; frames and groups of all
   std::optional<RoundBoundary> boundary_;
+  BoundaryHistory history_;           ///< before boundary_
   std::optional<PathFrames> frames_;  ///< once all vehicles share one
   std::vector<StreamKey> streams_;    ///< of the paths that pieces_ and frames_ count by
   LoopMemory memory_;

@@ -171,14 +171,26 @@ TEST(RoundCentre, who_comes_to_an_old_boundary_solves_what_came_since) {
   }
 }
 
-/// v1 maps a room in the first round; v2 comes through it in the second, its odometry `slip_m` off.
-RoundCentre through_a_room(double slip_m, ReopenBy reopen) {
+struct Room {
+  double slip_m = 0.4;  ///< of v2's odometry
+  ReopenBy reopen = ReopenBy::kMisfit;
+  int rounds_before = 0;  ///< in which both stand
+  int kept = 100;
+};
+
+FleetSettings settings_of(const Room& room) {
   FleetSettings settings;
   settings.solve = SolveWhat::kRounds;
-  settings.boundary.reopen = reopen;
+  settings.boundary.reopen = room.reopen;
+  settings.boundary.kept = room.kept;
   settings.joint.steps = StepWeight::kIsotropic;
   settings.joint.isotropic_m = 0.2;
   settings.init.commit.information_min = 0.05;
+  return settings;
+}
+
+/// v1 maps a room in one round; v2 comes through it in the next.
+RoundCentre through_a_room(const Room& room) {
   FleetKnowledge known;
   GivenStart start;
   start.vehicle = VehicleId{1};
@@ -186,7 +198,7 @@ RoundCentre through_a_room(double slip_m, ReopenBy reopen) {
   start.sigma_m = 0.05;
   start.sigma_rad = 0.01;
   known.starts.push_back(start);
-  RoundCentre centre(settings, known);
+  RoundCentre centre(settings_of(room), known);
   Rng rng(3, "room");
   const places::test::World world = places::test::room();
   SerialExecutor executor;
@@ -218,17 +230,24 @@ RoundCentre through_a_room(double slip_m, ReopenBy reopen) {
     ++nodes[v];
   };
   drive(1, 0.0, 0.0, false);
+  for (int r = 0; r < room.rounds_before; ++r) {
+    for (int k = 0; k < 3; ++k) {
+      drive(0, 0.0, 0.0, false);
+      drive(1, 0.0, 0.0, false);
+    }
+    centre.end_round(Time::from_s(t_s), executor);
+  }
   for (int k = 0; k <= 16; ++k) drive(0, 0.5 * k, 0.0, true);
   drive(1, 0.0, 0.0, false);
   centre.end_round(Time::from_s(t_s), executor);
-  for (int k = 1; k <= 16; ++k) drive(1, 0.5 * k, k > 4 ? slip_m : 0.0, k > 4);
+  for (int k = 1; k <= 16; ++k) drive(1, 0.5 * k, k > 4 ? room.slip_m : 0.0, k > 4);
   drive(0, 8.0, 0.0, false);
   centre.estimate(executor);
   return centre;
 }
 
 TEST(RoundCentre, a_loop_to_an_earlier_round_that_does_not_fit_solves_everything_again) {
-  const RoundCentre centre = through_a_room(0.4, ReopenBy::kMisfit);
+  const RoundCentre centre = through_a_room({});
   EXPECT_EQ(centre.work().whole, 2U);
   const auto& keyframes = centre.last().keyframes;
   const Vec3 step =
@@ -238,9 +257,31 @@ TEST(RoundCentre, a_loop_to_an_earlier_round_that_does_not_fit_solves_everything
                           [](const LoopVerdict& loop) { return loop.accepted; }));
 }
 
+TEST(RoundCentre, a_loop_into_the_last_round_is_solved_on_the_boundary_before_it) {
+  const RoundCentre back = through_a_room({.rounds_before = 3});
+  EXPECT_EQ(back.work().whole, 1U) << "the first estimate";
+  EXPECT_EQ(back.work().reopened, 1U);
+  const RoundCentre all = through_a_room({.rounds_before = 3, .kept = 0});
+  EXPECT_EQ(all.work().whole, 2U);
+  EXPECT_LT(back.work().nodes, all.work().nodes);
+  ASSERT_EQ(back.last().keyframes.size(), all.last().keyframes.size());
+  for (const auto& [id, pose] : all.last().keyframes) {
+    const KeyframePose& other = back.last().keyframes.at(id);
+    const double moved = geometry::boxminus(other.T_map_body, pose.T_map_body).norm();
+    if (id.seq < 8) {  // before the boundary: as its round left it
+      EXPECT_LT(moved, 3.0 * std::sqrt(other.covariance(3, 3))) << id.seq;
+      continue;
+    }
+    EXPECT_LT(moved, 2e-3) << id.seq;
+    EXPECT_LT((other.covariance - pose.covariance).norm(), 0.05 * pose.covariance.norm() + 1e-9);
+  }
+  EXPECT_EQ(back.last().loops.size(), all.last().loops.size());
+  EXPECT_EQ(back.boundary()->until, all.boundary()->until);
+}
+
 TEST(RoundCentre, a_loop_that_fits_changes_nothing_unless_the_paper_wants_it) {
-  EXPECT_EQ(through_a_room(0.0, ReopenBy::kMisfit).work().whole, 1U);
-  EXPECT_EQ(through_a_room(0.0, ReopenBy::kAny).work().whole, 2U);
+  EXPECT_EQ(through_a_room({0.0, ReopenBy::kMisfit}).work().whole, 1U);
+  EXPECT_EQ(through_a_room({0.0, ReopenBy::kAny}).work().whole, 2U);
 }
 
 }  // namespace

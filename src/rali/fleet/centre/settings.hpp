@@ -33,6 +33,8 @@ struct BoundarySettings {
   ReopenBy reopen = ReopenBy::kMisfit;
   double moved_sigma = 3.0;
   double moved_m = 0.01;
+  int kept = 100;
+  int near_rounds = 3;
   double warm_up_s = 60.0;
   double same_place_m = 2.0;
   double same_place_deg = 20.0;
@@ -41,8 +43,12 @@ struct BoundarySettings {
   void visit(V& v) {
     v.choice("reopen", reopen, kReopenByNames, "which loops to earlier rounds solve these again");
     v("moved_sigma", moved_sigma, 0.5, 1e6,
-      "a boundary that moves by more of its sigma is made anew from all facts");
+      "a boundary that moves by more of its sigma is made anew from an earlier one");
     v("moved_m", moved_m, 0.0, 10.0, "and by so much more [m, rad]");
+    v("kept", kept, 0, 10000,
+      "boundaries of earlier rounds to go back to; where none is left all facts are solved");
+    v("near_rounds", near_rounds, 0, 1000,
+      "loops into so many of the rounds before the last are closed whether they fit or not");
     v("warm_up_s", warm_up_s, 0.0, 3600.0,
       "ranges before the boundary that say how much the next may count [s]");
     v("same_place_m", same_place_m, 0.0, 100.0,

@@ -161,9 +161,10 @@ Solution solve_fleet(SolutionInput in, Executor& executor) {
                          in.settings, seen,
                          in.before,   in.memory};
   for (std::size_t g = 0; g < out.frames.groups.size(); ++g) {
-    auto boundary =
-        estimate_group(group, g, executor, out.estimate, g == 0 ? in.until : std::nullopt);
-    if (boundary) out.boundary = std::move(boundary);
+    auto boundaries =
+        estimate_group(group, g, executor, out.estimate,
+                       g == 0 ? std::span<const Time>(in.ends) : std::span<const Time>());
+    if (g == 0) out.boundaries = std::move(boundaries);
   }
   if (solver) tell_who_waits(paths, *solver, out);
   return out;

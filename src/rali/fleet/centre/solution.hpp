@@ -24,7 +24,7 @@ struct SolutionInput {
   std::vector<std::size_t> cut_from = {};  ///< node where the cut goes on; empty: each path's begin
   std::optional<PathFrames> frames = {};   ///< of an earlier solution; nothing: to be found
   const RoundBoundary* before = nullptr;   ///< of all paths: only what comes after it is solved for
-  std::optional<Time> until = {};          ///< make a boundary there
+  std::vector<Time> ends = {};             ///< of rounds, growing: a boundary is made at each
 };
 
 struct Solution {
@@ -32,7 +32,7 @@ struct Solution {
   PathFrames frames;
   std::vector<PathSubmap> pieces;         ///< all; those before the boundary first
   std::size_t live_from = 0;              ///< how many of them are before the boundary
-  std::optional<RoundBoundary> boundary;  ///< of group 0, where one was asked for
+  std::vector<RoundBoundary> boundaries;  ///< of group 0, those that were asked for
 };
 
 /// Joins the frames, looks for loops and solves. A pure function of its input.
