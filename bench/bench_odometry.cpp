@@ -303,7 +303,7 @@ void update(benchmark::State& state) {
     x.T_odom_body.p += Vec3(0.01, -0.01, 0.005);
     matcher.set_points(s.points, s.place_data.calibration.T_body_lidar.p);
     done = odometry::update_with_scan(x, matcher, s.map, x.T_odom_body, s.settings,
-                                      degeneracy::Axes::Identity(), false);
+                                      degeneracy::Axes::Identity(), {}, false);
     benchmark::DoNotOptimize(x.P.data());
   }
   state.counters["iterations"] = done.iterations;
