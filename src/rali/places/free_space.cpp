@@ -8,16 +8,24 @@ namespace rali::places {
 using geometry::Vec3;
 using geometry::Vec3f;
 
+namespace {
+
+void raise(std::uint8_t& count) {
+  count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
+}
+
+}  // namespace
+
 /// The box around all origins, grown by the range; smaller if that has too many cells.
-bool FreeSpace::lay_out(std::span<const Vec3f> origins, const FreeSpaceSettings& s) {
+bool FreeSpace::lay_out(std::span<const Look> looks, const FreeSpaceSettings& s) {
   nx_ = ny_ = nz_ = 0;
   state_.clear();
-  if (origins.empty()) return false;
-  Vec3f low = origins.front();
-  Vec3f high = origins.front();
-  for (const Vec3f& o : origins) {
-    low = low.cwiseMin(o);
-    high = high.cwiseMax(o);
+  if (looks.empty()) return false;
+  Vec3f low = looks.front().origin;
+  Vec3f high = looks.front().origin;
+  for (const Look& look : looks) {
+    low = low.cwiseMin(look.origin);
+    high = high.cwiseMax(look.origin);
   }
   double range_m = s.range_m;
   for (int attempt = 0; attempt < 20; ++attempt, range_m *= 0.7) {
@@ -34,8 +42,23 @@ bool FreeSpace::lay_out(std::span<const Vec3f> origins, const FreeSpaceSettings&
   return false;
 }
 
-/// Marks the cells of a piece of ray, by steps of less than a cell along its longest axis.
-void FreeSpace::trace(const Vec3& from, const Vec3& to, std::vector<std::uint8_t>& passed) const {
+/// In the cell and those beside it: along a wall rays run through cells that the wall itself
+/// touches.
+void FreeSpace::mark_near(const Vec3& p, std::uint16_t scan, Counts& counts) const {
+  if (!cell_of(p)) return;
+  const Vec3 c = (p - low_) * inverse_;
+  const int x = static_cast<int>(c.x()), y = static_cast<int>(c.y()), z = static_cast<int>(c.z());
+  const int x_begin = std::max(0, x - 1), x_end = std::min(nx_, x + 2);
+  for (int w = std::max(0, z - 1); w < std::min(nz_, z + 2); ++w) {
+    for (int v = std::max(0, y - 1); v < std::min(ny_, y + 2); ++v) {
+      const auto row = counts.near.begin() + static_cast<std::ptrdiff_t>(index(0, v, w));
+      std::fill(row + x_begin, row + x_end, scan);
+    }
+  }
+}
+
+/// Counts the cells of a piece of ray, by steps of less than a cell along its longest axis.
+void FreeSpace::trace(const Vec3& from, const Vec3& to, std::uint16_t scan, Counts& counts) const {
   const Vec3 a = (from - low_) * inverse_;
   const Vec3 d = (to - low_) * inverse_ - a;
   const int steps = static_cast<int>(std::ceil(d.cwiseAbs().maxCoeff()));
@@ -44,61 +67,58 @@ void FreeSpace::trace(const Vec3& from, const Vec3& to, std::vector<std::uint8_t
   Vec3 c = a + 0.5 * step;
   for (int k = 0; k < steps; ++k, c += step) {
     if (!(c.minCoeff() >= 0.0) || c.x() >= nx_ || c.y() >= ny_ || c.z() >= nz_) continue;
-    std::uint8_t& count =
-        passed[index(static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z()))];
-    count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
+    const std::size_t i =
+        index(static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z()));
+    raise(counts.passed[i]);
+    if (counts.hit[i] == 0 || counts.near[i] == scan || counts.last[i] == scan) continue;
+    counts.last[i] = scan;
+    raise(counts.through[i]);
   }
 }
 
-/// Free is what was passed and has no hit in or beside it: along a wall rays run through cells
-/// that the wall itself touches.
-void FreeSpace::decide(const std::vector<std::uint8_t>& passed,
-                       const std::vector<std::uint8_t>& hit, int rays_min) {
-  state_.assign(passed.size(), Sight::kUnknown);
-  for (std::size_t i = 0; i < passed.size(); ++i) {
-    if (passed[i] >= rays_min) state_[i] = Sight::kFree;
-  }
-  for (int z = 0; z < nz_; ++z) {
-    for (int y = 0; y < ny_; ++y) {
-      for (int x = 0; x < nx_; ++x) {
-        if (hit[index(x, y, z)] == 0) continue;
-        for (int w = std::max(0, z - 1); w <= std::min(nz_ - 1, z + 1); ++w) {
-          for (int v = std::max(0, y - 1); v <= std::min(ny_ - 1, y + 1); ++v) {
-            for (int u = std::max(0, x - 1); u <= std::min(nx_ - 1, x + 1); ++u) {
-              Sight& state = state_[index(u, v, w)];
-              if (state == Sight::kFree) state = Sight::kUnknown;
-            }
-          }
-        }
-      }
+void FreeSpace::decide(const Counts& counts, int rays_min) {
+  state_.assign(counts.hit.size(), Sight::kUnknown);
+  for (std::size_t i = 0; i < state_.size(); ++i) {
+    if (counts.hit[i] != 0) {
+      state_[i] = counts.through[i] >= rays_min ? Sight::kLoose : Sight::kHit;
+    } else if (counts.passed[i] >= rays_min && counts.near[i] == 0) {
+      state_[i] = Sight::kFree;
     }
   }
-  for (std::size_t i = 0; i < hit.size(); ++i) {
-    if (hit[i] != 0) state_[i] = Sight::kHit;
-  }
 }
 
-void FreeSpace::build(std::span<const Vec3f> origins, std::span<const Vec3f> points,
-                      const FreeSpaceSettings& s) {
-  if (!lay_out(origins, s)) return;
+void FreeSpace::build(std::span<const Look> looks, const FreeSpaceSettings& s) {
+  if (!lay_out(looks, s)) return;
   const std::size_t n =
       static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) * static_cast<std::size_t>(nz_);
-  std::vector<std::uint8_t> passed(n, 0);
-  std::vector<std::uint8_t> hit(n, 0);
-  const std::size_t stride = points.size() / static_cast<std::size_t>(s.rays_max) + 1;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3 p = points[i].cast<double>();
-    const Vec3 c = (p - low_) * inverse_;
-    if (c.minCoeff() >= 0.0 && c.x() < nx_ && c.y() < ny_ && c.z() < nz_) {
-      hit[index(static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z()))] = 1;
+  Counts counts;
+  counts.passed.assign(n, 0);
+  counts.hit.assign(n, 0);
+  counts.through.assign(n, 0);
+  counts.near.assign(n, 0);
+  counts.last.assign(n, 0);
+  std::size_t points = 0;
+  for (const Look& look : looks) {
+    points += look.points.size();
+    for (const Vec3f& p : look.points) {
+      if (const auto cell = cell_of(p.cast<double>())) counts.hit[*cell] = 1;
     }
-    if (i % stride != 0) continue;
-    const Vec3 o = origins[i].cast<double>();
-    const double length_m = (p - o).norm();
-    const double seen_m = std::min(length_m - s.margin_m, s.range_m);
-    if (seen_m > 0.0) trace(o, o + (p - o) * (seen_m / length_m), passed);
   }
-  decide(passed, hit, s.rays_min);
+  const std::size_t stride = points / static_cast<std::size_t>(s.rays_max) + 1;
+  std::size_t number = 0;
+  for (std::size_t k = 0; k < looks.size(); ++k) {
+    const auto scan = static_cast<std::uint16_t>(k % 65535 + 1);
+    for (const Vec3f& p : looks[k].points) mark_near(p.cast<double>(), scan, counts);
+    const Vec3 o = looks[k].origin.cast<double>();
+    for (const Vec3f& point : looks[k].points) {
+      if (number++ % stride != 0) continue;
+      const Vec3 p = point.cast<double>();
+      const double length_m = (p - o).norm();
+      const double seen_m = std::min(length_m - s.margin_m, s.range_m);
+      if (seen_m > 0.0) trace(o, o + (p - o) * (seen_m / length_m), scan, counts);
+    }
+  }
+  decide(counts, s.rays_min);
 }
 
 }  // namespace rali::places

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,7 @@ struct FreeSpaceSettings {
   double range_m = 15.0;    ///< farther along a ray nothing is said: rays are too far apart
   double margin_m = 0.4;    ///< the last piece of a ray says nothing
   double height_m = 3.0;    ///< above and below the sensors; beyond nothing is said
-  int rays_min = 2;         ///< of which a cell must have been passed
+  int rays_min = 2;         ///< of which a cell must have been passed; scans, to see through things
   int rays_max = 30000;     ///< so many are traced, evenly chosen
   int cells_max = 4000000;  ///< the grid is made smaller if it would have more
 
@@ -33,23 +34,27 @@ struct FreeSpaceSettings {
 enum class Sight : std::uint8_t {
   kUnknown,
   kFree,  ///< rays went through and on, and nothing is near
-  kHit    ///< something is there
+  kHit,   ///< something is there
+  kLoose  ///< something was there, but some scans looked through it: it moved, or is a fence
+};
+
+/// What one scan saw: where its rays start, and where they end. A view.
+struct Look {
+  geometry::Vec3f origin;
+  std::span<const geometry::Vec3f> points;
 };
 
 /// Which cells rays went through and in which they ended: the memory of emptiness that tells a
-/// place from its twin (algorithms_fleet 7.5). Bounded: cells_max bytes.
+/// place from its twin (algorithms_fleet 7.5). Bounded: cells_max bytes, eight times that while it
+/// is built.
 class FreeSpace {
  public:
-  /// @param origins where the rays start, one per point; all finite, one frame.
-  void build(std::span<const geometry::Vec3f> origins, std::span<const geometry::Vec3f> points,
-             const FreeSpaceSettings& settings);
+  /// @param looks in one frame, all finite
+  void build(std::span<const Look> looks, const FreeSpaceSettings& settings);
 
   [[nodiscard]] Sight look(const geometry::Vec3& p_m) const {
-    const geometry::Vec3 c = (p_m - low_) * inverse_;
-    if (!(c.minCoeff() >= 0.0) || c.x() >= nx_ || c.y() >= ny_ || c.z() >= nz_) {
-      return Sight::kUnknown;
-    }
-    return state_[index(static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z()))];
+    const std::optional<std::size_t> cell = cell_of(p_m);
+    return cell ? state_[*cell] : Sight::kUnknown;
   }
 
   [[nodiscard]] std::size_t cells() const { return state_.size(); }
@@ -62,11 +67,27 @@ class FreeSpace {
            static_cast<std::size_t>(x);
   }
 
-  bool lay_out(std::span<const geometry::Vec3f> origins, const FreeSpaceSettings& settings);
-  void trace(const geometry::Vec3& from, const geometry::Vec3& to,
-             std::vector<std::uint8_t>& passed) const;
-  void decide(const std::vector<std::uint8_t>& passed, const std::vector<std::uint8_t>& hit,
-              int rays_min);
+  /// What is counted of each cell.
+  struct Counts {
+    std::vector<std::uint8_t> passed;   ///< rays
+    std::vector<std::uint8_t> hit;      ///< 1: a ray ended here
+    std::vector<std::uint8_t> through;  ///< scans that passed a hit cell and hit nothing near it
+    std::vector<std::uint16_t> near;    ///< number from 1 of the last scan that hit in or beside it
+    std::vector<std::uint16_t> last;    ///< and of the last one in `through`
+  };
+
+  /// Index of the cell of a point, if it has one.
+  [[nodiscard]] std::optional<std::size_t> cell_of(const geometry::Vec3& p_m) const {
+    const geometry::Vec3 c = (p_m - low_) * inverse_;
+    if (!(c.minCoeff() >= 0.0) || c.x() >= nx_ || c.y() >= ny_ || c.z() >= nz_) return {};
+    return index(static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z()));
+  }
+
+  bool lay_out(std::span<const Look> looks, const FreeSpaceSettings& settings);
+  void mark_near(const geometry::Vec3& p, std::uint16_t scan, Counts& counts) const;
+  void trace(const geometry::Vec3& from, const geometry::Vec3& to, std::uint16_t scan,
+             Counts& counts) const;
+  void decide(const Counts& counts, int rays_min);
 
   geometry::Vec3 low_ = geometry::Vec3::Zero();
   double inverse_ = 1.0;

@@ -50,16 +50,6 @@ geometry::Mat3 levelled(const Vec3& up_body) {
   return geometry::so3_exp(Vec3(0.0, 0.0, -std::atan2(x.y(), x.x()))) * R;
 }
 
-std::vector<Vec3f> rays_of(std::span<const Vec3f> origins, std::span<const Vec3f> points) {
-  std::vector<Vec3f> rays(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3f d = points[i] - origins[i];
-    const float length = d.norm();
-    rays[i] = length > 0.0F ? Vec3f(d / length) : Vec3f(0.0F, 0.0F, 1.0F);
-  }
-  return rays;
-}
-
 }  // namespace
 
 void Submap::gather(std::span<const PosedScan> scans, const SE3& T_ref_odom,
@@ -68,20 +58,44 @@ void Submap::gather(std::span<const PosedScan> scans, const SE3& T_ref_odom,
   for (const PosedScan& posed : scans) total += posed.scan.size();
   const std::size_t stride = total / static_cast<std::size_t>(s.points_max) + 1;
   points_.reserve(total / stride + 1);
-  origins_.reserve(total / stride + 1);
+  seen_.reserve(scans.size());
   std::size_t number = 0;
   for (const PosedScan& posed : scans) {
     const SE3 T_ref_body = T_ref_odom * posed.T_odom_body;
-    const Vec3 origin = T_ref_body * posed.scan.T_body_lidar.p;
+    Seen seen{(T_ref_body * posed.scan.T_body_lidar.p).cast<float>(), points_.size(), 0};
     for (std::size_t i = 0; i < posed.scan.size(); ++i, ++number) {
       if (number % stride != 0) continue;
       const Vec3 p = posed.scan.point_body(i);
       const double range_m = (p - posed.scan.T_body_lidar.p).norm();
       if (!(range_m < s.range_max_m)) continue;  // also NaN
       points_.push_back((T_ref_body * p).cast<float>());
-      origins_.push_back(origin.cast<float>());
+    }
+    seen.end = points_.size();
+    seen_.push_back(seen);
+  }
+}
+
+std::vector<Look> Submap::looks() const {
+  std::vector<Look> looks;
+  looks.reserve(seen_.size());
+  for (const Seen& s : seen_) {
+    looks.push_back({s.origin, std::span(points_).subspan(s.begin, s.end - s.begin)});
+  }
+  return looks;
+}
+
+/// Directions from the sensor to each point.
+std::vector<Vec3f> Submap::rays() const {
+  std::vector<Vec3f> rays;
+  rays.reserve(points_.size());
+  for (const Look& look : looks()) {
+    for (const Vec3f& p : look.points) {
+      const Vec3f d = p - look.origin;
+      const float length = d.norm();
+      rays.push_back(length > 0.0F ? Vec3f(d / length) : Vec3f(0.0F, 0.0F, 1.0F));
     }
   }
+  return rays;
 }
 
 /// One point per cube, with the plane it is on.
@@ -99,6 +113,7 @@ void Submap::choose_checks(double spacing_m) {
   for (const std::uint32_t i : chosen) {
     CheckPoint check;
     check.p_m = points_[i].cast<double>();
+    check.solid = free_space_.look(check.p_m) != Sight::kLoose;
     double best_m = 0.1;  // nearer to a plane than this is on it
     plane_index_.near(check.p_m, 0.5, [&](std::uint32_t k) {
       const Plane& plane = planes_[k];
@@ -147,15 +162,15 @@ Result<Submap> make_submap(std::span<const PosedScan> scans, std::size_t middle,
   }
   out.gather(scans, out.T_ref_body_ * center.T_odom_body.inverse(), settings);
   if (out.points_.empty()) return refused("no scan has a usable point");
-  out.free_space_.build(out.origins_, out.points_, settings.free_space);
-  out.planes_ = planes_of(out.points_, rays_of(out.origins_, out.points_), settings.plane);
+  out.free_space_.build(out.looks(), settings.free_space);
+  out.planes_ = planes_of(out.points_, out.rays(), settings.plane);
   std::vector<Vec3> means;
   means.reserve(out.planes_.size());
   for (const Plane& plane : out.planes_) means.push_back(plane.q_m);
   out.plane_index_.build(means, settings.plane.cell_m);
   out.choose_checks(settings.check_m);
   out.find_ground();
-  out.origins_ = {};
+  out.seen_ = {};
   return out;
 }
 

@@ -34,6 +34,7 @@ struct CheckPoint {
   geometry::Vec3 p_m;
   geometry::Vec3 n = geometry::Vec3::Zero();  ///< of the plane it is on, towards its sensor; or 0
   bool upright = true;                        ///< not on a floor or ceiling
+  bool solid = true;                          ///< no scans of its own piece looked through it
 };
 
 /// The scans of some metres of path as one rigid piece, in a frame `ref`: origin in the body of the
@@ -68,8 +69,16 @@ class Submap {
  private:
   friend Result<Submap> make_submap(std::span<const PosedScan>, std::size_t, const SubmapSettings&);
 
+  /// The points of one scan, and where its rays start.
+  struct Seen {
+    geometry::Vec3f origin = geometry::Vec3f::Zero();
+    std::size_t begin = 0, end = 0;
+  };
+
   void gather(std::span<const PosedScan> scans, const geometry::SE3& T_ref_odom,
               const SubmapSettings& settings);
+  [[nodiscard]] std::vector<Look> looks() const;
+  [[nodiscard]] std::vector<geometry::Vec3f> rays() const;
   void choose_checks(double spacing_m);
   void find_ground();
 
@@ -77,7 +86,7 @@ class Submap {
   std::vector<KeyframeId> scans_;
   geometry::SE3 T_ref_body_;
   std::vector<geometry::Vec3f> points_;
-  std::vector<geometry::Vec3f> origins_;  ///< where the ray of each point starts
+  std::vector<Seen> seen_;  ///< scan by scan
   std::vector<Plane> planes_;
   GridIndex plane_index_;
   std::vector<CheckPoint> checks_;

@@ -91,34 +91,6 @@ TEST(planes, one_line_of_points_is_none) {
   EXPECT_TRUE(planes_of(points, rays, PlaneSettings{}).empty());
 }
 
-TEST(free_space, knows_what_was_passed_what_was_hit_and_nothing_behind) {
-  FreeSpaceSettings s;
-  s.range_m = 15.1;  // puts the ray into the middle of cells
-  s.height_m = 3.1;
-  const std::vector<Vec3f> origins(3, Vec3f(0.1F, 0.1F, 0.1F));
-  const std::vector<Vec3f> points(3, Vec3f(5.1F, 0.1F, 0.1F));
-  FreeSpace space;
-  space.build(origins, points, s);
-  EXPECT_EQ(space.look({2.5, 0.1, 0.1}), Sight::kFree);
-  EXPECT_EQ(space.look({5.1, 0.1, 0.1}), Sight::kHit);
-  EXPECT_EQ(space.look({6.0, 0.1, 0.1}), Sight::kUnknown);
-  EXPECT_EQ(space.look({2.5, 1.1, 0.1}), Sight::kUnknown);
-  EXPECT_EQ(space.look({1e9, 0.0, 0.0}), Sight::kUnknown);
-  s.cells_max = 1000;
-  space.build(origins, points, s);
-  EXPECT_LE(space.cells(), 1000U);
-}
-
-TEST(free_space, of_origins_far_apart_has_no_more_cells_than_allowed) {
-  // The range shrinks until the box is thinner than a cell, which is a cell all the same.
-  const std::vector<Vec3f> origins{Vec3f(-90000.0F, 0.0F, 0.0F), Vec3f(90000.0F, 0.0F, 0.0F)};
-  const std::vector<Vec3f> points{Vec3f(-89999.0F, 0.0F, 0.0F), Vec3f(90001.0F, 0.0F, 0.0F)};
-  const FreeSpaceSettings s;
-  FreeSpace space;
-  space.build(origins, points, s);
-  EXPECT_LE(space.cells(), static_cast<std::size_t>(s.cells_max));
-}
-
 TEST(fft, of_a_point_is_flat_and_comes_back) {
   Fft2 fft(4);
   std::vector<Fft2::Complex> p(16);

@@ -14,7 +14,11 @@ namespace {
 
 enum class Answer { kAgrees, kContradicts, kDiffers, kSilent };
 
-Answer ask(const Submap& target, const Vec3& x, const Vec3& n, double cos_min, double agree_m) {
+/// @param T of the check's submap in the target
+Answer ask(const Submap& target, const CheckPoint& check, const SE3& T, double cos_min,
+           double agree_m) {
+  const Vec3 x = T * check.p_m;
+  const Vec3 n = T.R * check.n;
   const bool on_plane = n.squaredNorm() > 0.0;
   bool agrees = false;
   bool near_surface = false;
@@ -28,9 +32,13 @@ Answer ask(const Submap& target, const Vec3& x, const Vec3& n, double cos_min, d
   });
   if (agrees) return Answer::kAgrees;
   const Sight sight = target.free_space().look(x);
-  if (sight == Sight::kHit && !on_plane) return Answer::kAgrees;
-  // Beside a surface a small error of the pose is enough to be in front of it.
-  if (sight == Sight::kFree && !near_surface) return Answer::kContradicts;
+  const bool hit = sight == Sight::kHit || sight == Sight::kLoose;
+  if (hit && !on_plane) return Answer::kAgrees;
+  // Beside a surface a small error of the pose is enough to be in front of it. What its own piece
+  // looked through, too, says nothing: people leave trails.
+  if (sight == Sight::kFree && !near_surface) {
+    return check.solid ? Answer::kContradicts : Answer::kSilent;
+  }
   return near_surface || sight != Sight::kUnknown ? Answer::kDiffers : Answer::kSilent;
 }
 
@@ -58,7 +66,7 @@ Agreement agreement(const Submap& target, const Submap& source, const SE3& T,
   for (const CheckPoint& check : source.checks()) {
     if (!check.upright) continue;
     ++out.asked;
-    const Answer answer = ask(target, T * check.p_m, T.R * check.n, cos_min, s.agree_m);
+    const Answer answer = ask(target, check, T, cos_min, s.agree_m);
     out.agree += answer == Answer::kAgrees ? 1 : 0;
     out.conflict += answer == Answer::kContradicts ? 1 : 0;
   }
@@ -72,14 +80,12 @@ Agreement agreement_along(const Submap& target, const Submap& source, const SE3&
   Agreement out;
   std::vector<double> along_m;
   for (const CheckPoint& check : source.checks()) {
-    const Vec3 n = T.R * check.n;
-    if (std::abs(n.dot(axis_target)) < kFaces) continue;
-    const Vec3 x = T * check.p_m;
-    const Answer answer = ask(target, x, n, cos_min, s.agree_m);
+    if (std::abs((T.R * check.n).dot(axis_target)) < kFaces) continue;
+    const Answer answer = ask(target, check, T, cos_min, s.agree_m);
     out.asked += answer != Answer::kSilent ? 1 : 0;
     out.agree += answer == Answer::kAgrees ? 1 : 0;
     out.conflict += answer == Answer::kContradicts ? 1 : 0;
-    if (answer == Answer::kAgrees) along_m.push_back(x.dot(axis_target));
+    if (answer == Answer::kAgrees) along_m.push_back((T * check.p_m).dot(axis_target));
   }
   out.stations = stations_of(along_m);
   return out;

@@ -1,0 +1,88 @@
+#include "rali/places/free_space.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace rali::places {
+namespace {
+
+using geometry::Vec3f;
+
+/// Puts rays along x from kOrigin into the middle of cells.
+FreeSpaceSettings settings() {
+  FreeSpaceSettings s;
+  s.range_m = 15.1;
+  s.height_m = 3.1;
+  return s;
+}
+
+const Vec3f kOrigin(0.1F, 0.1F, 0.1F);
+const Vec3f kThing(5.1F, 0.1F, 0.1F);
+const Vec3f kBehind(9.1F, 0.1F, 0.1F);
+const Vec3f kBeside(5.1F, 0.3F, 0.1F);  // the next cell
+
+/// What is known of the thing's place after scans of these points each.
+Sight thing_after(const std::vector<std::vector<Vec3f>>& scans) {
+  std::vector<Look> looks;
+  for (const auto& points : scans) looks.push_back({kOrigin, points});
+  FreeSpace space;
+  space.build(looks, settings());
+  return space.look(kThing.cast<double>());
+}
+
+TEST(free_space, knows_what_was_passed_what_was_hit_and_nothing_behind) {
+  FreeSpaceSettings s = settings();
+  const std::vector<Vec3f> points(3, kThing);
+  const std::vector<Look> looks{{kOrigin, points}};
+  FreeSpace space;
+  space.build(looks, s);
+  EXPECT_EQ(space.look({2.5, 0.1, 0.1}), Sight::kFree);
+  EXPECT_EQ(space.look({5.1, 0.1, 0.1}), Sight::kHit);
+  EXPECT_EQ(space.look({6.0, 0.1, 0.1}), Sight::kUnknown);
+  EXPECT_EQ(space.look({2.5, 1.1, 0.1}), Sight::kUnknown);
+  EXPECT_EQ(space.look({1e9, 0.0, 0.0}), Sight::kUnknown);
+  s.cells_max = 1000;
+  space.build(looks, s);
+  EXPECT_LE(space.cells(), 1000U);
+}
+
+TEST(free_space, of_origins_far_apart_has_no_more_cells_than_allowed) {
+  // The range shrinks until the box is thinner than a cell, which is a cell all the same.
+  const std::vector<Vec3f> a{Vec3f(-89999.0F, 0.0F, 0.0F)}, b{Vec3f(90001.0F, 0.0F, 0.0F)};
+  const std::vector<Look> looks{{Vec3f(-90000.0F, 0.0F, 0.0F), a},
+                                {Vec3f(90000.0F, 0.0F, 0.0F), b}};
+  const FreeSpaceSettings s;
+  FreeSpace space;
+  space.build(looks, s);
+  EXPECT_LE(space.cells(), static_cast<std::size_t>(s.cells_max));
+}
+
+TEST(free_space, holds_for_loose_what_two_scans_looked_through) {
+  EXPECT_EQ(thing_after({{kThing}, {kBehind}, {kBehind}}), Sight::kLoose);
+  // Before or after it was there.
+  EXPECT_EQ(thing_after({{kBehind}, {kThing}, {kBehind}}), Sight::kLoose);
+  // However often it was seen: it has gone since, or lets rays through.
+  EXPECT_EQ(thing_after({{kThing}, {kThing}, {kThing}, {kBehind}, {kBehind}}), Sight::kLoose);
+}
+
+TEST(free_space, does_not_hold_for_loose_what_one_scan_looked_through) {
+  EXPECT_EQ(thing_after({{kThing}, {kThing}, {kBehind}}), Sight::kHit);
+  EXPECT_EQ(thing_after({{kThing}, {kBehind, kBehind, kBehind}}), Sight::kHit);
+}
+
+TEST(free_space, holds_for_solid_what_rays_graze_that_end_beside_it) {
+  EXPECT_EQ(thing_after({{kThing}, {kBehind, kBeside}, {kBehind, kBeside}}), Sight::kHit);
+  // Rays that end in the thing itself pass beside it: the same scan says both.
+  EXPECT_EQ(thing_after({{kThing, kBehind}, {kThing, kBehind}, {kThing, kBehind}}), Sight::kHit);
+}
+
+TEST(free_space, of_nothing_knows_nothing) {
+  FreeSpace space;
+  space.build({}, settings());
+  EXPECT_EQ(space.look({0.0, 0.0, 0.0}), Sight::kUnknown);
+  EXPECT_EQ(thing_after({{}, {}}), Sight::kUnknown);
+}
+
+}  // namespace
+}  // namespace rali::places
