@@ -10,7 +10,7 @@ namespace rali::places {
 struct VerifySettings {
   double agree_m = 0.12;       ///< a point so near to a plane of the other agrees with it
   double agree_deg = 30.0;     ///< if its own plane faces the same way
-  double conflict_max = 0.06;  ///< share of upright points in the other's empty space
+  double conflict_max = 0.04;  ///< share of solid upright points in the other's empty space
   double overlap_min = 0.30;   ///< share of upright points that agree; of the better view
   int upright_min = 40;        ///< points on walls and things that agree
   double rms_max_m = 0.05;
@@ -19,7 +19,7 @@ struct VerifySettings {
   void visit(V& v) {
     v("agree_m", agree_m, 0.01, 1.0, "a point so near to a plane of the other agrees with it");
     v("agree_deg", agree_deg, 1.0, 90.0, "and both planes face the same way within this");
-    v("conflict_max", conflict_max, 0.0, 1.0, "share of points in the other's empty space");
+    v("conflict_max", conflict_max, 0.0, 1.0, "share of solid points in the other's empty space");
     v("overlap_min", overlap_min, 0.0, 1.0, "share of points that agree, of the better view");
     v("upright_min", upright_min, 1, 100000, "points on walls and things that agree");
     v("rms_max_m", rms_max_m, 0.001, 1.0, "distance of partners");
@@ -30,7 +30,7 @@ struct VerifySettings {
 struct Agreement {
   int asked = 0;
   int agree = 0;
-  int conflict = 0;  ///< where the other's rays went through
+  int conflict = 0;  ///< solid, where the other's rays went through
   int stations = 0;  ///< places along the axis with several that agree, if an axis was asked for
 
   [[nodiscard]] double overlap() const {
