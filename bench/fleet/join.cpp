@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <fmt/format.h>
+
 #include "common/cpu_time.hpp"
 #include "common/vehicle_settings.hpp"
 #include "rali/base/rng.hpp"
@@ -98,6 +100,9 @@ Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOption
     joined.rounds.push_back({end, centre.last(), now - last, centre.work().nodes,
                              boundary ? static_cast<std::size_t>(boundary->unknowns()) : 0,
                              centre.work().whole > wholes});
+    // A long mission takes its time.
+    fmt::print(stderr, "round {} of {}: {:.2f} s, {} nodes\n", joined.rounds.size(), ends.size(),
+               joined.rounds.back().cpu_ms * 1e-3, joined.rounds.back().nodes);
     wholes = centre.work().whole;
     last = bench::cpu_ms();
   });

@@ -1,5 +1,8 @@
 #include <algorithm>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 #include "rali/fleet/centre/group_estimate.hpp"
 #include "rali/fleet/centre/round_centre.hpp"
 #include "rali/fleet/centre/scan_evidence.hpp"
@@ -29,15 +32,9 @@ std::vector<std::size_t> RoundCentre::look_back(const Solution& solution, Execut
     if (target >= solution.live_from || source < solution.live_from) return std::nullopt;
     const PathSubmap& t = solution.pieces[target];
     const PathSubmap& p = solution.pieces[source];
-    const KeyframePose* before = pose_of(t.submap.middle(), solution.estimate);
-    const KeyframePose* now = pose_of(p.submap.middle(), solution.estimate);
-    if (before == nullptr || now == nullptr) return std::nullopt;
-    // What both have in common is not known any more: it would only make the doubt smaller.
-    Eigen::Matrix<double, 12, 12> joint = Eigen::Matrix<double, 12, 12>::Zero();
-    joint.topLeftCorner<6, 6>() = before->covariance;
-    joint.bottomRightCorner<6, 6>() = now->covariance;
-    const Mat6 P = relative_covariance(before->T_map_body, now->T_map_body, joint);
-    return fleet::guess_of(t, p, before->T_map_body, now->T_map_body, P);
+    const auto b = between(t.submap.middle(), p.submap.middle(), solution.estimate);
+    if (!b) return std::nullopt;
+    return fleet::guess_of(t, p, b->T_map_from, b->T_map_to, b->covariance);
   };
   std::vector<LoopCandidate> candidates =
       near_candidates(solution.pieces, guess, s.places.near, s.loops);
@@ -55,24 +52,56 @@ std::vector<std::size_t> RoundCentre::look_back(const Solution& solution, Execut
     const Loop loop = loop_of(solution.pieces, found);
     memory_.loops[{loop.from, loop.to}] = loop;
     const PathSubmap& before = solution.pieces[found.candidate.target];
+    const auto b = between(loop.from, loop.to, solution.estimate);
+    if (!b || (s.boundary.reopen == ReopenBy::kMisfit && !may_hold(loop, *b))) continue;
     const bool near = !lately.empty() && before.node >= lately[before.path];
-    if (!near && !says_news(loop, solution.estimate)) continue;
+    if (!near && !says_news(loop, *b)) continue;
     nodes[before.path] = std::min(nodes[before.path], before.node);
   }
   return nodes;
 }
 
+std::optional<RoundCentre::Between> RoundCentre::between(KeyframeId from, KeyframeId to,
+                                                         const FleetEstimate& live) const {
+  const KeyframePose* before = pose_of(from, live);
+  const KeyframePose* now = pose_of(to, live);
+  if (before == nullptr || now == nullptr) return std::nullopt;
+  // What both have in common is not known any more: it would only make the doubt smaller.
+  Eigen::Matrix<double, 12, 12> joint = Eigen::Matrix<double, 12, 12>::Zero();
+  joint.topLeftCorner<6, 6>() = before->covariance;
+  joint.bottomRightCorner<6, 6>() = now->covariance;
+  return Between{before->T_map_body, now->T_map_body,
+                 relative_covariance(before->T_map_body, now->T_map_body, joint)};
+}
+
+/// False for a loop that would be refused for certain, were everything solved again for it: beyond
+/// the whole doubt about both poses, or slid along a passage.
+bool RoundCentre::may_hold(const Loop& loop, const Between& between) const {
+  const FleetSettings& s = centre_.settings();
+  const geometry::Vec6 error = off(loop, between);
+  if (slide_m(loop.information, error.tail<3>()) > s.loops.slide_max_m) return false;
+  if (!s.loops.veto) return true;
+  // In units of the loop's own sigmas; what it does not claim is zero and adds nothing.
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(loop.information);
+  const Mat6 root =
+      eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+  const geometry::Vec6 e = root * error;
+  const Mat6 S = root * between.covariance * root.transpose() + Mat6::Identity();
+  return e.dot(S.ldlt().solve(e)) <= s.joint.graph.veto_exact_to;
+}
+
 /// A loop that the poses fit as they are, within its own errors, would leave them there.
-bool RoundCentre::says_news(const Loop& loop, const FleetEstimate& estimate) const {
+bool RoundCentre::says_news(const Loop& loop, const Between& between) const {
   if (centre_.settings().boundary.reopen == ReopenBy::kAny) return true;
-  const KeyframePose* from = pose_of(loop.from, estimate);
-  const KeyframePose* to = pose_of(loop.to, estimate);
-  if (from == nullptr || to == nullptr) return false;
-  const SE3 T = from->T_map_body.inverse() * to->T_map_body;
+  const geometry::Vec6 error = off(loop, between);
+  return error.dot(loop.information * error) > graph::loop_chi2_gate(6);
+}
+
+geometry::Vec6 RoundCentre::off(const Loop& loop, const Between& between) {
+  const SE3 T = between.T_map_from.inverse() * between.T_map_to;
   geometry::Vec6 error;
   error << geometry::so3_log(loop.T_from_to.R.transpose() * T.R), T.p - loop.T_from_to.p;
-  const double chi2 = error.dot(loop.information * error);
-  return chi2 > graph::loop_chi2_gate(6);
+  return error;
 }
 
 }  // namespace rali::fleet

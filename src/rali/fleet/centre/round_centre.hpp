@@ -66,7 +66,19 @@ class RoundCentre {
   [[nodiscard]] bool go_back(std::span<const std::size_t> nodes, std::size_t steps,
                              std::vector<Time>& ends);
   void take(std::vector<RoundBoundary> boundaries);
-  [[nodiscard]] bool says_news(const Loop& loop, const FleetEstimate& estimate) const;
+
+  /// How two keyframes lie to each other by an estimate.
+  struct Between {
+    geometry::SE3 T_map_from, T_map_to;
+    geometry::Mat6 covariance;  ///< of relative_covariance(), at most
+  };
+
+  [[nodiscard]] std::optional<Between> between(KeyframeId from, KeyframeId to,
+                                               const FleetEstimate& live) const;
+  [[nodiscard]] bool may_hold(const Loop& loop, const Between& between) const;
+  [[nodiscard]] bool says_news(const Loop& loop, const Between& between) const;
+  /// By how much the estimate misses the loop: rotation in `to`, place in `from`.
+  [[nodiscard]] static geometry::Vec6 off(const Loop& loop, const Between& between);
   [[nodiscard]] Time end_of(Time t) const;
   [[nodiscard]] std::vector<std::size_t> begins() const;
   [[nodiscard]] const KeyframePose* pose_of(KeyframeId id, const FleetEstimate& live) const;
