@@ -108,6 +108,8 @@ bool take_flag(const std::string& name, Arguments& a) {
     a.per_run = true;
   } else if (name == "--per-round") {
     a.per_round = true;
+  } else if (name == "--known") {
+    a.place.known = true;
   } else if (name == "--halves") {
     a.place.halves = true;
   } else {
@@ -147,6 +149,7 @@ std::string help_text() {
          "  --seeds 1,2,5-8          default: 401-405\n"
          "  --rows starts,none       what the centre knows: start poses by hand (0.2 m, 3 deg);\n"
          "                           nothing; places: nothing, and clocks are not common\n"
+         "  --known                  the vehicles are told the start poses, too, as by fleet.yaml\n"
          "  --halves                 one vehicle's recording cut into two that overlap\n"
          "  --common SHARE           of the recording's time that both halves have; 0.2\n"
          "  --vehicles N             default: as many as the scene is made for\n"

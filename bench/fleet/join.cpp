@@ -1,35 +1,20 @@
 #include "join.hpp"
 
-#include <cmath>
-#include <numbers>
-
 #include <fmt/format.h>
 
 #include "common/cpu_time.hpp"
 #include "common/vehicle_settings.hpp"
-#include "rali/base/rng.hpp"
 #include "rali/drive/fleet_rounds.hpp"
 #include "rali/drive/output/joint_path.hpp"
 #include "rali/vehicle/settings.hpp"
 #include "rali/wire/fleet/codec.hpp"
+#include "starts.hpp"
 
 namespace rali::fleet_bench {
 
 using geometry::SE3;
 
 namespace {
-
-constexpr double kTapeSigma_m = 0.2;
-constexpr double kCompassSigma_rad = 3.0 * std::numbers::pi / 180.0;
-
-/// Upright, heading as the body.
-SE3 levelled(const SE3& T_world_body) {
-  SE3 T;
-  T.R =
-      geometry::rotation_from_rpy(0.0, 0.0, std::atan2(T_world_body.R(1, 0), T_world_body.R(0, 0)));
-  T.p = T_world_body.p;
-  return T;
-}
 
 Path path_of(const Driven& driven, const fleet::FleetEstimate& estimate, VehicleId vehicle) {
   Path path;
@@ -44,31 +29,15 @@ Path path_of(const Driven& driven, const fleet::FleetEstimate& estimate, Vehicle
 
 }  // namespace
 
-std::vector<fleet::GivenStart> starts_by_hand(const Mission& mission, std::uint64_t seed) {
-  Rng rng(seed, "start poses");
-  std::vector<fleet::GivenStart> starts;
-  const SE3 T_first = levelled(mission.vehicles.front().T_world_start);
-  for (std::size_t v = 1; v < mission.vehicles.size(); ++v) {
-    fleet::GivenStart start;
-    start.relative_to = VehicleId{0};
-    start.vehicle = VehicleId{static_cast<std::uint16_t>(v)};
-    start.sigma_m = kTapeSigma_m;
-    start.sigma_rad = kCompassSigma_rad;
-    start.T_relative_vehicle = T_first.inverse() * levelled(mission.vehicles[v].T_world_start);
-    for (double& x : start.T_relative_vehicle.p) x += kTapeSigma_m * rng.normal();
-    start.T_relative_vehicle.R =
-        geometry::rotation_from_rpy(0.0, 0.0, kCompassSigma_rad * rng.normal()) *
-        start.T_relative_vehicle.R;
-    starts.push_back(start);
-  }
-  return starts;
-}
-
 Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOptions& options) {
   const auto settings = bench::fleet_settings(options.settings);
   if (!settings) return tl::make_unexpected(settings.error());
   fleet::FleetKnowledge knowledge;
-  if (options.starts) knowledge.starts = starts_by_hand(mission, seed);
+  if (options.starts) {
+    std::vector<SE3> T_world_start;
+    for (const Driven& driven : mission.vehicles) T_world_start.push_back(driven.T_world_start);
+    knowledge.starts = starts_by_hand(T_world_start, seed);
+  }
   knowledge.common_clock = options.common_clock;
   fleet::RoundCentre centre(*settings, knowledge);
   std::vector<std::vector<std::shared_ptr<const fleet::Fact>>> facts;

@@ -42,8 +42,4 @@ struct Joined {
 [[nodiscard]] Result<Joined> join(const Mission& mission, std::uint64_t seed,
                                   const JoinOptions& options);
 
-/// Start poses of all vehicles in the first one's, wrong by their own sigmas.
-[[nodiscard]] std::vector<fleet::GivenStart> starts_by_hand(const Mission& mission,
-                                                            std::uint64_t seed);
-
 }  // namespace rali::fleet_bench

@@ -1,5 +1,6 @@
 #include "mission.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "common/vehicle_settings.hpp"
 #include "rali/vehicle/vehicle.hpp"
 #include "rali/wire/fleet/codec.hpp"
+#include "starts.hpp"
 
 namespace rali::fleet_bench {
 
@@ -26,6 +28,21 @@ std::vector<geometry::Vec3> antennas_of(const sim::FleetSimulation& sim, int veh
     antennas.push_back(mount.p_nominal_m);
   }
   return antennas;
+}
+
+/// How a vehicle is told where another one starts: both are known relative to the first.
+vehicle::PeerPrior prior_of(const std::vector<fleet::GivenStart>& starts, int self, int peer) {
+  vehicle::PeerPrior prior;
+  prior.sigma_m = prior.sigma_rad = 0.0;
+  const auto T_first = [&](int vehicle) {
+    if (vehicle == 0) return geometry::SE3{};
+    const fleet::GivenStart& start = starts[static_cast<std::size_t>(vehicle) - 1];
+    prior.sigma_m = std::hypot(prior.sigma_m, start.sigma_m);
+    prior.sigma_rad = std::hypot(prior.sigma_rad, start.sigma_rad);
+    return start.T_relative_vehicle;
+  };
+  prior.T_self_peer = T_first(self).inverse() * T_first(peer);
+  return prior;
 }
 
 /// What of the simulation one vehicle's software gets to see.
@@ -51,7 +68,7 @@ std::vector<Part> parts_of(const sim::FleetSimulation& sim, const Place& place) 
 class Fleet {
  public:
   Fleet(const sim::FleetSimulation& sim, std::vector<Part> parts,
-        const vehicle::VehicleSettings& common)
+        const vehicle::VehicleSettings& common, const std::vector<fleet::GivenStart>& starts)
       : parts_(std::move(parts)) {
     const int n = static_cast<int>(parts_.size());
     for (int v = 0; v < n; ++v) {
@@ -66,6 +83,7 @@ class Fleet {
         peer.id = id_of(other);
         peer.name = vehicle_name(other);
         peer.antennas_body_m = antennas_of(sim, other);
+        if (!starts.empty()) peer.prior = prior_of(starts, v, other);
         settings.peers.push_back(std::move(peer));
       }
       vehicles_.emplace_back(id_of(v), settings);
@@ -169,6 +187,7 @@ std::string file_name(const Place& place, const PlaceWorld& world) {
   bench::add_options(world.options.vehicle, hash);
   hash.add(place.halves ? 2 : world.options.vehicles);
   hash.add(place.halves ? 1.0 + place.common : 0.0);
+  if (place.known) hash.add(1.0);
   for (const std::string& text : place.settings) {
     for (const char c : text) hash.add(static_cast<double>(c));
   }
@@ -183,7 +202,11 @@ Result<Mission> drive_anew(const Place& place, PlaceWorld world) {
   if (!settings) return tl::make_unexpected(settings.error());
   auto sim = sim::make_fleet_simulation(std::move(world.world), world.options);
   if (!sim) return tl::make_unexpected(sim.error());
-  Fleet fleet(**sim, parts_of(**sim, place), *settings);
+  std::vector<geometry::SE3> T_world_start;
+  for (int v = 0; place.known && v < (*sim)->vehicles(); ++v) {
+    T_world_start.push_back((*sim)->truth(v, (*sim)->t_begin()).state.T_world_body);
+  }
+  Fleet fleet(**sim, parts_of(**sim, place), *settings, starts_by_hand(T_world_start, place.seed));
   while (auto message = (*sim)->next()) fleet.take(**sim, *message);
   return fleet.finish();
 }

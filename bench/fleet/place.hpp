@@ -17,7 +17,8 @@ struct Place {
   double duration_s = 0.0;  ///< 0: all rounds
   /// The recording of one vehicle is cut into two that overlap, as if of two vehicles and days.
   bool halves = false;
-  double common = 0.2;                ///< share of the recording's time that both halves have
+  bool known = false;   ///< the vehicles are told the start poses, too, as measured by hand
+  double common = 0.2;  ///< share of the recording's time that both halves have
   std::vector<std::string> settings;  ///< key=value for the vehicles
 };
 

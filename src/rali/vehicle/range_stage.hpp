@@ -55,8 +55,9 @@ class RangeStage {
 
   [[nodiscard]] const std::vector<PairRecord>& pair_records() const { return pair_records_; }
 
-  /// Antennas of peers that stand at a place known to sigma_max_m, in odom.
-  [[nodiscard]] std::vector<geometry::Vec3> places(const odometry::SideFilter& filter,
+  /// Antennas of peers whose place at `t` is known to sigma_max_m, in odom: of those that stand by
+  /// ranges, of those that drive by what they say.
+  [[nodiscard]] std::vector<geometry::Vec3> places(const odometry::SideFilter& filter, Time t,
                                                    double sigma_max_m) const;
 
   /// What is left at the end of the data cannot be used any more.
@@ -143,6 +144,8 @@ class RangeStage {
   [[nodiscard]] bool understand(const sensor::RangeSample& sample, PairKey& key) const;
   void use(const sensor::RangeSample& sample, odometry::SideFilter& filter, RangeEffect& effect,
            ranging::RangeUse& use);
+  void add_moving(const PeerWatch& peer, const geometry::Mat3& P_own, Time t, double sigma_max_m,
+                  std::vector<geometry::Vec3>& out) const;
   void forget_moved(odometry::SideFilter& filter);
   void forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits,
                     odometry::SideFilter& filter);

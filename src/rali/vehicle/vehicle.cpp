@@ -220,7 +220,7 @@ class Vehicle::Impl {
     odometry::SideFilter* filter = odometry_->side_filter();
     if (!settings_.peer_mask.use || filter == nullptr) return nullptr;
     const std::vector<geometry::Vec3> places =
-        ranges_.places(*filter, settings_.peer_mask.sigma_max_m);
+        ranges_.places(*filter, scan.t_end, settings_.peer_mask.sigma_max_m);
     if (places.empty()) return nullptr;
     const std::optional<odometry::Moment> now = filter->advance_to(scan.t_end);
     if (!now) return nullptr;
