@@ -1,13 +1,15 @@
 #include "rali/vehicle/peer_mask.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "rali/base/rng.hpp"
 #include "rali/geometry/pca3.hpp"
+#include "rali/vehicle/peer_places.hpp"
 
 namespace rali::vehicle {
 
@@ -22,6 +24,7 @@ namespace {
 struct Cylinder {
   Vec3f p;
   Vec3f up;
+  float radius_m;
 };
 
 /// A plane in the frame of the LiDAR: n.x = d.
@@ -57,8 +60,7 @@ bool within(const Cylinder& c, const Vec3f& point, float radius_m, float above_m
 }
 
 bool holds(const Cylinder& c, const Vec3f& point, const PeerMaskSettings& s) {
-  return within(c, point, static_cast<float>(s.radius_m), static_cast<float>(s.above_m),
-                static_cast<float>(s.below_m));
+  return within(c, point, c.radius_m, static_cast<float>(s.above_m), static_cast<float>(s.below_m));
 }
 
 Vec3f point_of(const LidarScan& scan, std::size_t i) {
@@ -67,7 +69,7 @@ Vec3f point_of(const LidarScan& scan, std::size_t i) {
 
 /// Points beside the cylinder, evenly thinned.
 std::vector<Vec3f> around(const LidarScan& scan, const Cylinder& c, const PeerMaskSettings& s) {
-  const auto radius_m = static_cast<float>(s.radius_m);
+  const float radius_m = c.radius_m;
   const float reach_m = kReach * radius_m;
   const float above_m = static_cast<float>(s.above_m) + radius_m;
   const float below_m = static_cast<float>(s.below_m) + radius_m;
@@ -135,7 +137,7 @@ std::optional<Surface> surface_of_most(const std::vector<Vec3f>& points, float a
 std::vector<Surface> surroundings(const LidarScan& scan, const Cylinder& c,
                                   const PeerMaskSettings& settings) {
   std::vector<Vec3f> points = around(scan, c, settings);
-  const auto radius_m = static_cast<float>(settings.radius_m);
+  const float radius_m = c.radius_m;
   Rng rng(0, "peer mask");
   std::vector<Surface> out;
   while (points.size() >= kPointsMin && out.size() < kSurfacesMax) {
@@ -147,6 +149,13 @@ std::vector<Surface> surroundings(const LidarScan& scan, const Cylinder& c,
     out.push_back(*s);
   }
   return out;
+}
+
+/// The largest of a level direction.
+double level_sigma_m(const KnownPlace& place, const Vec3& up) {
+  const Mat3 level = Mat3::Identity() - up * up.transpose();
+  const geometry::Pca3 pca = geometry::pca3(level * place.covariance_m2 * level);
+  return std::sqrt(std::max(0.0, pca.values.maxCoeff()));
 }
 
 /// The points on one vehicle: within its cylinder, and on nothing that goes on beyond.
@@ -170,13 +179,16 @@ void mark(const LidarScan& scan, const Cylinder& c, const PeerMaskSettings& sett
 
 std::shared_ptr<const LidarScan> without_peers(const LidarScan& scan,
                                                const geometry::SE3& T_odom_lidar,
-                                               std::span<const Vec3> antennas_odom_m,
+                                               std::span<const KnownPlace> antennas_odom,
                                                const Vec3& up_odom,
                                                const PeerMaskSettings& settings) {
   const geometry::SE3 T_lidar_odom = T_odom_lidar.inverse();
   std::vector<bool> on_vehicle(scan.size(), false);
-  for (const Vec3& p : antennas_odom_m) {
-    const Cylinder c{(T_lidar_odom * p).cast<float>(), (T_lidar_odom.R * up_odom).cast<float>()};
+  for (const KnownPlace& place : antennas_odom) {
+    const double radius_m =
+        settings.radius_m + settings.margin_sigma * level_sigma_m(place, up_odom);
+    const Cylinder c{(T_lidar_odom * place.p_odom_m).cast<float>(),
+                     (T_lidar_odom.R * up_odom).cast<float>(), static_cast<float>(radius_m)};
     mark(scan, c, settings, on_vehicle);
   }
   if (std::find(on_vehicle.begin(), on_vehicle.end(), true) == on_vehicle.end()) return nullptr;

@@ -64,14 +64,15 @@ void RangeStage::forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits
   pair.excess.reset();
 }
 
-std::vector<Vec3> RangeStage::places(const SideFilter& filter, Time t, double sigma_max_m) const {
-  std::vector<Vec3> out;
+std::vector<KnownPlace> RangeStage::places(const SideFilter& filter, Time t,
+                                           double sigma_max_m) const {
+  std::vector<KnownPlace> out;
   const SideStates& side = filter.side();
   const Mat3 P_own = filter.position_covariance();
   for (const auto& [key, place] : places_) {
     const Mat3 P = P_own + side.covariance.block<3, 3>(place.side, place.side);
     if (P.diagonal().maxCoeff() > sigma_max_m * sigma_max_m) continue;
-    out.emplace_back(side.mean.segment<3>(place.side));
+    out.push_back({side.mean.segment<3>(place.side), P});
   }
   for (const auto& [id, peer] : peers_) add_moving(peer, P_own, t, sigma_max_m, out);
   return out;
@@ -80,14 +81,14 @@ std::vector<Vec3> RangeStage::places(const SideFilter& filter, Time t, double si
 /// Who drives has no place, but says of its way where it is: a column in a tunnel sees nothing else
 /// along it, and its own vehicles would be taken for what stands still.
 void RangeStage::add_moving(const PeerWatch& peer, const Mat3& P_own, Time t, double sigma_max_m,
-                            std::vector<Vec3>& out) const {
+                            std::vector<KnownPlace>& out) const {
   if (!first_pose_ || !peer.heard || peer.at_rest || !peer.pose) return;
   if (std::abs((t - peer.t_status).s()) > settings_.ranging.status_valid_s) return;
   for (const Vec3& lever : peer.settings.antennas_body_m) {
     const auto place = place_of(peer, lever, *first_pose_, up_odom_);
     if (!place) continue;
     const Mat3 P = P_own + place->covariance_m2;
-    if (P.diagonal().maxCoeff() <= sigma_max_m * sigma_max_m) out.push_back(place->p_odom_m);
+    if (P.diagonal().maxCoeff() <= sigma_max_m * sigma_max_m) out.push_back({place->p_odom_m, P});
   }
 }
 

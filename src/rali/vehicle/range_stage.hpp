@@ -56,9 +56,9 @@ class RangeStage {
   [[nodiscard]] const std::vector<PairRecord>& pair_records() const { return pair_records_; }
 
   /// Antennas of peers whose place at `t` is known to sigma_max_m, in odom: of those that stand by
-  /// ranges, of those that drive by what they say.
-  [[nodiscard]] std::vector<geometry::Vec3> places(const odometry::SideFilter& filter, Time t,
-                                                   double sigma_max_m) const;
+  /// ranges, of those that drive by what they say. The doubt about this vehicle's place is in it.
+  [[nodiscard]] std::vector<KnownPlace> places(const odometry::SideFilter& filter, Time t,
+                                               double sigma_max_m) const;
 
   /// What is left at the end of the data cannot be used any more.
   void flush(OutputList& out);
@@ -145,7 +145,7 @@ class RangeStage {
   void use(const sensor::RangeSample& sample, odometry::SideFilter& filter, RangeEffect& effect,
            ranging::RangeUse& use);
   void add_moving(const PeerWatch& peer, const geometry::Mat3& P_own, Time t, double sigma_max_m,
-                  std::vector<geometry::Vec3>& out) const;
+                  std::vector<KnownPlace>& out) const;
   void forget_moved(odometry::SideFilter& filter);
   void forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits,
                     odometry::SideFilter& filter);

@@ -92,7 +92,7 @@ TEST(RangeStage, who_drives_is_where_it_says_unless_it_is_late_or_in_doubt) {
   pose.T_start_body.p = Vec3(2.0, 0.5, 0.0);
   s.stage.on(PeerStatus{kPeer, Time::from_s(1.0), false, pose});
   ASSERT_EQ(places(1.0, 0.7).size(), 1U);
-  EXPECT_LT((places(1.0, 0.7)[0] - Vec3(12.0, 0.5, 0.0)).norm(), 1e-9);
+  EXPECT_LT((places(1.0, 0.7)[0].p_odom_m - Vec3(12.0, 0.5, 0.0)).norm(), 1e-9);
   EXPECT_TRUE(places(1.0, 0.6).empty()) << "0.2 m, and 0.05 rad over 12 m: 0.63 m across";
   EXPECT_TRUE(places(4.0, 0.7).empty()) << "what it said three seconds ago";
   pose.position_covariance_m2 = geometry::Mat3::Identity();

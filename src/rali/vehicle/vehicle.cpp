@@ -219,7 +219,7 @@ class Vehicle::Impl {
   std::shared_ptr<const LidarScan> without_peers_in(const LidarScan& scan) {
     odometry::SideFilter* filter = odometry_->side_filter();
     if (!settings_.peer_mask.use || filter == nullptr) return nullptr;
-    const std::vector<geometry::Vec3> places =
+    const std::vector<KnownPlace> places =
         ranges_.places(*filter, scan.t_end, settings_.peer_mask.sigma_max_m);
     if (places.empty()) return nullptr;
     const std::optional<odometry::Moment> now = filter->advance_to(scan.t_end);
