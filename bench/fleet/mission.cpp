@@ -191,9 +191,7 @@ std::string file_name(const Place& place, const PlaceWorld& world) {
   for (const std::string& text : place.settings) {
     for (const char c : text) hash.add(static_cast<double>(c));
   }
-  if (from_file(place)) {
-    for (const geometry::Vec3f& vertex : world.world.mesh.vertices) hash.add(vertex.sum());
-  }
+  for (const char c : world.scene) hash.add(static_cast<double>(c));
   return fmt::format("mission_{}_{}_{:016x}.facts", name_of(place), place.seed, hash.value());
 }
 

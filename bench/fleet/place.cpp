@@ -35,7 +35,9 @@ Result<PlaceWorld> world_of(const Place& place) {
   fleet.vehicle.imu_apart = true;  // as on real vehicles
   auto world = scenario::world_of(*setup);
   if (!world) return tl::make_unexpected(world.error());
-  return PlaceWorld{std::move(*world), fleet};
+  PlaceWorld out{std::move(*world), fleet, {}};
+  if (from_file(place)) out.scene = scenario::dump_scene(*setup, setup->folder);
+  return out;
 }
 
 std::string name_of(const Place& place) {

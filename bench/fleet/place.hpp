@@ -26,6 +26,7 @@ struct Place {
 struct PlaceWorld {
   sim::World world;
   sim::FleetOptions options;
+  std::string scene;  ///< effective scene.yaml of a scene that came from a file
 };
 
 [[nodiscard]] bool from_file(const Place& place);

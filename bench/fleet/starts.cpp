@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "rali/base/rng.hpp"
+#include "rali/fleet/path/level.hpp"
 
 namespace rali::fleet_bench {
 
@@ -16,11 +17,7 @@ constexpr double kCompassSigma_rad = 3.0 * std::numbers::pi / 180.0;
 
 /// Upright, heading as the body.
 SE3 levelled(const SE3& T_world_body) {
-  SE3 T;
-  T.R =
-      geometry::rotation_from_rpy(0.0, 0.0, std::atan2(T_world_body.R(1, 0), T_world_body.R(0, 0)));
-  T.p = T_world_body.p;
-  return T;
+  return fleet::level_start(T_world_body, geometry::Vec3::UnitZ());
 }
 
 }  // namespace

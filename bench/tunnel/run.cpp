@@ -6,6 +6,7 @@
 #include "common/cpu_time.hpp"
 #include "common/vehicle_settings.hpp"
 #include "rali/base/rng.hpp"
+#include "rali/fleet/path/level.hpp"
 #include "rali/vehicle/vehicle.hpp"
 
 namespace rali::tunnel {
@@ -21,11 +22,7 @@ constexpr double kPriorSigma_rad = 3.0 * std::numbers::pi / 180.0;
 
 /// Upright, heading as the body.
 SE3 levelled(const SE3& T_world_body) {
-  SE3 T;
-  T.R =
-      geometry::rotation_from_rpy(0.0, 0.0, std::atan2(T_world_body.R(1, 0), T_world_body.R(0, 0)));
-  T.p = T_world_body.p;
-  return T;
+  return fleet::level_start(T_world_body, geometry::Vec3::UnitZ());
 }
 
 /// As somebody with a tape measure and a compass would write it down: wrong by its own sigmas.

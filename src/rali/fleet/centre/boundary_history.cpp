@@ -14,10 +14,8 @@ bool ends_where(std::span<const VehiclePath> paths, const RoundBoundary& boundar
                 const FleetEstimate& estimate, double most_m) {
   std::size_t told = 0;
   for (const BoundaryPath& known : boundary.paths) {
-    const auto path = std::find_if(paths.begin(), paths.end(), [&](const VehiclePath& p) {
-      return stream_of(p) == known.stream;
-    });
-    if (path == paths.end()) return false;
+    const VehiclePath* path = path_of(paths, known.stream);
+    if (path == nullptr) return false;
     const auto node = path->index_of(known.node);
     if (!node) return false;
     const auto& keyframe = path->nodes()[*node].step.keyframe;

@@ -17,13 +17,6 @@ using graph::Seq;
 
 namespace {
 
-const VehiclePath* path_of(std::span<const VehiclePath> paths, StreamKey stream) {
-  for (const VehiclePath& path : paths) {
-    if (stream_of(path) == stream) return &path;
-  }
-  return nullptr;
-}
-
 /// No direction has less than none, to rounding; each unknown counted in its own sigma.
 bool is_information(const Eigen::MatrixXd& H) {
   constexpr double kRounding = 1e-6;

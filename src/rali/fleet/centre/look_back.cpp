@@ -1,12 +1,12 @@
 #include <algorithm>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include "rali/fleet/centre/group_estimate.hpp"
 #include "rali/fleet/centre/round_centre.hpp"
 #include "rali/fleet/centre/scan_evidence.hpp"
 #include "rali/graph/loops.hpp"
+#include "rali/graph/root.hpp"
 
 namespace rali::fleet {
 
@@ -53,9 +53,8 @@ std::vector<std::size_t> RoundCentre::look_back(const Solution& solution, Execut
     memory_.loops[{loop.from, loop.to}] = loop;
     const PathSubmap& before = solution.pieces[found.candidate.target];
     const auto b = between(loop.from, loop.to, solution.estimate);
-    if (!b || (s.boundary.reopen == ReopenBy::kMisfit && !may_hold(loop, *b))) continue;
     const bool near = !lately.empty() && before.node >= lately[before.path];
-    if (!near && !says_news(loop, *b)) continue;
+    if (!b || !worth_it(loop, *b, near)) continue;
     nodes[before.path] = std::min(nodes[before.path], before.node);
   }
   return nodes;
@@ -74,34 +73,29 @@ std::optional<RoundCentre::Between> RoundCentre::between(KeyframeId from, Keyfra
                  relative_covariance(before->T_map_body, now->T_map_body, joint)};
 }
 
+/// Whether earlier rounds are to be solved again for a loop. @param near into one of the last: then
+/// also for one that the poses fit as they are, within its own errors, and that leaves them there
+bool RoundCentre::worth_it(const Loop& loop, const Between& between, bool near) const {
+  if (centre_.settings().boundary.reopen == ReopenBy::kAny) return true;
+  const SE3 T = between.T_map_from.inverse() * between.T_map_to;
+  geometry::Vec6 error;  // rotation in `to`, place in `from`
+  error << geometry::so3_log(loop.T_from_to.R.transpose() * T.R), T.p - loop.T_from_to.p;
+  const bool news = error.dot(loop.information * error) > graph::loop_chi2_gate(6);
+  return (near || news) && may_hold(loop, error, between.covariance);
+}
+
 /// False for a loop that would be refused for certain, were everything solved again for it: beyond
 /// the whole doubt about both poses, or slid along a passage.
-bool RoundCentre::may_hold(const Loop& loop, const Between& between) const {
+bool RoundCentre::may_hold(const Loop& loop, const geometry::Vec6& error,
+                           const Mat6& covariance) const {
   const FleetSettings& s = centre_.settings();
-  const geometry::Vec6 error = off(loop, between);
   if (slide_m(loop.information, error.tail<3>()) > s.loops.slide_max_m) return false;
   if (!s.loops.veto) return true;
   // In units of the loop's own sigmas; what it does not claim is zero and adds nothing.
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(loop.information);
-  const Mat6 root =
-      eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+  const Mat6 root = graph::information_root(loop.information);
   const geometry::Vec6 e = root * error;
-  const Mat6 S = root * between.covariance * root.transpose() + Mat6::Identity();
+  const Mat6 S = root * covariance * root.transpose() + Mat6::Identity();
   return e.dot(S.ldlt().solve(e)) <= s.joint.graph.veto_exact_to;
-}
-
-/// A loop that the poses fit as they are, within its own errors, would leave them there.
-bool RoundCentre::says_news(const Loop& loop, const Between& between) const {
-  if (centre_.settings().boundary.reopen == ReopenBy::kAny) return true;
-  const geometry::Vec6 error = off(loop, between);
-  return error.dot(loop.information * error) > graph::loop_chi2_gate(6);
-}
-
-geometry::Vec6 RoundCentre::off(const Loop& loop, const Between& between) {
-  const SE3 T = between.T_map_from.inverse() * between.T_map_to;
-  geometry::Vec6 error;
-  error << geometry::so3_log(loop.T_from_to.R.transpose() * T.R), T.p - loop.T_from_to.p;
-  return error;
 }
 
 }  // namespace rali::fleet

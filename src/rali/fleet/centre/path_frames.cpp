@@ -31,6 +31,13 @@ SE3 T_map_odom_alone(const VehiclePath& path) {
 
 StreamKey stream_of(const VehiclePath& path) { return {path.vehicle(), path.epoch()}; }
 
+const VehiclePath* path_of(std::span<const VehiclePath> paths, StreamKey stream) {
+  for (const VehiclePath& path : paths) {
+    if (stream_of(path) == stream) return &path;
+  }
+  return nullptr;
+}
+
 std::vector<std::size_t> begins_of(std::span<const VehiclePath> paths,
                                    const RoundBoundary* before) {
   std::vector<std::size_t> begins(paths.size(), 0);

@@ -21,6 +21,9 @@ namespace rali::fleet {
 /// The name that FrameSolver knows it by.
 [[nodiscard]] StreamKey stream_of(const VehiclePath& path);
 
+/// The path of that name; null if there is none.
+[[nodiscard]] const VehiclePath* path_of(std::span<const VehiclePath> paths, StreamKey stream);
+
 /// Of each path the index of its first node that earlier rounds leave open: 0 where there was none,
 /// and of a path that the boundary does not know. @param before may be null
 [[nodiscard]] std::vector<std::size_t> begins_of(std::span<const VehiclePath> paths,

@@ -80,12 +80,17 @@ void RoundCentre::take(std::vector<RoundBoundary> boundaries) {
   }
 }
 
-/// Pieces of finished rounds stay, whatever boundary they were solved on: their points may be gone.
-/// @return the others
-std::vector<PathSubmap> RoundCentre::keep_finished(std::vector<PathSubmap> pieces) {
+/// What is before the boundary is not cut again, nor what was before a later one that is gone.
+void RoundCentre::cut_on() {
   const std::vector<std::size_t> first = begins();
   cut_from_.resize(first.size(), 0);
   for (std::size_t i = 0; i < first.size(); ++i) cut_from_[i] = std::max(cut_from_[i], first[i]);
+}
+
+/// Pieces of finished rounds stay, whatever boundary they were solved on: their points may be gone.
+/// @return the others
+std::vector<PathSubmap> RoundCentre::keep_finished(std::vector<PathSubmap> pieces) {
+  cut_on();
   const auto others = std::stable_partition(
       pieces.begin(), pieces.end(),
       [&](const PathSubmap& piece) { return piece.node < cut_from_[piece.path]; });
@@ -213,8 +218,7 @@ void RoundCentre::keep_done() {
 
 void RoundCentre::finish(std::vector<PathSubmap> pieces) {
   keep_done();
-  const std::vector<std::size_t> first = begins();
-  for (std::size_t i = 0; i < first.size(); ++i) cut_from_[i] = std::max(cut_from_[i], first[i]);
+  cut_on();
   for (PathSubmap& piece : pieces) {
     if (piece.node < cut_from_[piece.path]) keep(std::move(piece));
   }

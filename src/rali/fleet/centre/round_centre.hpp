@@ -75,15 +75,15 @@ class RoundCentre {
 
   [[nodiscard]] std::optional<Between> between(KeyframeId from, KeyframeId to,
                                                const FleetEstimate& live) const;
-  [[nodiscard]] bool may_hold(const Loop& loop, const Between& between) const;
-  [[nodiscard]] bool says_news(const Loop& loop, const Between& between) const;
-  /// By how much the estimate misses the loop: rotation in `to`, place in `from`.
-  [[nodiscard]] static geometry::Vec6 off(const Loop& loop, const Between& between);
+  [[nodiscard]] bool worth_it(const Loop& loop, const Between& between, bool near) const;
+  [[nodiscard]] bool may_hold(const Loop& loop, const geometry::Vec6& error,
+                              const geometry::Mat6& covariance) const;
   [[nodiscard]] Time end_of(Time t) const;
   [[nodiscard]] std::vector<std::size_t> begins() const;
   [[nodiscard]] const KeyframePose* pose_of(KeyframeId id, const FleetEstimate& live) const;
   void merge(FleetEstimate live);
   void keep_done();
+  void cut_on();
   [[nodiscard]] std::vector<PathSubmap> keep_finished(std::vector<PathSubmap> pieces);
   void finish(std::vector<PathSubmap> pieces);
   void keep(PathSubmap piece);

@@ -176,6 +176,8 @@ struct Room {
   ReopenBy reopen = ReopenBy::kMisfit;
   int rounds_before = 0;  ///< in which both stand
   int kept = 100;
+  int near_rounds = 3;
+  double step_m = 0.2;  ///< sigma of v2's steps, as the graph has them
 };
 
 FleetSettings settings_of(const Room& room) {
@@ -184,7 +186,8 @@ FleetSettings settings_of(const Room& room) {
   settings.boundary.reopen = room.reopen;
   settings.boundary.kept = room.kept;
   settings.joint.steps = StepWeight::kIsotropic;
-  settings.joint.isotropic_m = 0.2;
+  settings.boundary.near_rounds = room.near_rounds;
+  settings.joint.isotropic_m = room.step_m;
   settings.init.commit.information_min = 0.05;
   return settings;
 }
@@ -277,6 +280,18 @@ TEST(RoundCentre, a_loop_into_the_last_round_is_solved_on_the_boundary_before_it
   }
   EXPECT_EQ(back.last().loops.size(), all.last().loops.size());
   EXPECT_EQ(back.boundary()->until, all.boundary()->until);
+}
+
+TEST(RoundCentre, a_loop_that_would_be_refused_reopens_nothing) {
+  const RoundCentre sure = through_a_room({.rounds_before = 3, .step_m = 1e-3});
+  EXPECT_EQ(sure.work().whole, 1U) << "0.4 m off where the paths are known to millimetres";
+  EXPECT_EQ(sure.work().reopened, 0U);
+}
+
+TEST(RoundCentre, a_loop_that_fits_is_closed_where_that_is_cheap) {
+  EXPECT_EQ(through_a_room({.slip_m = 0.0, .rounds_before = 3}).work().reopened, 1U);
+  EXPECT_EQ(through_a_room({.slip_m = 0.0, .rounds_before = 3, .near_rounds = 0}).work().reopened,
+            0U);
 }
 
 TEST(RoundCentre, a_loop_that_fits_changes_nothing_unless_the_paper_wants_it) {
