@@ -1,0 +1,62 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "rali/fleet/frames/frame_problem.hpp"
+
+namespace rali::fleet {
+
+/// How far an alternative is from holding at some values: yaw, then place in b.
+[[nodiscard]] Vec4 evidence_residual(const FrameValues& v, const EvidenceGroup& group,
+                                     std::size_t k);
+
+/// Normal equations of a problem at given values.
+class FrameNormal {
+ public:
+  explicit FrameNormal(const FrameProblem& problem);
+
+  /// Values plus step d.
+  [[nodiscard]] FrameValues moved(const FrameValues& v, const Eigen::VectorXd& d) const;
+
+  /// @param holds alternative that is held for true, per group of evidence
+  /// @return cost: robust squares of all
+  double build(const FrameValues& v, const std::vector<int>& holds);
+
+  /// Only what evidence adds. @return its cost
+  double build_evidence(const FrameValues& v, const std::vector<int>& holds);
+
+  /// With the equations of the same problem at other values.
+  void swap(FrameNormal& other);
+
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+  double beyond_fit = 0.0;  ///< part of the cost that the fit is not judged by
+
+ private:
+  /// Ranges of one pair: they depend on the same unknowns.
+  struct Run {
+    std::size_t first = 0, last = 0;  ///< of problem.ranges; the last is not in it
+    std::vector<Eigen::Index> at;     ///< unknowns, in the order of a row
+  };
+
+  [[nodiscard]] std::vector<Run> runs() const;
+  double add_priors(const FrameValues& v);
+  double add_run(const FrameValues& v, const Run& run);
+  double write_row(const FrameValues& v, const RangeTerm& r, Eigen::Index row);
+  [[nodiscard]] geometry::Vec3 place_of(const FrameValues& v, std::size_t f,
+                                        const geometry::Vec3& x,
+                                        const Eigen::Matrix3Xd& drift) const;
+  double add_evidence(const FrameValues& v, const EvidenceGroup& group, std::size_t k);
+
+  const FrameProblem& p_;
+  std::vector<Eigen::Index> drift_at_;
+  std::vector<Run> runs_;
+  Eigen::MatrixXd rows_;       ///< unknowns x ranges of a run, whitened
+  Eigen::VectorXd residuals_;  ///< whitened
+  Eigen::MatrixXd squares_;    ///< rows_ rows_^T, lower half
+  Eigen::VectorXd slope_;
+};
+
+}  // namespace rali::fleet
