@@ -24,21 +24,6 @@ Vec3 turned_back(double yaw_rad, const Vec3& v) {
   return YawPose{-yaw_rad, Vec3::Zero()}.turned(v);
 }
 
-/// Derivatives of the distance between two ends by the unknowns of one of them: yaw and place of
-/// its frame, unless that is the first one, then the errors of its path.
-/// @param u towards this end @return where to go on writing
-double* write_end(const FrameProblem& p, const FrameValues& v, std::size_t f, const Vec3& place,
-                  const Eigen::Matrix3Xd& drift, const Vec3& u, double scale, double* out) {
-  if (f > 0) {
-    const Vec3 arm = place - v.T_ref_odom[f] * p.pivots_m[f];
-    *out++ = scale * u.dot(quarter_turn(arm));
-    for (int k = 0; k < 3; ++k) *out++ = scale * u[k];
-  }
-  const Vec3 u_own = scale * turned_back(v.T_ref_odom[f].yaw_rad, u);
-  for (Eigen::Index k = 0; k < drift.cols(); ++k) *out++ = u_own.dot(drift.col(k));
-  return out;
-}
-
 }  // namespace
 
 Vec4 evidence_residual(const FrameValues& v, const EvidenceGroup& group, std::size_t k) {
@@ -97,6 +82,7 @@ FrameValues FrameNormal::moved(const FrameValues& v, const Eigen::VectorXd& d) c
 double FrameNormal::build(const FrameValues& v, const std::vector<int>& holds) {
   beyond_fit = 0.0;
   double cost = build_evidence(v, holds) + add_priors(v);
+  set_frames(v);
   for (const Run& run : runs_) cost += add_run(v, run);
   return cost;
 }
@@ -138,6 +124,14 @@ double FrameNormal::add_priors(const FrameValues& v) {
   return cost;
 }
 
+void FrameNormal::set_frames(const FrameValues& v) {
+  frames_.resize(v.T_ref_odom.size());
+  for (std::size_t f = 0; f < frames_.size(); ++f) {
+    const YawPose& T = v.T_ref_odom[f];
+    frames_[f] = {std::cos(T.yaw_rad), std::sin(T.yaw_rad), T.t_m, T * p_.pivots_m[f]};
+  }
+}
+
 /// The end's place in the first frame.
 Vec3 FrameNormal::place_of(const FrameValues& v, std::size_t f, const Vec3& x,
                            const Eigen::Matrix3Xd& drift) const {
@@ -146,7 +140,25 @@ Vec3 FrameNormal::place_of(const FrameValues& v, std::size_t f, const Vec3& x,
     const Eigen::Index from = drift_at_[f] - p_.frame_size();
     moved_m += drift * v.others.segment(from, drift.cols());
   }
-  return v.T_ref_odom[f] * moved_m;
+  const Placed& T = frames_[f];
+  return T.t_m + Vec3(T.cos_yaw * moved_m.x() - T.sin_yaw * moved_m.y(),
+                      T.sin_yaw * moved_m.x() + T.cos_yaw * moved_m.y(), moved_m.z());
+}
+
+/// Derivatives of the distance between two ends by the unknowns of one of them: yaw and place of
+/// its frame, unless that is the first one, then the errors of its path.
+/// @param u towards this end, with the row's weight @return where to go on writing
+double* FrameNormal::write_end(std::size_t f, const Vec3& place_m, const Eigen::Matrix3Xd& drift,
+                               const Vec3& u, double* out) const {
+  const Placed& T = frames_[f];
+  if (f > 0) {
+    *out++ = u.dot(quarter_turn(place_m - T.pivot_m));
+    for (int k = 0; k < 3; ++k) *out++ = u[k];
+  }
+  const Vec3 u_own(T.cos_yaw * u.x() + T.sin_yaw * u.y(), T.cos_yaw * u.y() - T.sin_yaw * u.x(),
+                   u.z());
+  for (Eigen::Index k = 0; k < drift.cols(); ++k) *out++ = u_own.dot(drift.col(k));
+  return out;
 }
 
 /// Residual and derivatives of one range, by its sigma and its loss. @return cost
@@ -163,8 +175,8 @@ double FrameNormal::write_row(const FrameValues& v, const RangeTerm& r, Eigen::I
   const double root = std::sqrt(geometry::huber_weight(e, knee));
   const double scale = root / r.sigma_m;
   double* out = rows_.col(row).data();
-  out = write_end(p_, v, r.a, place_a, r.x_drift, u, scale, out);
-  out = write_end(p_, v, r.b, place_b, r.y_drift, -u, scale, out);
+  out = write_end(r.a, place_a, r.x_drift, scale * u, out);
+  out = write_end(r.b, place_b, r.y_drift, -scale * u, out);
   if (biased) *out = scale;
   residuals_[row] = root * e;
   return std::abs(e) <= knee ? e * e : 2.0 * knee * std::abs(e) - knee * knee;

@@ -41,18 +41,29 @@ class FrameNormal {
     std::vector<Eigen::Index> at;     ///< unknowns, in the order of a row
   };
 
+  /// A frame at the values: its sine and cosine are asked for at every range.
+  struct Placed {
+    double cos_yaw = 1.0, sin_yaw = 0.0;
+    geometry::Vec3 t_m = geometry::Vec3::Zero();
+    geometry::Vec3 pivot_m = geometry::Vec3::Zero();  ///< in the first frame
+  };
+
   [[nodiscard]] std::vector<Run> runs() const;
+  void set_frames(const FrameValues& v);
   double add_priors(const FrameValues& v);
   double add_run(const FrameValues& v, const Run& run);
   double write_row(const FrameValues& v, const RangeTerm& r, Eigen::Index row);
   [[nodiscard]] geometry::Vec3 place_of(const FrameValues& v, std::size_t f,
                                         const geometry::Vec3& x,
                                         const Eigen::Matrix3Xd& drift) const;
+  double* write_end(std::size_t f, const geometry::Vec3& place_m, const Eigen::Matrix3Xd& drift,
+                    const geometry::Vec3& u, double* out) const;
   double add_evidence(const FrameValues& v, const EvidenceGroup& group, std::size_t k);
 
   const FrameProblem& p_;
   std::vector<Eigen::Index> drift_at_;
   std::vector<Run> runs_;
+  std::vector<Placed> frames_;
   Eigen::MatrixXd rows_;       ///< unknowns x ranges of a run, whitened
   Eigen::VectorXd residuals_;  ///< whitened
   Eigen::MatrixXd squares_;    ///< rows_ rows_^T, lower half

@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "rali/fleet/frames/start_sift.hpp"
+
 namespace rali::fleet {
 
 using geometry::Vec2;
@@ -84,8 +86,11 @@ class Finder {
       const bool is_prior = group.alternatives.front().source == EvidenceSource::kPrior;
       if (only_prior && !is_prior) continue;
       for (std::size_t k = 0; k < group.alternatives.size(); ++k) {
-        if (const auto T = from_evidence(g, k)) refine(*T, g, static_cast<int>(k));
+        if (const auto T = from_evidence(g, k)) add_start(*T, g, static_cast<int>(k));
       }
+    }
+    for (const FrameStart& start : sift_starts(problem_, std::move(starts_), b_.keys.size())) {
+      refine(start);
     }
     std::stable_sort(
         out_.all.begin(), out_.all.end(),
@@ -101,11 +106,12 @@ class Finder {
     const bool blind = out_.a_stands || out_.b_stands;
     for (const PlanarSolution& s : search_plane(out_.ranges, blind, settings_)) {
       const YawPose T{s.yaw_rad, Vec3(s.t_m.x(), s.t_m.y(), 0.0)};
-      refine(T, kNoGroup, kNoneHolds);
+      add_start(T, kNoGroup, kNoneHolds);
       if (problem_.evidence.empty()) continue;
-      refine(T, kNoGroup, 0);
+      add_start(T, kNoGroup, 0);
       if (!blind) continue;
-      for (const double yaw_rad : evidence_headings()) refine(turned_to(T, yaw_rad), kNoGroup, 0);
+      for (const double yaw_rad : evidence_headings())
+        add_start(turned_to(T, yaw_rad), kNoGroup, 0);
     }
   }
 
@@ -151,7 +157,7 @@ class Finder {
   }
 
   /// @param group held to its alternative `k`; of the others the nearest holds, none if k is none
-  void refine(const YawPose& T_b_a, std::size_t group, int k) {
+  void add_start(const YawPose& T_b_a, std::size_t group, int k) {
     FrameValues values;
     values.T_ref_odom = b_.T_ref_odom;
     for (const YawPose& T : a_.T_ref_odom) values.T_ref_odom.push_back(T_b_a * T);
@@ -163,7 +169,11 @@ class Finder {
     } else if (k != kNoneHolds) {
       holds = best_alternatives(problem_, values, false);
     }
-    FrameSolution s = solve_frames(problem_, values, holds);
+    starts_.push_back({std::move(values), std::move(holds)});
+  }
+
+  void refine(const FrameStart& start) {
+    FrameSolution s = solve_frames(problem_, start.values, start.holds);
     const bool paper = settings_.commit.rule == CommitRule::kAtSize;
     if (!paper) s = solve_frames_choosing(problem_, s);
     if (s.valid) out_.all.push_back(hypothesis(std::move(s)));
@@ -280,6 +290,7 @@ class Finder {
   const FrameGroup& b_;
   const InitSettings& settings_;
   FrameProblem problem_;
+  std::vector<FrameStart> starts_;
   HypothesisSet out_;
 };
 

@@ -90,6 +90,7 @@ struct SearchSettings {
   double huber = 2.5;
   double merge_m = 0.5;
   double merge_deg = 6.0;
+  int starts_max = 48;
   int hypotheses_max = 8;
   double stand_m = 0.1;
 
@@ -101,6 +102,8 @@ struct SearchSettings {
     v("huber", huber, 0.5, 100.0, "knee of the loss of a range, in sigma");
     v("merge_m", merge_m, 0.0, 100.0, "hypotheses nearer than this ...");
     v("merge_deg", merge_deg, 0.0, 180.0, "... and this are one");
+    v("starts_max", starts_max, 8, 10000,
+      "refined with all errors of paths; more are sifted first");
     v("hypotheses_max", hypotheses_max, 2, 64, "kept");
     v("stand_m", stand_m, 0.0, 10.0, "extent of a path below which a vehicle stood");
   }

@@ -1,0 +1,96 @@
+#include "rali/fleet/frames/start_sift.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace rali::fleet {
+
+using geometry::Vec3;
+
+namespace {
+
+/// Rigid solutions nearer than this share of what makes two hypotheses one have come together.
+constexpr double kSameShare = 0.2;
+
+/// The problem with rigid paths: what an end may be off by along a range widens the range.
+FrameProblem with_rigid_paths(const FrameProblem& problem) {
+  FrameProblem rigid = problem;
+  for (RangeTerm& r : rigid.ranges) {
+    // The direction is not known yet: a third of what it is in all three.
+    const double off_m2 = (r.x_drift.squaredNorm() + r.y_drift.squaredNorm()) / 3.0;
+    r.sigma_m = std::sqrt(r.sigma_m * r.sigma_m + off_m2);
+    r.x_drift.resize(3, 0);
+    r.y_drift.resize(3, 0);
+  }
+  std::fill(rigid.drifts.begin(), rigid.drifts.end(), Eigen::Index{0});
+  return rigid;
+}
+
+/// A start as the rigid solution has it.
+struct Sifted {
+  FrameStart start;
+  YawPose T;  ///< of the frame that tells starts apart
+  Vec3 place_m;
+  double chi2 = 0.0;
+  std::size_t rank = 0;  ///< 0: no cheaper one is near; 1: none of those that are left; ...
+};
+
+bool near(const Sifted& s, const Sifted& o, const SearchSettings& search, double share) {
+  return (s.place_m - o.place_m).norm() < share * search.merge_m &&
+         std::abs(wrapped(s.T.yaw_rad - o.T.yaw_rad)) < share * search.merge_deg * kDegree;
+}
+
+/// @param all cheapest first; of those that came together the cheapest stays, ranks are set
+std::vector<Sifted> distinct(std::vector<Sifted> all, const SearchSettings& search) {
+  std::vector<Sifted> kept;
+  for (Sifted& s : all) {
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Sifted& k) {
+      return k.start.holds == s.start.holds && near(k, s, search, kSameShare);
+    });
+    if (known) continue;
+    const auto taken = [&] {
+      return std::any_of(kept.begin(), kept.end(), [&](const Sifted& k) {
+        return k.rank == s.rank && near(k, s, search, 1.0);
+      });
+    };
+    while (taken()) ++s.rank;
+    kept.push_back(std::move(s));
+  }
+  return kept;
+}
+
+}  // namespace
+
+std::vector<FrameStart> sift_starts(const FrameProblem& problem, std::vector<FrameStart> starts,
+                                    std::size_t frame) {
+  const SearchSettings& search = problem.settings.search;
+  const auto most = static_cast<std::size_t>(search.starts_max);
+  if (starts.size() <= most) return starts;
+  const FrameProblem rigid = with_rigid_paths(problem);
+  const Eigen::Index others = problem.size() - problem.frame_size();
+  std::vector<Sifted> all;
+  for (FrameStart& start : starts) {
+    start.values.others.setZero(rigid.bias_size());
+    FrameSolution s = solve_frames_choosing(rigid, solve_frames(rigid, start.values, start.holds));
+    if (!s.valid) continue;
+    Sifted sifted;
+    sifted.T = s.values.T_ref_odom[frame];
+    sifted.place_m = sifted.T * problem.pivots_m[frame];
+    sifted.chi2 = s.chi2;
+    s.values.others.conservativeResizeLike(Eigen::VectorXd::Zero(others));
+    sifted.start = {std::move(s.values), std::move(s.holds)};
+    all.push_back(std::move(sifted));
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Sifted& s, const Sifted& o) { return s.chi2 < o.chi2; });
+  all = distinct(std::move(all), search);
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Sifted& s, const Sifted& o) { return s.rank < o.rank; });
+  if (all.size() > most) all.resize(most);
+  starts.clear();
+  for (Sifted& s : all) starts.push_back(std::move(s.start));
+  return starts;
+}
+
+}  // namespace rali::fleet
