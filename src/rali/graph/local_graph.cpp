@@ -4,6 +4,7 @@
 
 #include "rali/base/assert.hpp"
 #include "rali/graph/checks.hpp"
+#include "rali/graph/global_marginals.hpp"
 #include "rali/graph/marginalise.hpp"
 
 namespace rali::graph {
@@ -137,6 +138,15 @@ const Marginals& LocalGraph::marginals() {
 
 geometry::Mat6 LocalGraph::covariance(Seq seq) {
   return marginals().covariance(range_of_columns(window_.column(seq), 6));
+}
+
+std::vector<geometry::Mat6> LocalGraph::covariances() const {
+  GlobalMarginals marginals(window_, settings_.huber_sd);
+  std::vector<geometry::Mat6> all;
+  for (std::size_t k = 0; k < window_.keyframes.size(); ++k) {
+    all.emplace_back(marginals.diagonal()[k].topLeftCorner<kPoseDim, kPoseDim>());
+  }
+  return all;
 }
 
 StateMat LocalGraph::newest_covariance() {

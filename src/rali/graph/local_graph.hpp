@@ -84,6 +84,9 @@ class LocalGraph {
 
   /// Of geometry::boxplus of the pose, rotation first. Huge where nothing holds it.
   [[nodiscard]] geometry::Mat6 covariance(Seq seq);
+  /// The same of all keyframes, in their order, at the price of one more factorisation: one by one
+  /// the time would grow with the square of a recording.
+  [[nodiscard]] std::vector<geometry::Mat6> covariances() const;
   /// Of the newest keyframe's pose, velocity and biases, in the order of StateIndex.
   [[nodiscard]] StateMat newest_covariance();
   [[nodiscard]] LandmarkEstimate landmark(int number);

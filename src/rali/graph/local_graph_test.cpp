@@ -222,6 +222,29 @@ TEST(local_graph, reports_a_huge_variance_where_nothing_holds_and_does_not_move)
   EXPECT_LT((graph.state(59).T_odom_body.p - Vec3(60.0, 2.0, 3.0)).norm(), 1e-3);
 }
 
+// With a landmark and a bias that all ranges share, and a prior from what was marginalised.
+TEST(local_graph, tells_all_covariances_at_once_as_one_by_one) {
+  LocalGraph graph = three_nodes();
+  graph.add_landmark(1, {20.0, 3.0, 1.0}, 0.01 * geometry::Mat3::Identity());
+  graph.add_bias(1, 0.0, 0.15);
+  for (Seq k = 3; k < 12; ++k) {
+    add_keyframe_at(graph, k, {5.0 * k, 0.0, 0.0});
+    graph.add(relative(k - 1, k, {5.0, 0.0, 0.0}, {0.5, 0.02, 1e-6}));
+    RangeFactor range = fixed_range(k, k, Vec3::Zero(), 5.0 * std::abs(k - 4.0) + 1.0, 0.1);
+    range.landmark = 1;
+    range.bias = 1;
+    graph.add(range);
+  }
+  graph.marginalise_oldest();
+  graph.solve(30);
+  const std::vector<geometry::Mat6> all = graph.covariances();
+  ASSERT_EQ(all.size(), graph.keyframes().size());
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const geometry::Mat6 one = graph.covariance(graph.keyframes()[k].seq);
+    EXPECT_LT((all[k] - one).norm(), 1e-8 * one.norm()) << k;
+  }
+}
+
 TEST(local_graph, names_the_range_that_all_others_contradict) {
   LocalGraph graph = three_nodes();
   EXPECT_FALSE(graph.largest_nis_range().has_value());

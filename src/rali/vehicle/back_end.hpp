@@ -45,7 +45,7 @@ class BackEnd {
   void add_motion(graph::LocalGraph& graph, std::size_t k, const geometry::Vec3& g_odom_mps2) const;
   [[nodiscard]] graph::RangeFactor factor_of(const NodeRange& range) const;
   void judge_again(graph::LocalGraph& graph, const std::vector<PairRecord>& pairs);
-  void tell(graph::LocalGraph& graph, OutputList& out) const;
+  void tell(const graph::LocalGraph& graph, OutputList& out) const;
   void forget();
 
   VehicleId self_;

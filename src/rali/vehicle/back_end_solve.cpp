@@ -158,7 +158,8 @@ void BackEnd::judge_again(LocalGraph& graph, const std::vector<PairRecord>& pair
 
 /// Keyframes as the graph has them. What the map itself is wrong by the graph does not know: it is
 /// taken from the filter, where the LiDAR sees.
-void BackEnd::tell(LocalGraph& graph, OutputList& out) const {
+void BackEnd::tell(const LocalGraph& graph, OutputList& out) const {
+  const std::vector<Mat6> covariances = graph.covariances();
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     const fleet::Increment& node = nodes_[k].step;
     if (!node.keyframe) continue;
@@ -167,8 +168,7 @@ void BackEnd::tell(LocalGraph& graph, OutputList& out) const {
     corrected.t = nodes_[k].t;
     corrected.T_odom_body = graph.state(seq_of(k)).T_odom_body;
     const Mat6 share = fleet::known_share(node.lidar_information, settings_.back_end.shape);
-    corrected.covariance =
-        graph.covariance(seq_of(k)) + share * node.covariance * share.transpose();
+    corrected.covariance = covariances[k] + share * node.covariance * share.transpose();
     out.emplace_back(corrected);
   }
 }
