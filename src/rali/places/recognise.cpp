@@ -140,13 +140,19 @@ Recognition recognise_from(const Submap& target, const Submap& source, std::span
   Recognition out;
   for (const SE3& start : starts) {
     Placement p;
-    p.registration = align(target, source, start, s.align);
     ++out.tried;
-    if (!p.registration.converged) continue;
-    if (guess && !within(*guess, p.registration.T_target_source, s.search.gate)) continue;
-    p.verdict = verify(target, source, p.registration, s.verify);
+    p.registration = align(target, source, start, s.align);
+    if (p.registration.converged) {
+      const SE3& T = p.registration.T_target_source;
+      p.verdict.refusal = Refusal::kOutsideGuess;
+      if (!guess || within(*guess, T, s.search.gate)) {
+        p.verdict = verify(target, source, p.registration, s.verify);
+      }
+    }
+    out.refusal = std::max(out.refusal, p.verdict.refusal);
     if (p.verdict.believable()) keep(std::move(p), s, out.placements);
   }
+  if (out.found()) out.refusal = Refusal::kNone;
   std::stable_sort(out.placements.begin(), out.placements.end(),
                    [](const Placement& a, const Placement& b) { return merit(a) > merit(b); });
   judge(target, source, s, guess.has_value(), out);

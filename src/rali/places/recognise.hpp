@@ -73,6 +73,8 @@ struct Recognition {
   Certainty certainty = Certainty::kAmbiguous;           ///< of the first one
   geometry::Vec3 axis_target = geometry::Vec3::UnitX();  ///< if along an axis, horizontal, unit
   int tried = 0;
+  /// Of the try that came farthest, if none is believable; kNone: nothing was tried, or found.
+  Refusal refusal = Refusal::kNone;
 
   [[nodiscard]] bool found() const { return !placements.empty(); }
 

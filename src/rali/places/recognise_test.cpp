@@ -115,6 +115,20 @@ TEST(recognise, does_not_take_another_room_for_this_one) {
   EXPECT_FALSE(recognise(a, b, RecogniseSettings{}).usable());
 }
 
+// Whoever wonders why his loop was not closed is told which check refused it.
+TEST(recognise, says_which_check_refused) {
+  const Two two(test::room(), at(6.0, 4.0, 0.0), at(6.0, 4.0, 0.0), 3);
+  const std::vector<SE3> starts = {at(0.0, 0.0, 0.0)};
+  RecogniseSettings s;
+  EXPECT_EQ(recognise_from(two.target, two.source, starts, s).refusal, Refusal::kNone);
+  Guess elsewhere{at(9.0, 0.0, 0.0), 1e-4 * geometry::Mat6::Identity()};
+  EXPECT_EQ(recognise_from(two.target, two.source, starts, s, elsewhere).refusal,
+            Refusal::kOutsideGuess);
+  s.verify.upright_min = 100000;
+  EXPECT_EQ(recognise_from(two.target, two.source, starts, s).refusal, Refusal::kOverlap);
+  EXPECT_EQ(recognise_from(two.target, two.source, {}, s).refusal, Refusal::kNone);
+}
+
 TEST(recognise, along_a_smooth_tunnel_a_guess_gives_all_but_the_place_along_it) {
   const Two two(test::tunnel(), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 7);
   const Recognition r =

@@ -43,9 +43,10 @@ struct Agreement {
   }
 };
 
-enum class Refusal { kNone, kNotConverged, kResiduals, kOverlap, kConflict };
-inline constexpr ChoiceNames<5> kRefusalNames{"none", "not_converged", "residuals", "overlap",
-                                              "conflict"};
+/// By the check that refused, in the order in which they are made.
+enum class Refusal { kNone, kNotConverged, kOutsideGuess, kResiduals, kOverlap, kConflict };
+inline constexpr ChoiceNames<6> kRefusalNames{"none",      "not_converged", "outside_guess",
+                                              "residuals", "overlap",       "conflict"};
 
 /// Whether two submaps can lie so to each other.
 struct Verdict {

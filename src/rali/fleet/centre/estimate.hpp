@@ -40,7 +40,7 @@ struct LoopVerdict {
   geometry::SE3 T_from_to;
   geometry::Mat6 information = geometry::Mat6::Zero();
   bool accepted = false;
-  std::string reason;    ///< "accepted", "no_match", "ambiguous", "veto", "slid", ...
+  std::string reason;    ///< "accepted", "no_match:overlap", "ambiguous", "veto", "slid", ...
   double score = 0.0;    ///< share of points that agree
   double shift_m = 0.0;  ///< how far the measurement is from what was expected
 };

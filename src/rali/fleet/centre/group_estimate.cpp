@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "rali/fleet/centre/scan_evidence.hpp"
 #include "rali/fleet/path/level.hpp"
 #include "rali/geometry/so3.hpp"
@@ -42,6 +44,13 @@ places::Guess guess_of(const PathSubmap& target, const PathSubmap& source, const
 }
 
 namespace {
+
+/// What a comparison that brought no loop is called in loops.csv.
+std::string refusal_of(const places::Recognition& r) {
+  if (r.found()) return "ambiguous";
+  if (r.refusal == places::Refusal::kNone) return "no_match";
+  return fmt::format("no_match:{}", places::kRefusalNames[static_cast<std::size_t>(r.refusal)]);
+}
 
 /// One group on its way to an estimate.
 class Group {
@@ -198,7 +207,7 @@ void Group::note(const LoopFound& found) {
   verdict.to = source.submap.middle();
   verdict.t_from = in_.paths[target.path].nodes()[target.node].t;
   verdict.t_to = in_.paths[source.path].nodes()[source.node].t;
-  verdict.reason = found.recognition.found() ? "ambiguous" : "no_match";
+  verdict.reason = refusal_of(found.recognition);
   loops_.push_back(verdict);
 }
 
