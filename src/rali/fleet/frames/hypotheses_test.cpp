@@ -267,7 +267,9 @@ TEST(Hypotheses, of_rubbish_are_none_or_undecided) {
 }
 
 /// Two vehicles that never heard each other; scans say where they lie, in as many ways as told.
-std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m) {
+/// @param unrivalled each is a place of its own, recognised without rival
+std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m,
+                     bool unrivalled = false) {
   const InitSettings settings = plain_settings();
   std::vector<PoseEvidence> evidence;
   for (const Vec3& at : places_m) {
@@ -276,7 +278,8 @@ std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m) {
     e.b = {VehicleId{0}, 0};
     e.place_b_m = at;
     e.information = Vec4(1e6, std::pow(along_sigma_m, -2), 1e4, 1e4).asDiagonal();
-    e.group = 0;
+    e.group = unrivalled ? static_cast<int>(evidence.size()) : 0;
+    e.unrivalled = unrivalled;
     evidence.push_back(e);
   }
   const FrameGroup a{{evidence[0].a}, {YawPose{}}}, b{{evidence[0].b}, {YawPose{}}};
@@ -291,6 +294,14 @@ TEST(Hypotheses, of_places_that_look_alike_ask_for_what_helps_without_ranges) {
       by_scans({Vec3(5, 0, 0), Vec3(10, 0, 0), Vec3(15, 0, 0)}, 0.01),
       "v2: 3 places against v1 look alike; scans alone cannot tell. Let both see a place that "
       "is like no other, or give a start pose (priors)");
+}
+
+// KITTI's halves begin in motion: what is told must not send anybody to look for other places.
+TEST(Hypotheses, of_places_beyond_doubt_that_deny_each_other_are_told_as_that) {
+  EXPECT_EQ(by_scans({Vec3(5, 0, 0), Vec3(5.8, 0, 0)}, 0.01, true),
+            "v2: places recognised in the map of v1 contradict each other by 0.8 m and 0.0 deg: "
+            "odometry errs more than it says, or one of them is another place. Give a start pose "
+            "(priors), or leave out where the sensor began in motion (start_s)");
 }
 
 TEST(Hypotheses, of_a_passage_without_marks_are_told_as_that) {

@@ -78,7 +78,10 @@ bool parallel(const Line& x, const Line& y, double yaw_rad) {
 Advice why_rivals(const HypothesisSet& set, const Line& x, const Line& y,
                   const InitSettings& settings) {
   const bool one_stands = set.a_stands || set.b_stands;
-  if (set.ranges.empty()) return Advice::kLookAlike;
+  if (set.ranges.empty()) {
+    const bool sure = set.all[0].views > 0 && set.all[1].views > 0;
+    return sure ? Advice::kContradict : Advice::kLookAlike;
+  }
   if (set.a_stands && set.b_stands) return Advice::kDistance;
   if (one_stands) {
     const Line& moving = set.b_stands ? x : y;
@@ -129,6 +132,13 @@ void set_sigmas(const Mat4& information, const CommitSettings& settings, Observa
 /// Where only scans tell, driving on along the same way tells no more.
 std::string by_scans_text(Advice advice, const Observability& seen, const std::string& a,
                           const std::string& b) {
+  if (advice == Advice::kContradict) {
+    return fmt::format(
+        "{}: places recognised in the map of {} contradict each other by {:.1f} m and {:.1f} deg: "
+        "odometry errs more than it says, or one of them is another place. Give a start pose "
+        "(priors), or leave out where the sensor began in motion (start_s)",
+        a, b, seen.rival_m, seen.rival_rad / kDegree);
+  }
   const std::string why =
       advice == Advice::kSlides
           ? fmt::format("what it saw fits all along the way of {}; scans alone cannot tell where",
@@ -208,6 +218,10 @@ Observability observability(const HypothesisSet& set, const InitSettings& settin
   for (std::size_t k = 1; k < set.all.size(); ++k) {
     if (set.gap(k) <= settings.commit.gap_chi2) ++seen.rivals;
   }
+  if (seen.rivals > 0) {
+    seen.rival_m = (set.all[1].place_b_m() - best.place_b_m()).norm();
+    seen.rival_rad = std::abs(wrapped(set.all[1].T_b_a.yaw_rad - best.T_b_a.yaw_rad));
+  }
   const bool scans = std::any_of(best.solution.holds.begin(), best.solution.holds.end(),
                                  [](int k) { return k >= 0; });
   const Line x = line_of(set.ranges, true);
@@ -260,6 +274,7 @@ std::string advice_text(Advice advice, const Observability& seen, const std::str
       return fmt::format("{}: {} places against {} fit alike. Drive on, and turn", a,
                          seen.rivals + 1, b);
     case Advice::kLookAlike:
+    case Advice::kContradict:
     case Advice::kSlides:
       return by_scans_text(advice, seen, a, b);
     case Advice::kNotYet:

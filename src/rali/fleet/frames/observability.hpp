@@ -19,6 +19,7 @@ enum class Advice {
   kOffset,          ///< offset of the radios and place are one
   kSeveral,         ///< several places fit, for no reason of the above
   kLookAlike,       ///< the same, and only scans tell
+  kContradict,      ///< places recognised without rival deny each other, and only scans tell
   kSlides,          ///< scans fit all along a way, and only they tell
   kNotYet,          ///< one place fits, but too loosely
   kHeight,          ///< height between the two is not known
@@ -40,7 +41,8 @@ struct Observability {
   double yaw_sigma_rad = 0.0, place_sigma_m = 0.0, z_sigma_m = 0.0;
   bool heading_known = false;
   bool sufficient = false;
-  int rivals = 0;  ///< besides the best that are not yet refuted
+  int rivals = 0;                         ///< besides the best that are not yet refuted
+  double rival_m = 0.0, rival_rad = 0.0;  ///< how far the first of them is from the best
   Advice advice = Advice::kNoContact;
   bool a_stands = false, b_stands = false;
 };
