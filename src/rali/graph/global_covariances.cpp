@@ -48,14 +48,15 @@ std::vector<Mat6> GlobalGraph::covariances() {
 
 Eigen::Matrix<double, 12, 12> GlobalGraph::covariance(Seq a, Seq b) {
   RALI_ASSERT(a != b);
-  std::vector<int> columns = pose_columns(a);
-  const auto from_b = pose_columns(b);
-  // A fixed node has no columns; its part stays zero.
-  const Eigen::Index first = columns.empty() ? kPoseDim : 0;
-  columns.insert(columns.end(), from_b.begin(), from_b.end());
-  const auto size = static_cast<Eigen::Index>(columns.size());
+  const std::vector<int> of_a = pose_columns(a), of_b = pose_columns(b);
   Eigen::Matrix<double, 12, 12> P = Eigen::Matrix<double, 12, 12>::Zero();
-  if (size > 0) P.block(first, first, size, size) = marginals().covariance(columns);
+  // A fixed node has no columns; its part stays zero.
+  const auto own = [this](int column) { return marginals().own(column).topLeftCorner<6, 6>(); };
+  if (!of_a.empty()) P.topLeftCorner<6, 6>() = own(of_a.front());
+  if (!of_b.empty()) P.bottomRightCorner<6, 6>() = own(of_b.front());
+  if (of_a.empty() || of_b.empty()) return P;
+  P.topRightCorner<6, 6>() = marginals().between(of_a, of_b);
+  P.bottomLeftCorner<6, 6>() = P.topRightCorner<6, 6>().transpose();
   return P;
 }
 

@@ -39,6 +39,11 @@ class GlobalEquations {
 
   [[nodiscard]] const BlockMatrix& matrix() const { return H_; }
 
+  /// Which block a keyframe or global is, by its first column.
+  [[nodiscard]] int variable_at(int column) const {
+    return variable_at_[static_cast<std::size_t>(column)];
+  }
+
  private:
   void add(const LinearFactor& factor);
   void add_prior(const LinearPrior& prior);

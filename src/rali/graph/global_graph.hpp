@@ -124,7 +124,8 @@ class GlobalGraph {
   [[nodiscard]] geometry::Mat6 covariance(Seq seq);
   /// Of all nodes, in the order of nodes().
   [[nodiscard]] std::vector<geometry::Mat6> covariances();
-  /// Of two different nodes: a first.
+  /// Of two different nodes: a first. Of many pairs all of one b in a row: each new b costs a
+  /// solution of the whole.
   [[nodiscard]] Eigen::Matrix<double, 12, 12> covariance(Seq a, Seq b);
   [[nodiscard]] LandmarkEstimate landmark(int number);
   [[nodiscard]] ScalarEstimate bias(int number);

@@ -14,6 +14,13 @@ Eigen::MatrixXd infinite(Eigen::Index n) {
   return P;
 }
 
+Eigen::MatrixXd rows_of(const Eigen::MatrixXd& x, const std::vector<int>& rows) {
+  Eigen::MatrixXd out(static_cast<Eigen::Index>(rows.size()), x.cols());
+  for (Eigen::Index r = 0; r < out.rows(); ++r)
+    out.row(r) = x.row(rows[static_cast<std::size_t>(r)]);
+  return out;
+}
+
 }  // namespace
 
 GlobalMarginals::GlobalMarginals(const Window& window, double huber_sd)
@@ -21,15 +28,34 @@ GlobalMarginals::GlobalMarginals(const Window& window, double huber_sd)
   solved_ = factorise_with_floor(equations_);
 }
 
-Eigen::MatrixXd GlobalMarginals::covariance(const std::vector<int>& columns) const {
+/// Whole columns of the covariance.
+Eigen::MatrixXd GlobalMarginals::solutions(const std::vector<int>& columns) const {
   const auto n = static_cast<Eigen::Index>(columns.size());
-  if (!solved_) return infinite(n);
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(equations_.gradient().size(), n);
   for (Eigen::Index c = 0; c < n; ++c) right(columns[static_cast<std::size_t>(c)], c) = 1.0;
-  const Eigen::MatrixXd x = equations_.solve(right);
-  Eigen::MatrixXd P(n, n);
-  for (Eigen::Index r = 0; r < n; ++r) P.row(r) = x.row(columns[static_cast<std::size_t>(r)]);
+  return equations_.solve(right);
+}
+
+Eigen::MatrixXd GlobalMarginals::covariance(const std::vector<int>& columns) const {
+  if (!solved_) return infinite(static_cast<Eigen::Index>(columns.size()));
+  const Eigen::MatrixXd P = rows_of(solutions(columns), columns);
   return 0.5 * (P + P.transpose());
+}
+
+Eigen::MatrixXd GlobalMarginals::between(const std::vector<int>& a, const std::vector<int>& b) {
+  if (!solved_) {
+    return Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(a.size()),
+                                 static_cast<Eigen::Index>(b.size()));
+  }
+  if (b != last_b_) {
+    of_last_b_ = solutions(b);
+    last_b_ = b;
+  }
+  return rows_of(of_last_b_, a);
+}
+
+const Eigen::MatrixXd& GlobalMarginals::own(int column) {
+  return diagonal()[static_cast<std::size_t>(equations_.variable_at(column))];
 }
 
 Eigen::MatrixXd GlobalMarginals::covariance(const LinearFactor& rows) const {

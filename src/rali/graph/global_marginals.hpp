@@ -19,12 +19,23 @@ class GlobalMarginals {
   /// J P J^T of a factor's rows.
   [[nodiscard]] Eigen::MatrixXd covariance(const LinearFactor& rows) const;
 
+  /// Covariance of the unknowns `a` (rows) with those of `b` (columns). The solution for `b` is
+  /// kept for the next question: whoever asks for many pairs asks for all of one `b` in a row.
+  [[nodiscard]] Eigen::MatrixXd between(const std::vector<int>& a, const std::vector<int>& b);
+
+  /// Own block of the keyframe or global whose first column this is.
+  [[nodiscard]] const Eigen::MatrixXd& own(int column);
+
   /// Own block of each free keyframe and then of each global, all at once.
   [[nodiscard]] const std::vector<Eigen::MatrixXd>& diagonal();
 
  private:
+  [[nodiscard]] Eigen::MatrixXd solutions(const std::vector<int>& columns) const;
+
   GlobalEquations equations_;
   bool solved_ = false;
+  std::vector<int> last_b_;
+  Eigen::MatrixXd of_last_b_;
   std::optional<std::vector<Eigen::MatrixXd>> diagonal_;
 };
 
