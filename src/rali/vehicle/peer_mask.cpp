@@ -175,13 +175,28 @@ void mark(const LidarScan& scan, const Cylinder& c, const PeerMaskSettings& sett
   }
 }
 
+/// All that a vehicle at this distance from `p` could be: as high as one is that stands on the same
+/// ground, or on a slope.
+void mark_shell(const LidarScan& scan, const Vec3f& p, const Vec3f& up, float range_m,
+                const PeerMaskSettings& s, std::vector<bool>& on_vehicle) {
+  const auto width_m = static_cast<float>(s.shell_m);
+  const float rise_m = static_cast<float>(s.shell_slope) * range_m;
+  const float above_m = static_cast<float>(s.above_m) + rise_m;
+  const float below_m = static_cast<float>(s.below_m) + rise_m;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    const Vec3f d = point_of(scan, i) - p;
+    if (std::abs(d.norm() - range_m) > width_m) continue;
+    const float height_m = d.dot(up);
+    if (height_m < above_m && height_m > -below_m) on_vehicle[i] = true;
+  }
+}
+
 }  // namespace
 
-std::shared_ptr<const LidarScan> without_peers(const LidarScan& scan,
-                                               const geometry::SE3& T_odom_lidar,
-                                               std::span<const KnownPlace> antennas_odom,
-                                               const Vec3& up_odom,
-                                               const PeerMaskSettings& settings) {
+std::shared_ptr<const LidarScan> without_peers(
+    const LidarScan& scan, const geometry::SE3& T_odom_lidar, const geometry::SE3& T_body_lidar,
+    std::span<const KnownPlace> antennas_odom, std::span<const HeardPeer> heard,
+    const Vec3& up_odom, const PeerMaskSettings& settings) {
   const geometry::SE3 T_lidar_odom = T_odom_lidar.inverse();
   std::vector<bool> on_vehicle(scan.size(), false);
   for (const KnownPlace& place : antennas_odom) {
@@ -190,6 +205,12 @@ std::shared_ptr<const LidarScan> without_peers(const LidarScan& scan,
     const Cylinder c{(T_lidar_odom * place.p_odom_m).cast<float>(),
                      (T_lidar_odom.R * up_odom).cast<float>(), static_cast<float>(radius_m)};
     mark(scan, c, settings, on_vehicle);
+  }
+  for (const HeardPeer& peer : heard) {
+    if (settings.shell_m <= 0.0 || peer.range_m > settings.shell_far_m) continue;
+    const Vec3f p = (T_body_lidar.inverse() * peer.p_body_antenna_m).cast<float>();
+    const Vec3f up = (T_lidar_odom.R * up_odom).cast<float>();
+    mark_shell(scan, p, up, static_cast<float>(peer.range_m), settings, on_vehicle);
   }
   if (std::find(on_vehicle.begin(), on_vehicle.end(), true) == on_vehicle.end()) return nullptr;
   auto out = std::make_shared<LidarScan>(scan);  // with all that is not a point

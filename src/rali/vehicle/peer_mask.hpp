@@ -18,6 +18,11 @@ struct PeerMaskSettings {
   double below_m = 1.2;
   double margin_sigma = 2.0;
   double sigma_max_m = 0.7;
+  double shell_m = 1.0;
+  double shell_slope = 0.2;
+  double shell_far_m = 25.0;
+  double shell_after_s = 0.5;
+  double shell_hold_s = 10.0;
 
   template <class V>
   void visit(V& v) {
@@ -28,17 +33,34 @@ struct PeerMaskSettings {
     v("margin_sigma", margin_sigma, 0.0, 10.0,
       "and by so many sigmas of its place farther around it");
     v("sigma_max_m", sigma_max_m, 0.01, 10.0, "where the other stands must be known so well");
+    v("shell_m", shell_m, 0.0, 10.0,
+      "else, where the way is blind: all that is as far away as its range says; 0: nothing");
+    v("shell_slope", shell_slope, 0.0, 10.0, "and so much higher or lower per metre of range");
+    v("shell_far_m", shell_far_m, 0.0, 1000.0, "one that is farther away is let be");
+    v("shell_after_s", shell_after_s, 0.0, 1e4, "the way is blind once it has been for so long");
+    v("shell_hold_s", shell_hold_s, 0.0, 1e4, "and so long after the last blind sweep");
   }
+};
+
+/// A vehicle that is heard and whose place is not known: only how far away it is.
+struct HeardPeer {
+  geometry::Vec3 p_body_antenna_m = geometry::Vec3::Zero();  ///< of the own antenna
+  double range_m = 0.0;
 };
 
 /// A sweep without the points on other vehicles (algorithms 3.6): they are the commonest false grip
 /// in a tunnel, and do not belong into a map.
 /// @param T_odom_lidar at the end of the sweep
 /// @param antennas_odom of vehicles whose place is known, as seen from this one
+/// @param heard those whose place is not: all at their distance is left out, whatever its
+/// direction.
+///        A ring of wall costs little; a column that takes its own vehicles for what stands still
+///        holds on to itself
 /// @return null if no point is left out
 [[nodiscard]] std::shared_ptr<const sensor::LidarScan> without_peers(
     const sensor::LidarScan& scan, const geometry::SE3& T_odom_lidar,
-    std::span<const KnownPlace> antennas_odom, const geometry::Vec3& up_odom,
+    const geometry::SE3& T_body_lidar, std::span<const KnownPlace> antennas_odom,
+    std::span<const HeardPeer> heard, const geometry::Vec3& up_odom,
     const PeerMaskSettings& settings);
 
 }  // namespace rali::vehicle

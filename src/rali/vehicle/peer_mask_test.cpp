@@ -40,7 +40,7 @@ TEST(PeerMask, leaves_out_what_stands_around_the_antenna_and_nothing_else) {
                                  {10.0, 0.0, 1.1},     // roof
                                  {10.5, -1.0, -0.6},   // beside its wheels
                                  {10.0, 0.0, -0.8}});  // 1.3 m below
-  const auto left = without_peers(scan, SE3{}, antenna, kUp, {});
+  const auto left = without_peers(scan, SE3{}, SE3{}, antenna, {}, kUp, {});
   ASSERT_NE(left, nullptr);
   ASSERT_EQ(left->size(), 3U);
   EXPECT_FLOAT_EQ(left->y_m[0], 2.0F);
@@ -54,9 +54,10 @@ TEST(PeerMask, leaves_out_what_stands_around_the_antenna_and_nothing_else) {
 
 TEST(PeerMask, copies_nothing_when_no_point_is_on_a_vehicle) {
   const std::array<KnownPlace, 1> antenna{KnownPlace{Vec3(10.0, 0.0, 0.5)}};
-  EXPECT_EQ(without_peers(points({{1.0, 0.0, 0.0}, {5.0, 2.0, 0.3}}), SE3{}, antenna, kUp, {}),
-            nullptr);
-  EXPECT_EQ(without_peers(points({}), SE3{}, antenna, kUp, {}), nullptr);
+  EXPECT_EQ(
+      without_peers(points({{1.0, 0.0, 0.0}, {5.0, 2.0, 0.3}}), SE3{}, SE3{}, antenna, {}, kUp, {}),
+      nullptr);
+  EXPECT_EQ(without_peers(points({}), SE3{}, SE3{}, antenna, {}, kUp, {}), nullptr);
 }
 
 TEST(PeerMask, knows_where_the_lidar_is_and_how_it_is_turned) {
@@ -64,8 +65,8 @@ TEST(PeerMask, knows_where_the_lidar_is_and_how_it_is_turned) {
   const SE3 T_odom_lidar{geometry::so3_exp(Vec3(0.0, 0.0, 3.14159265358979)), {10.0, 5.0, 0.4}};
   const std::array<KnownPlace, 2> antennas{KnownPlace{Vec3(-50.0, 0.0, 0.0)},
                                            KnownPlace{Vec3(7.0, 5.0, 0.6)}};
-  const auto left =
-      without_peers(points({{3.0, 0.0, 0.0}, {-3.0, 0.0, 0.0}}), T_odom_lidar, antennas, kUp, {});
+  const auto left = without_peers(points({{3.0, 0.0, 0.0}, {-3.0, 0.0, 0.0}}), T_odom_lidar, SE3{},
+                                  antennas, {}, kUp, {});
   ASSERT_NE(left, nullptr);
   ASSERT_EQ(left->size(), 1U);
   EXPECT_FLOAT_EQ(left->x_m[0], -3.0F);
@@ -104,7 +105,7 @@ TEST(PeerMask, floor_and_wall_that_go_on_beyond_the_vehicle_stay) {
   for (const double slope : {0.0, 0.08}) {
     const Parked parked(slope);
     ASSERT_GT(parked.on_floor + parked.on_wall, 100U);
-    const auto left = without_peers(parked.scan, SE3{}, antenna, kUp, {});
+    const auto left = without_peers(parked.scan, SE3{}, SE3{}, antenna, {}, kUp, {});
     ASSERT_NE(left, nullptr);
     EXPECT_EQ(left->size(), parked.scan.size() - parked.on_box) << slope;
   }
@@ -122,7 +123,7 @@ TEST(PeerMask, the_side_of_a_vehicle_is_no_wall_however_many_points_are_on_it) {
     }
   }
   ASSERT_LT(inside, scan.size());
-  const auto left = without_peers(scan, SE3{}, antenna, kUp, {});
+  const auto left = without_peers(scan, SE3{}, SE3{}, antenna, {}, kUp, {});
   ASSERT_NE(left, nullptr);
   EXPECT_EQ(left->size(), scan.size() - inside);
 }
@@ -130,8 +131,8 @@ TEST(PeerMask, the_side_of_a_vehicle_is_no_wall_however_many_points_are_on_it) {
 TEST(PeerMask, points_that_are_no_numbers_are_nobodys) {
   const std::array<KnownPlace, 1> antenna{KnownPlace{Vec3(10.0, 0.0, 0.5)}};
   const double nan = std::nan("");
-  const auto left =
-      without_peers(points({{nan, nan, nan}, {10.0, 0.0, 0.2}}), SE3{}, antenna, kUp, {});
+  const auto left = without_peers(points({{nan, nan, nan}, {10.0, 0.0, 0.2}}), SE3{}, SE3{},
+                                  antenna, {}, kUp, {});
   ASSERT_NE(left, nullptr);
   EXPECT_EQ(left->size(), 1U);
 }
@@ -140,12 +141,33 @@ TEST(PeerMask, points_that_are_no_numbers_are_nobodys) {
 TEST(PeerMask, reaches_farther_around_a_place_in_doubt) {
   KnownPlace place{Vec3(10.0, 0.0, 0.5)};
   const LidarScan scan = points({{11.5, 0.0, 0.3}, {12.5, 0.0, 0.3}});
-  EXPECT_EQ(without_peers(scan, SE3{}, std::array{place}, kUp, {}), nullptr) << "1.5 m beside it";
+  EXPECT_EQ(without_peers(scan, SE3{}, SE3{}, std::array{place}, {}, kUp, {}), nullptr)
+      << "1.5 m beside it";
   place.covariance_m2.diagonal() << 0.25, 0.04, 4.0;  // along the line of sight; height counts not
-  const auto left = without_peers(scan, SE3{}, std::array{place}, kUp, {});
+  const auto left = without_peers(scan, SE3{}, SE3{}, std::array{place}, {}, kUp, {});
   ASSERT_TRUE(left);
   ASSERT_EQ(left->size(), 1U) << "within 1.2 m and 2 x 0.5 m";
   EXPECT_FLOAT_EQ(left->x_m[0], 12.5F);
+}
+
+TEST(PeerMask, of_one_whose_direction_is_not_known_leaves_out_all_at_its_distance) {
+  // The own antenna is 0.4 m above the LiDAR; the other is 5 m away, nobody knows where.
+  const HeardPeer peer{Vec3(0.0, 0.0, 0.4), 5.0};
+  const std::array<Vec3, 6> all = {Vec3(5.2, 0.0, 0.2),    // ahead
+                                   Vec3(0.0, -4.5, 0.0),   // beside: a wall, as far away
+                                   Vec3(0.0, 0.0, 5.4),    // the roof: no vehicle is there
+                                   Vec3(3.0, 0.0, 0.0),    // nearer
+                                   Vec3(7.0, 0.0, 0.0),    // farther
+                                   Vec3(4.9, 0.0, -1.2)};  // down a slope
+  const LidarScan scan = points({all[0], all[1], all[2], all[3], all[4], all[5]});
+  const auto left = without_peers(scan, SE3{}, SE3{}, {}, std::array{peer}, kUp, {});
+  ASSERT_TRUE(left);
+  ASSERT_EQ(left->size(), 3U);
+  EXPECT_FLOAT_EQ(left->z_m[0], 5.4F);
+  EXPECT_FLOAT_EQ(left->x_m[1], 3.0F);
+  EXPECT_FLOAT_EQ(left->x_m[2], 7.0F);
+  const HeardPeer far{Vec3::Zero(), 26.0};
+  EXPECT_EQ(without_peers(scan, SE3{}, SE3{}, {}, std::array{far}, kUp, {}), nullptr);
 }
 
 }  // namespace

@@ -78,6 +78,30 @@ std::vector<KnownPlace> RangeStage::places(const SideFilter& filter, Time t,
   return out;
 }
 
+std::vector<HeardPeer> RangeStage::unplaced(const SideFilter& filter, Time t,
+                                            double sigma_max_m) const {
+  std::vector<HeardPeer> out;
+  const Mat3 P_own = filter.position_covariance();
+  const auto known = [&](const PlaceKey& key) {
+    const auto place = places_.find(key);
+    if (place != places_.end()) {
+      const Mat3 P =
+          P_own + filter.side().covariance.block<3, 3>(place->second.side, place->second.side);
+      return P.diagonal().maxCoeff() <= sigma_max_m * sigma_max_m;
+    }
+    std::vector<KnownPlace> moving;
+    add_moving(peers_.at(std::get<0>(key)), P_own, t, sigma_max_m, moving);
+    return !moving.empty();
+  };
+  for (const auto& [key, pair] : pairs_) {
+    const bool lately =
+        pair.heard && std::abs((t - pair.heard->first).s()) < settings_.ranging.status_valid_s;
+    if (!lately || known({std::get<1>(key), std::get<2>(key)})) continue;
+    out.push_back({settings_.antennas_body_m[std::get<0>(key)], pair.heard->second});
+  }
+  return out;
+}
+
 /// Who drives has no place, but says of its way where it is: a column in a tunnel sees nothing else
 /// along it, and its own vehicles would be taken for what stands still.
 void RangeStage::add_moving(const PeerWatch& peer, const Mat3& P_own, Time t, double sigma_max_m,

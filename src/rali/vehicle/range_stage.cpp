@@ -147,6 +147,7 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
     use.reason = *wrong;
     return;
   }
+  pair.heard = {sample.t, sample.range_m};
   sigma_m *= signal.sigma_factor;
   if (now) entries_.push_back(entry_of(sample, *now, sigma_m));
   if (!prediction) {

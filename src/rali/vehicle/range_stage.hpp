@@ -14,6 +14,7 @@
 #include "rali/ranging/range_sanity.hpp"
 #include "rali/ranging/range_thinning.hpp"
 #include "rali/vehicle/event.hpp"
+#include "rali/vehicle/peer_mask.hpp"
 #include "rali/vehicle/peer_places.hpp"
 #include "rali/vehicle/range_record.hpp"
 #include "rali/vehicle/settings.hpp"
@@ -60,6 +61,10 @@ class RangeStage {
   [[nodiscard]] std::vector<KnownPlace> places(const odometry::SideFilter& filter, Time t,
                                                double sigma_max_m) const;
 
+  /// Peers heard lately whose place at `t` is not known that well: only how far away they are.
+  [[nodiscard]] std::vector<HeardPeer> unplaced(const odometry::SideFilter& filter, Time t,
+                                                double sigma_max_m) const;
+
   /// What is left at the end of the data cannot be used any more.
   void flush(OutputList& out);
 
@@ -96,6 +101,7 @@ class RangeStage {
     Time t_bias;
     double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is a side state
     std::optional<Time> t_heard;
+    std::optional<std::pair<Time, double>> heard;  ///< last range that a radio may measure [m]
     std::optional<Time> t_fit;  ///< of the last range used, or of the first that was not
     // Line of sight, as asked last.
     std::optional<Time> t_sight;

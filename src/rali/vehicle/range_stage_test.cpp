@@ -1,12 +1,10 @@
-#include "rali/vehicle/range_stage.hpp"
-
 #include <cmath>
 #include <cstring>
 #include <limits>
 
 #include <gtest/gtest.h>
 
-#include "rali/odometry/side_filter_for_test.hpp"
+#include "rali/vehicle/staged_for_test.hpp"
 
 namespace rali::vehicle {
 namespace {
@@ -16,91 +14,6 @@ using odometry::DenseSideFilter;
 using ranging::RangeReason;
 using ranging::RangeUse;
 using sensor::RangeSample;
-
-constexpr VehicleId kSelf{1};
-constexpr VehicleId kPeer{2};
-const Vec3 kGravity(0.0, 0.0, -9.81);
-
-/// A peer whose place was measured 10 m ahead: to 0.2 m, and its direction to 0.05 rad.
-VehicleSettings settings_with_prior() {
-  VehicleSettings settings;
-  PeerSettings peer;
-  peer.id = kPeer;
-  peer.antennas_body_m = {Vec3::Zero()};
-  peer.prior.emplace();
-  peer.prior->T_self_peer.p = Vec3(10.0, 0.0, 0.0);
-  settings.peers.push_back(peer);
-  return settings;
-}
-
-/// A vehicle at odom's origin at t = 0 that drives 1 m/s along x, and doubts where along x it is.
-struct Staged {
-  DenseSideFilter filter;
-  RangeStage stage;
-  OutputList out;
-  RangeEffect effect;
-
-  explicit Staged(const VehicleSettings& settings = settings_with_prior())
-      : stage(kSelf, settings) {
-    filter.P.diagonal().segment<3>(3) << 0.04, 1e-4, 1e-4;
-    filter.now.v_odom_mps = Vec3::UnitX();
-    tell(0.0, true);
-  }
-
-  void tell(double t_s, bool at_rest) { stage.on(PeerStatus{kPeer, Time::from_s(t_s), at_rest}); }
-
-  static RangeSample sample(double t_s, double range_m) {
-    RangeSample s;
-    s.t = Time::from_s(t_s);
-    s.from = kSelf;
-    s.to = kPeer;
-    s.range_m = range_m;
-    return s;
-  }
-
-  void add(double t_s, double range_m) { stage.add(sample(t_s, range_m), out); }
-
-  void run(double t_s) {
-    effect = stage.run(Time::from_s(t_s), &filter, kGravity, geometry::SE3{}, out);
-  }
-
-  /// What became of one more range.
-  RangeUse one(double t_s, double range_m) {
-    add(t_s, range_m);
-    run(t_s);
-    return uses().back();
-  }
-
-  [[nodiscard]] std::vector<RangeUse> uses() const {
-    std::vector<RangeUse> found;
-    for (const Output& o : out) {
-      if (const auto* use = std::get_if<RangeUse>(&o)) found.push_back(*use);
-    }
-    return found;
-  }
-};
-
-// In a column every vehicle sees the others keep their distance: taken for walls, they said that
-// nobody moved. The odometry of one lost 6 m of 22.
-TEST(RangeStage, who_drives_is_where_it_says_unless_it_is_late_or_in_doubt) {
-  Staged s;
-  s.run(0.0);
-  const auto places = [&s](double t_s, double sigma_max_m) {
-    return s.stage.places(s.filter, Time::from_s(t_s), sigma_max_m);
-  };
-  PeerPose pose;
-  pose.T_start_body.p = Vec3(2.0, 0.5, 0.0);
-  s.stage.on(PeerStatus{kPeer, Time::from_s(1.0), false, pose});
-  ASSERT_EQ(places(1.0, 0.7).size(), 1U);
-  EXPECT_LT((places(1.0, 0.7)[0].p_odom_m - Vec3(12.0, 0.5, 0.0)).norm(), 1e-9);
-  EXPECT_TRUE(places(1.0, 0.6).empty()) << "0.2 m, and 0.05 rad over 12 m: 0.63 m across";
-  EXPECT_TRUE(places(4.0, 0.7).empty()) << "what it said three seconds ago";
-  pose.position_covariance_m2 = geometry::Mat3::Identity();
-  s.stage.on(PeerStatus{kPeer, Time::from_s(1.1), false, pose});
-  EXPECT_TRUE(places(1.1, 0.7).empty()) << "it does not know itself";
-  s.stage.on(PeerStatus{kPeer, Time::from_s(1.2), false});
-  EXPECT_TRUE(places(1.2, 0.7).empty()) << "it says nothing";
-}
 
 TEST(RangeStage, a_range_moves_the_pose_by_the_gain_worked_out_by_hand) {
   Staged s;

@@ -151,6 +151,14 @@ class Vehicle::Impl {
     } else {
       pose.degeneracy.sigma_blind_m = std::numeric_limits<double>::infinity();
     }
+    if (!compared || !pose.degeneracy.blind) {
+      blind_since_.reset();
+    } else if (!blind_since_) {
+      blind_since_ = result.t;
+    }
+    if (blind_since_ && (result.t - *blind_since_).s() >= settings_.peer_mask.shell_after_s) {
+      t_blind_ = result.t;
+    }
     out.emplace_back(pose);
     std::optional<KeyframeId> keyframe;
     if (result.keyframe) {
@@ -219,13 +227,20 @@ class Vehicle::Impl {
   std::shared_ptr<const LidarScan> without_peers_in(const LidarScan& scan) {
     odometry::SideFilter* filter = odometry_->side_filter();
     if (!settings_.peer_mask.use || filter == nullptr) return nullptr;
-    const std::vector<KnownPlace> places =
-        ranges_.places(*filter, scan.t_end, settings_.peer_mask.sigma_max_m);
-    if (places.empty()) return nullptr;
+    const PeerMaskSettings& mask = settings_.peer_mask;
+    const std::vector<KnownPlace> places = ranges_.places(*filter, scan.t_end, mask.sigma_max_m);
+    // A column that takes its own vehicles for what stands still holds on to itself. Where the
+    // LiDAR sees its way the ring of walls at their distance is worth more than they can spoil.
+    std::vector<HeardPeer> heard;
+    if (t_blind_ && (scan.t_end - *t_blind_).s() < mask.shell_hold_s) {
+      heard = ranges_.unplaced(*filter, scan.t_end, mask.sigma_max_m);
+    }
+    if (places.empty() && heard.empty()) return nullptr;
     const std::optional<odometry::Moment> now = filter->advance_to(scan.t_end);
     if (!now) return nullptr;
-    return without_peers(scan, now->T_odom_body * settings_.calibration.T_body_lidar, places,
-                         -odometry_->gravity_odom().normalized(), settings_.peer_mask);
+    const geometry::SE3& T_body_lidar = settings_.calibration.T_body_lidar;
+    return without_peers(scan, now->T_odom_body * T_body_lidar, T_body_lidar, places, heard,
+                         -odometry_->gravity_odom().normalized(), mask);
   }
 
   void finish_stretch(OutputList& out) {
@@ -244,6 +259,8 @@ class Vehicle::Impl {
   FactWriter facts_;
   BackEnd back_end_;
   std::optional<geometry::SE3> first_pose_;
+  std::optional<Time> blind_since_;  ///< the first of the sweeps in a row that saw no way
+  std::optional<Time> t_blind_;      ///< the last one, if there were more than a few
 
   struct PathEnd {
     Time t;

@@ -160,6 +160,40 @@ TEST(Vehicle, survives_empty_and_tiny_scans_with_finite_poses) {
   EXPECT_TRUE(poses.back().degeneracy.blind);
 }
 
+/// State after 3 s in which a vehicle that nobody knows the place of is heard, 3 m away.
+std::uint64_t after_hearing(TestRoom room, double shell_m) {
+  VehicleSettings settings = settings_of(room, true);
+  settings.peer_mask.shell_m = shell_m;
+  PeerSettings peer;
+  peer.id = VehicleId{1};
+  peer.antennas_body_m = {geometry::Vec3::Zero()};
+  settings.antennas_body_m = {geometry::Vec3::Zero()};
+  settings.peers.push_back(peer);
+  Driver d(0, settings);
+  for (int k = 0; k < 30; ++k) {
+    sensor::RangeSample range;
+    range.t = Time::from_s(0.1 * k + 0.05);
+    range.from = VehicleId{0};
+    range.to = VehicleId{1};
+    range.range_m = 3.0;
+    d.feed(range);
+    d.feed(freeze(room.scan(0.1 * k)));
+    d.feed_imu(room, 0.1 * k, 0.1 * (k + 1));
+  }
+  return d.vehicle.state_hash();
+}
+
+// A column in a tunnel holds on to itself; in a room the walls at that distance are worth more.
+TEST(Vehicle, leaves_out_what_is_as_far_as_a_peer_only_where_its_way_is_blind) {
+  const TestRoom room;
+  EXPECT_EQ(after_hearing(room, 1.0), after_hearing(room, 0.0));
+  TestRoom tunnel = small_room();
+  tunnel.walls = {{-500.0, -2.5, -1.0}, {500.0, 2.5, 2.6}};
+  tunnel.pillars.clear();
+  tunnel.radius_m = 1e4;
+  EXPECT_NE(after_hearing(tunnel, 1.0), after_hearing(tunnel, 0.0));
+}
+
 TEST(Vehicle, one_broken_inertial_sample_does_not_spoil_the_poses) {
   TestRoom room = small_room();
   const double nan = std::numeric_limits<double>::quiet_NaN();
