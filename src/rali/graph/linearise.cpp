@@ -233,31 +233,56 @@ void linearise(const Window& window, const GlobalNode& global, LinearFactor& out
   out.finish();
 }
 
-LinearPrior linearise(const Window& window, const DensePrior& prior) {
-  LinearPrior out;
-  const auto n = prior.H.rows();
-  Eigen::VectorXd delta(n);
-  out.H = prior.H;
+namespace {
+
+/// How far the window is from where the prior was linearised, and where each block of it is.
+Eigen::VectorXd delta_of(const Window& window, const DensePrior& prior) {
+  Eigen::VectorXd delta(prior.H.rows());
   int at = 0;
-  Eigen::MatrixXd J = Eigen::MatrixXd::Identity(n, n);
   for (const auto& block : prior.keyframes) {
     const KeyframeNode& node = window.node(block.seq);
-    const StateVec d = boxminus(node.x, block.x_lin);
-    delta.segment(at, node.dim) = d.head(node.dim);
-    J.block(at, at, node.dim, node.dim) = boxminus_jacobian(d).topLeftCorner(node.dim, node.dim);
-    out.blocks.push_back({window.column(block.seq), at, node.dim});
+    delta.segment(at, node.dim) = boxminus(node.x, block.x_lin).head(node.dim);
     at += node.dim;
   }
   for (const auto& block : prior.globals) {
     const int dim = dimension(block.id.kind);
     delta.segment(at, dim) = (value(window, block.id).value - block.x_lin).head(dim);
+    at += dim;
+  }
+  return delta;
+}
+
+}  // namespace
+
+double cost(const Window& window, const DensePrior& prior) {
+  const Eigen::VectorXd delta = delta_of(window, prior);
+  return prior.cost + prior.b.dot(delta) + 0.5 * delta.dot(prior.H * delta);
+}
+
+LinearPrior linearise(const Window& window, const DensePrior& prior) {
+  LinearPrior out;
+  const Eigen::VectorXd delta = delta_of(window, prior);
+  const Eigen::VectorXd Hd = prior.H * delta;
+  out.cost = prior.cost + prior.b.dot(delta) + 0.5 * delta.dot(Hd);
+  out.H = prior.H;
+  out.gradient = prior.b + Hd;
+  // The slope of boxminus is the identity but for the rotations.
+  int at = 0;
+  for (const auto& block : prior.keyframes) {
+    const int dim = window.node(block.seq).dim;
+    const int turn = at + kTheta;
+    const geometry::Mat3 J = geometry::so3_right_jacobian_inverse(delta.segment<3>(turn));
+    out.H.middleCols<3>(turn) = out.H.middleCols<3>(turn) * J;
+    out.H.middleRows<3>(turn) = J.transpose() * out.H.middleRows<3>(turn);
+    out.gradient.segment<3>(turn) = J.transpose() * out.gradient.segment<3>(turn);
+    out.blocks.push_back({window.column(block.seq), at, dim});
+    at += dim;
+  }
+  for (const auto& block : prior.globals) {
+    const int dim = dimension(block.id.kind);
     out.blocks.push_back({window.column(block.id), at, dim});
     at += dim;
   }
-  const Eigen::VectorXd Hd = prior.H * delta;
-  out.H = J.transpose() * prior.H * J;
-  out.gradient = J.transpose() * (prior.b + Hd);
-  out.cost = prior.cost + prior.b.dot(delta) + 0.5 * delta.dot(Hd);
   return out;
 }
 

@@ -85,4 +85,7 @@ struct LinearPrior {
 
 [[nodiscard]] LinearPrior linearise(const Window& window, const DensePrior& prior);
 
+/// Of a prior alone, without its slope: a step is tried far more often than taken.
+[[nodiscard]] double cost(const Window& window, const DensePrior& prior);
+
 }  // namespace rali::graph

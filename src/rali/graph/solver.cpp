@@ -50,7 +50,7 @@ double farthest_m(const Window& window, const Eigen::VectorXd& step, double leve
 double total_cost(const Window& window, double huber_sd) {
   double cost = 0.0;
   for_each_factor(window, huber_sd, [&cost](const LinearFactor& f) { cost += f.cost; });
-  if (window.dense.H.rows() > 0) cost += linearise(window, window.dense).cost;
+  if (window.dense.H.rows() > 0) cost += graph::cost(window, window.dense);
   return cost;
 }
 
