@@ -198,18 +198,19 @@ std::shared_ptr<const LidarScan> without_peers(
     std::span<const KnownPlace> antennas_odom, std::span<const HeardPeer> heard,
     const Vec3& up_odom, const PeerMaskSettings& settings) {
   const geometry::SE3 T_lidar_odom = T_odom_lidar.inverse();
+  const geometry::SE3 T_lidar_body = T_body_lidar.inverse();
+  const Vec3f up = (T_lidar_odom.R * up_odom).cast<float>();
   std::vector<bool> on_vehicle(scan.size(), false);
   for (const KnownPlace& place : antennas_odom) {
     const double radius_m =
         settings.radius_m + settings.margin_sigma * level_sigma_m(place, up_odom);
-    const Cylinder c{(T_lidar_odom * place.p_odom_m).cast<float>(),
-                     (T_lidar_odom.R * up_odom).cast<float>(), static_cast<float>(radius_m)};
+    const Cylinder c{(T_lidar_odom * place.p_odom_m).cast<float>(), up,
+                     static_cast<float>(radius_m)};
     mark(scan, c, settings, on_vehicle);
   }
   for (const HeardPeer& peer : heard) {
     if (settings.shell_m <= 0.0 || peer.range_m > settings.shell_far_m) continue;
-    const Vec3f p = (T_body_lidar.inverse() * peer.p_body_antenna_m).cast<float>();
-    const Vec3f up = (T_lidar_odom.R * up_odom).cast<float>();
+    const Vec3f p = (T_lidar_body * peer.p_body_antenna_m).cast<float>();
     mark_shell(scan, p, up, static_cast<float>(peer.range_m), settings, on_vehicle);
   }
   if (std::find(on_vehicle.begin(), on_vehicle.end(), true) == on_vehicle.end()) return nullptr;

@@ -10,6 +10,7 @@
 namespace rali::vehicle {
 
 struct KnownPlace;
+struct HeardPeer;
 
 struct PeerMaskSettings {
   bool use = true;
@@ -42,20 +43,11 @@ struct PeerMaskSettings {
   }
 };
 
-/// A vehicle that is heard and whose place is not known: only how far away it is.
-struct HeardPeer {
-  geometry::Vec3 p_body_antenna_m = geometry::Vec3::Zero();  ///< of the own antenna
-  double range_m = 0.0;
-};
-
 /// A sweep without the points on other vehicles (algorithms 3.6): they are the commonest false grip
 /// in a tunnel, and do not belong into a map.
 /// @param T_odom_lidar at the end of the sweep
 /// @param antennas_odom of vehicles whose place is known, as seen from this one
-/// @param heard those whose place is not: all at their distance is left out, whatever its
-/// direction.
-///        A ring of wall costs little; a column that takes its own vehicles for what stands still
-///        holds on to itself
+/// @param heard those whose place is not: all at their distance is left out, on every side
 /// @return null if no point is left out
 [[nodiscard]] std::shared_ptr<const sensor::LidarScan> without_peers(
     const sensor::LidarScan& scan, const geometry::SE3& T_odom_lidar,

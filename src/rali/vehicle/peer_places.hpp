@@ -34,6 +34,12 @@ struct KnownPlace {
   geometry::Mat3 covariance_m2 = geometry::Mat3::Zero();
 };
 
+/// A vehicle that is heard and whose place is not known: only how far away it is.
+struct HeardPeer {
+  geometry::Vec3 p_body_antenna_m = geometry::Vec3::Zero();  ///< of the own antenna
+  double range_m = 0.0;
+};
+
 /// Where a point of the peer's body is in odom: by the start poses measured by hand, and, once it
 /// has moved, by what it says of its way since. Nothing where either is not known.
 [[nodiscard]] std::optional<KnownPlace> place_of(const PeerWatch& peer,

@@ -64,56 +64,52 @@ void RangeStage::forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits
   pair.excess.reset();
 }
 
+/// Who stands has a place by ranges. Who drives has none, but says of its way where it is: a column
+/// in a tunnel sees nothing else along it, and its own vehicles would be taken for what stands
+/// still.
+std::map<RangeStage::PlaceKey, KnownPlace> RangeStage::known(const SideFilter& filter, Time t,
+                                                             double sigma_max_m) const {
+  std::map<PlaceKey, KnownPlace> out;
+  const Mat3 P_own = filter.position_covariance();
+  const auto add = [&](const PlaceKey& key, const Vec3& p_odom_m, const Mat3& covariance_m2) {
+    const Mat3 P = P_own + covariance_m2;
+    if (P.diagonal().maxCoeff() <= sigma_max_m * sigma_max_m)
+      out.emplace(key, KnownPlace{p_odom_m, P});
+  };
+  const SideStates& side = filter.side();
+  for (const auto& [key, place] : places_) {
+    add(key, side.mean.segment<3>(place.side), side.covariance.block<3, 3>(place.side, place.side));
+  }
+  for (const auto& [id, peer] : peers_) {
+    if (!first_pose_ || !peer.heard || peer.at_rest || !peer.pose) continue;
+    if (std::abs((t - peer.t_status).s()) > settings_.ranging.status_valid_s) continue;
+    for (std::size_t k = 0; k < peer.settings.antennas_body_m.size(); ++k) {
+      const auto place = place_of(peer, peer.settings.antennas_body_m[k], *first_pose_, up_odom_);
+      if (place) add({id, static_cast<std::uint8_t>(k)}, place->p_odom_m, place->covariance_m2);
+    }
+  }
+  return out;
+}
+
 std::vector<KnownPlace> RangeStage::places(const SideFilter& filter, Time t,
                                            double sigma_max_m) const {
   std::vector<KnownPlace> out;
-  const SideStates& side = filter.side();
-  const Mat3 P_own = filter.position_covariance();
-  for (const auto& [key, place] : places_) {
-    const Mat3 P = P_own + side.covariance.block<3, 3>(place.side, place.side);
-    if (P.diagonal().maxCoeff() > sigma_max_m * sigma_max_m) continue;
-    out.push_back({side.mean.segment<3>(place.side), P});
-  }
-  for (const auto& [id, peer] : peers_) add_moving(peer, P_own, t, sigma_max_m, out);
+  for (const auto& [key, place] : known(filter, t, sigma_max_m)) out.push_back(place);
   return out;
 }
 
 std::vector<HeardPeer> RangeStage::unplaced(const SideFilter& filter, Time t,
                                             double sigma_max_m) const {
+  const auto placed = known(filter, t, sigma_max_m);
   std::vector<HeardPeer> out;
-  const Mat3 P_own = filter.position_covariance();
-  const auto known = [&](const PlaceKey& key) {
-    const auto place = places_.find(key);
-    if (place != places_.end()) {
-      const Mat3 P =
-          P_own + filter.side().covariance.block<3, 3>(place->second.side, place->second.side);
-      return P.diagonal().maxCoeff() <= sigma_max_m * sigma_max_m;
-    }
-    std::vector<KnownPlace> moving;
-    add_moving(peers_.at(std::get<0>(key)), P_own, t, sigma_max_m, moving);
-    return !moving.empty();
-  };
   for (const auto& [key, pair] : pairs_) {
+    const auto& [own, peer, antenna] = key;
     const bool lately =
         pair.heard && std::abs((t - pair.heard->first).s()) < settings_.ranging.status_valid_s;
-    if (!lately || known({std::get<1>(key), std::get<2>(key)})) continue;
-    out.push_back({settings_.antennas_body_m[std::get<0>(key)], pair.heard->second});
+    if (!lately || placed.contains({peer, antenna})) continue;
+    out.push_back({settings_.antennas_body_m[own], pair.heard->second});
   }
   return out;
-}
-
-/// Who drives has no place, but says of its way where it is: a column in a tunnel sees nothing else
-/// along it, and its own vehicles would be taken for what stands still.
-void RangeStage::add_moving(const PeerWatch& peer, const Mat3& P_own, Time t, double sigma_max_m,
-                            std::vector<KnownPlace>& out) const {
-  if (!first_pose_ || !peer.heard || peer.at_rest || !peer.pose) return;
-  if (std::abs((t - peer.t_status).s()) > settings_.ranging.status_valid_s) return;
-  for (const Vec3& lever : peer.settings.antennas_body_m) {
-    const auto place = place_of(peer, lever, *first_pose_, up_odom_);
-    if (!place) continue;
-    const Mat3 P = P_own + place->covariance_m2;
-    if (P.diagonal().maxCoeff() <= sigma_max_m * sigma_max_m) out.push_back({place->p_odom_m, P});
-  }
 }
 
 /// The peer's place is known, or was measured by hand.

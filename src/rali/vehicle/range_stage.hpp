@@ -14,7 +14,6 @@
 #include "rali/ranging/range_sanity.hpp"
 #include "rali/ranging/range_thinning.hpp"
 #include "rali/vehicle/event.hpp"
-#include "rali/vehicle/peer_mask.hpp"
 #include "rali/vehicle/peer_places.hpp"
 #include "rali/vehicle/range_record.hpp"
 #include "rali/vehicle/settings.hpp"
@@ -150,8 +149,8 @@ class RangeStage {
   [[nodiscard]] bool understand(const sensor::RangeSample& sample, PairKey& key) const;
   void use(const sensor::RangeSample& sample, odometry::SideFilter& filter, RangeEffect& effect,
            ranging::RangeUse& use);
-  void add_moving(const PeerWatch& peer, const geometry::Mat3& P_own, Time t, double sigma_max_m,
-                  std::vector<KnownPlace>& out) const;
+  [[nodiscard]] std::map<PlaceKey, KnownPlace> known(const odometry::SideFilter& filter, Time t,
+                                                     double sigma_max_m) const;
   void forget_moved(odometry::SideFilter& filter);
   void forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits,
                     odometry::SideFilter& filter);

@@ -151,14 +151,7 @@ class Vehicle::Impl {
     } else {
       pose.degeneracy.sigma_blind_m = std::numeric_limits<double>::infinity();
     }
-    if (!compared || !pose.degeneracy.blind) {
-      blind_since_.reset();
-    } else if (!blind_since_) {
-      blind_since_ = result.t;
-    }
-    if (blind_since_ && (result.t - *blind_since_).s() >= settings_.peer_mask.shell_after_s) {
-      t_blind_ = result.t;
-    }
+    watch_way(result.t, compared && pose.degeneracy.blind);
     out.emplace_back(pose);
     std::optional<KeyframeId> keyframe;
     if (result.keyframe) {
@@ -221,6 +214,13 @@ class Vehicle::Impl {
     facts_.add(result.t, node, result.keyframe.get(),
                paper_ranges_ ? heard_until(result) : ranges_.entries(), out);
     if (!paper_ranges_) back_end_.add(node, ranges_.records());
+  }
+
+  /// One sweep that sees no way is nothing: only several in a row make the way a blind one.
+  void watch_way(Time t, bool blind) {
+    if (!blind) return blind_since_.reset();
+    if (!blind_since_) blind_since_ = t;
+    if ((t - *blind_since_).s() >= settings_.peer_mask.shell_after_s) t_blind_ = t;
   }
 
   /// The sweep without the peers in it; null if none is in view or its place is not known.

@@ -160,17 +160,18 @@ TEST(Vehicle, survives_empty_and_tiny_scans_with_finite_poses) {
   EXPECT_TRUE(poses.back().degeneracy.blind);
 }
 
-/// State after 3 s in which a vehicle that nobody knows the place of is heard, 3 m away.
-std::uint64_t after_hearing(TestRoom room, double shell_m) {
+/// State after sweeps in which a vehicle that nobody knows the place of is heard, 3 m away.
+std::uint64_t after_hearing(TestRoom room, double shell_m, int sweeps = 30, double hold_s = 10.0) {
   VehicleSettings settings = settings_of(room, true);
   settings.peer_mask.shell_m = shell_m;
+  settings.peer_mask.shell_hold_s = hold_s;
   PeerSettings peer;
   peer.id = VehicleId{1};
   peer.antennas_body_m = {geometry::Vec3::Zero()};
   settings.antennas_body_m = {geometry::Vec3::Zero()};
   settings.peers.push_back(peer);
   Driver d(0, settings);
-  for (int k = 0; k < 30; ++k) {
+  for (int k = 0; k < sweeps; ++k) {
     sensor::RangeSample range;
     range.t = Time::from_s(0.1 * k + 0.05);
     range.from = VehicleId{0};
@@ -192,6 +193,8 @@ TEST(Vehicle, leaves_out_what_is_as_far_as_a_peer_only_where_its_way_is_blind) {
   tunnel.pillars.clear();
   tunnel.radius_m = 1e4;
   EXPECT_NE(after_hearing(tunnel, 1.0), after_hearing(tunnel, 0.0));
+  EXPECT_EQ(after_hearing(tunnel, 1.0, 6), after_hearing(tunnel, 0.0, 6)) << "blind for 0.4 s";
+  EXPECT_EQ(after_hearing(tunnel, 1.0, 30, 0.0), after_hearing(tunnel, 0.0)) << "not held";
 }
 
 TEST(Vehicle, one_broken_inertial_sample_does_not_spoil_the_poses) {
