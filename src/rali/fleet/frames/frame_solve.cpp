@@ -153,12 +153,11 @@ std::vector<int> best_alternatives(const FrameProblem& problem, const FrameValue
 }
 
 std::vector<int> near_alternatives(const FrameProblem& problem, const FrameValues& values) {
-  const SearchSettings& one = problem.settings.search;
   std::vector<int> out;
   for (const EvidenceGroup& group : problem.evidence) {
     const Nearest nearest = nearest_of(values, group);
-    const bool near = nearest.residual.tail<3>().norm() < one.merge_m &&
-                      std::abs(nearest.residual[0]) < one.merge_deg * kDegree;
+    const bool near =
+        one_place(nearest.residual.tail<3>().norm(), nearest.residual[0], problem.settings.search);
     const bool believable = nearest.cost < group.alternatives.front().wrong_chi2;
     out.push_back(near || believable ? nearest.alternative : kNoneHolds);
   }

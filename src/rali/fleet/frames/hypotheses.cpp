@@ -309,8 +309,8 @@ double HypothesisSet::gap(std::size_t k) const {
 
 bool same_place(const FrameHypothesis& h, const FrameHypothesis& k,
                 const SearchSettings& settings) {
-  return (h.place_b_m() - k.place_b_m()).norm() < settings.merge_m &&
-         std::abs(wrapped(h.T_b_a.yaw_rad - k.T_b_a.yaw_rad)) < settings.merge_deg * kDegree;
+  return one_place((h.place_b_m() - k.place_b_m()).norm(),
+                   wrapped(h.T_b_a.yaw_rad - k.T_b_a.yaw_rad), settings);
 }
 
 HypothesisSet group_hypotheses(const FrameGroup& a, const FrameGroup& b,

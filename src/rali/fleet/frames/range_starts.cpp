@@ -192,8 +192,8 @@ std::vector<PlanarSolution> search_plane(const std::vector<PlanarRange>& all, bo
       const PlanarSolution s = solver.refine(yaw_rad, t);
       if (!std::isfinite(s.chi2) || !s.t_m.allFinite()) continue;
       const auto same = std::find_if(out.begin(), out.end(), [&](const PlanarSolution& o) {
-        return (place(o) - place(s)).norm() < 0.5 * settings.search.merge_m &&
-               std::abs(wrapped(o.yaw_rad - s.yaw_rad)) < 0.5 * settings.search.merge_deg * kDegree;
+        return one_place((place(o) - place(s)).norm(), wrapped(o.yaw_rad - s.yaw_rad),
+                         settings.search, 0.5);
       });
       if (same == out.end()) {
         out.push_back(s);

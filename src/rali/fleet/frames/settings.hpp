@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include "rali/base/settings.hpp"
 
@@ -108,6 +110,14 @@ struct SearchSettings {
     v("stand_m", stand_m, 0.0, 10.0, "extent of a path below which a vehicle stood");
   }
 };
+
+/// Whether two places so far apart, and turned so much, are one hypothesis; within this share of
+/// what makes them one. @param turn_rad wrapped
+[[nodiscard]] inline bool one_place(double apart_m, double turn_rad, const SearchSettings& settings,
+                                    double share = 1.0) {
+  return apart_m < share * settings.merge_m &&
+         std::abs(turn_rad) < share * settings.merge_deg * std::numbers::pi / 180.0;
+}
 
 struct CommitSettings {
   CommitRule rule = CommitRule::kCertain;

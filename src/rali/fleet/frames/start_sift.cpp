@@ -30,15 +30,14 @@ FrameProblem with_rigid_paths(const FrameProblem& problem) {
 /// A start as the rigid solution has it.
 struct Sifted {
   FrameStart start;
-  YawPose T;  ///< of the frame that tells starts apart
+  double yaw_rad = 0.0;  ///< of the frame that tells starts apart
   Vec3 place_m;
   double chi2 = 0.0;
   std::size_t rank = 0;  ///< 0: no cheaper one is near; 1: none of those that are left; ...
 };
 
 bool near(const Sifted& s, const Sifted& o, const SearchSettings& search, double share) {
-  return (s.place_m - o.place_m).norm() < share * search.merge_m &&
-         std::abs(wrapped(s.T.yaw_rad - o.T.yaw_rad)) < share * search.merge_deg * kDegree;
+  return one_place((s.place_m - o.place_m).norm(), wrapped(s.yaw_rad - o.yaw_rad), search, share);
 }
 
 /// @param all cheapest first; of those that came together the cheapest stays, ranks are set
@@ -49,12 +48,11 @@ std::vector<Sifted> distinct(std::vector<Sifted> all, const SearchSettings& sear
       return k.start.holds == s.start.holds && near(k, s, search, kSameShare);
     });
     if (known) continue;
-    const auto taken = [&] {
-      return std::any_of(kept.begin(), kept.end(), [&](const Sifted& k) {
-        return k.rank == s.rank && near(k, s, search, 1.0);
-      });
-    };
-    while (taken()) ++s.rank;
+    std::vector<bool> taken(kept.size() + 1, false);
+    for (const Sifted& k : kept) {
+      if (near(k, s, search, 1.0)) taken[k.rank] = true;
+    }
+    s.rank = static_cast<std::size_t>(std::find(taken.begin(), taken.end(), false) - taken.begin());
     kept.push_back(std::move(s));
   }
   return kept;
@@ -75,8 +73,9 @@ std::vector<FrameStart> sift_starts(const FrameProblem& problem, std::vector<Fra
     FrameSolution s = solve_frames_choosing(rigid, solve_frames(rigid, start.values, start.holds));
     if (!s.valid) continue;
     Sifted sifted;
-    sifted.T = s.values.T_ref_odom[frame];
-    sifted.place_m = sifted.T * problem.pivots_m[frame];
+    const YawPose& T = s.values.T_ref_odom[frame];
+    sifted.yaw_rad = T.yaw_rad;
+    sifted.place_m = T * problem.pivots_m[frame];
     sifted.chi2 = s.chi2;
     s.values.others.conservativeResizeLike(Eigen::VectorXd::Zero(others));
     sifted.start = {std::move(s.values), std::move(s.holds)};
