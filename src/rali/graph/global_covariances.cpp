@@ -37,11 +37,11 @@ Mat6 GlobalGraph::covariance(Seq seq) {
 
 std::vector<Mat6> GlobalGraph::covariances() {
   std::vector<Mat6> all;
-  std::size_t variable = 0;
   for (const KeyframeNode& node : window().keyframes) {
     all.push_back(Mat6::Zero());
     if (node.fixed) continue;
-    all.back() = marginals().diagonal()[variable++].topLeftCorner<kPoseDim, kPoseDim>();
+    const int column = window().column(node.seq);
+    all.back() = marginals().own(column).topLeftCorner<kPoseDim, kPoseDim>();
   }
   return all;
 }

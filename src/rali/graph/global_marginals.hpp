@@ -23,13 +23,13 @@ class GlobalMarginals {
   /// kept for the next question: whoever asks for many pairs asks for all of one `b` in a row.
   [[nodiscard]] Eigen::MatrixXd between(const std::vector<int>& a, const std::vector<int>& b);
 
-  /// Own block of the keyframe or global whose first column this is.
+  /// Own block of the keyframe or global whose first column this is; the first question works out
+  /// those of all.
   [[nodiscard]] const Eigen::MatrixXd& own(int column);
 
+ private:
   /// Own block of each free keyframe and then of each global, all at once.
   [[nodiscard]] const std::vector<Eigen::MatrixXd>& diagonal();
-
- private:
   [[nodiscard]] Eigen::MatrixXd solutions(const std::vector<int>& columns) const;
 
   GlobalEquations equations_;

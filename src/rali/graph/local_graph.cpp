@@ -143,8 +143,8 @@ geometry::Mat6 LocalGraph::covariance(Seq seq) {
 std::vector<geometry::Mat6> LocalGraph::covariances() const {
   GlobalMarginals marginals(window_, settings_.huber_sd);
   std::vector<geometry::Mat6> all;
-  for (std::size_t k = 0; k < window_.keyframes.size(); ++k) {
-    all.emplace_back(marginals.diagonal()[k].topLeftCorner<kPoseDim, kPoseDim>());
+  for (const KeyframeNode& node : window_.keyframes) {
+    all.emplace_back(marginals.own(window_.column(node.seq)).topLeftCorner<kPoseDim, kPoseDim>());
   }
   return all;
 }
