@@ -216,5 +216,51 @@ TEST(loop_veto, parts_wrong_loops_from_true_ones_in_a_corridor) {
   for (std::size_t k = 0; k < 10; ++k) EXPECT_EQ(verdicts[k].vetoed(), k >= 5) << k;
 }
 
+/// Twice the rise of the minimum where the loop is a factor like any other.
+double rise_when_solved(const GlobalGraph& graph, const RelativePoseFactor& loop) {
+  GlobalGraph without = graph, with = graph;
+  with.add(loop);
+  without.solve(100);
+  with.solve(100);
+  return 2.0 * (with.cost() - without.cost());
+}
+
+TEST(loop_veto, a_trial_finds_the_minimum_that_solving_with_the_loop_finds) {
+  Corridor c({});
+  int tried = 0;
+  for (const double shift_m : {0.5, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5}) {
+    for (const Seq k : {5, 20, 35}) {
+      const RelativePoseFactor loop = c.loop(k, k, shift_m).pose;
+      const LoopVerdict verdict = c.graph.judge({loop}).front();
+      if (!verdict.exact) continue;
+      ++tried;
+      EXPECT_NEAR(verdict.chi2, rise_when_solved(c.graph, loop), 0.02) << shift_m << " " << k;
+    }
+  }
+  EXPECT_GE(tried, 5) << "ranges beyond their loss are among these";
+}
+
+// A path of 40 m that nobody knows the heading of is turned by a radian: the curvature before says
+// little of that after.
+TEST(loop_veto, a_trial_that_goes_far_ends_at_the_same_minimum) {
+  GlobalGraph graph{GlobalGraphSettings{}};
+  for (int k = 0; k <= 40; ++k) {
+    geometry::SE3 T, step;
+    T.p.x() = k;
+    step.p.x() = 1.0;
+    const Seq seq = graph.add_pose(T);
+    if (k == 0) {
+      graph.add_pose_prior(seq, T, Corridor::information(0.01, 0.01, 0.3));
+    } else {
+      graph.add(RelativePoseFactor{seq - 1, seq, step, Corridor::information(0.05, 0.05, 0.02)});
+    }
+  }
+  RelativePoseFactor loop{0, 40, {}, Corridor::information(0.1, 0.1, 10.0)};
+  loop.T_i_j.p = {38.4, 10.0, 0.0};
+  const LoopVerdict verdict = graph.judge({loop}).front();
+  ASSERT_TRUE(verdict.exact) << verdict.chi2;
+  EXPECT_NEAR(verdict.chi2, rise_when_solved(graph, loop), 0.02);
+}
+
 }  // namespace
 }  // namespace rali::graph
