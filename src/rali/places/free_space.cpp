@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace rali::places {
 
@@ -19,6 +20,7 @@ void raise(std::uint8_t& count) {
 /// The box around all origins, grown by the range; smaller if that has too many cells.
 bool FreeSpace::lay_out(std::span<const Look> looks, const FreeSpaceSettings& s) {
   nx_ = ny_ = nz_ = 0;
+  first_.setZero();
   state_.clear();
   if (looks.empty()) return false;
   Vec3f low = looks.front().origin;
@@ -87,6 +89,36 @@ void FreeSpace::decide(const Counts& counts, int rays_min) {
   }
 }
 
+/// Between walls most of the box around the rays' range was never seen; it was two thirds of all
+/// that a long mission kept of its pieces.
+void FreeSpace::crop() {
+  Eigen::Vector3i low(nx_, ny_, nz_), high(0, 0, 0);
+  for (int z = 0; z < nz_; ++z) {
+    for (int y = 0; y < ny_; ++y) {
+      for (int x = 0; x < nx_; ++x) {
+        if (state_[index(x, y, z)] == Sight::kUnknown) continue;
+        low = low.cwiseMin(Eigen::Vector3i(x, y, z));
+        high = high.cwiseMax(Eigen::Vector3i(x + 1, y + 1, z + 1));
+      }
+    }
+  }
+  const Eigen::Vector3i size = (high - low).cwiseMax(0);
+  std::vector<Sight> kept;
+  kept.reserve(static_cast<std::size_t>(size.prod()));
+  for (int z = 0; z < size.z(); ++z) {
+    for (int y = 0; y < size.y(); ++y) {
+      const auto row =
+          state_.begin() + static_cast<std::ptrdiff_t>(index(low.x(), low.y() + y, low.z() + z));
+      kept.insert(kept.end(), row, row + size.x());
+    }
+  }
+  state_ = std::move(kept);
+  first_ = low.cast<double>();
+  nx_ = size.x();
+  ny_ = size.y();
+  nz_ = size.z();
+}
+
 void FreeSpace::build(std::span<const Look> looks, const FreeSpaceSettings& s) {
   if (!lay_out(looks, s)) return;
   const std::size_t n =
@@ -119,6 +151,7 @@ void FreeSpace::build(std::span<const Look> looks, const FreeSpaceSettings& s) {
     }
   }
   decide(counts, s.rays_min);
+  crop();
 }
 
 }  // namespace rali::places

@@ -46,7 +46,7 @@ struct Look {
 
 /// Which cells rays went through and in which they ended: the memory of emptiness that tells a
 /// place from its twin (algorithms_fleet 7.5). Bounded: cells_max bytes, eight times that while it
-/// is built.
+/// is built; what is kept afterwards is the box around the cells that are known.
 class FreeSpace {
  public:
   /// @param looks in one frame, all finite
@@ -78,7 +78,7 @@ class FreeSpace {
 
   /// Index of the cell of a point, if it has one.
   [[nodiscard]] std::optional<std::size_t> cell_of(const geometry::Vec3& p_m) const {
-    const geometry::Vec3 c = (p_m - low_) * inverse_;
+    const geometry::Vec3 c = (p_m - low_) * inverse_ - first_;
     if (!(c.minCoeff() >= 0.0) || c.x() >= nx_ || c.y() >= ny_ || c.z() >= nz_) return {};
     return index(static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z()));
   }
@@ -88,9 +88,11 @@ class FreeSpace {
   void trace(const geometry::Vec3& from, const geometry::Vec3& to, std::uint16_t scan,
              Counts& counts) const;
   void decide(const Counts& counts, int rays_min);
+  void crop();
 
   geometry::Vec3 low_ = geometry::Vec3::Zero();
   double inverse_ = 1.0;
+  geometry::Vec3 first_ = geometry::Vec3::Zero();  ///< whole number: cells of the lattice cut off
   int nx_ = 0, ny_ = 0, nz_ = 0;
   std::vector<Sight> state_;
 };
