@@ -96,6 +96,17 @@ void GlobalEquations::add(const LinearFactor& factor) {
   }
 }
 
+Eigen::MatrixXd GlobalEquations::right_of(const LinearFactor& factor) const {
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(gradient_.size(), factor.r.size());
+  for (int b = 0; b < factor.block_count; ++b) {
+    const auto& block = factor.blocks[at(b)];
+    if (block.column < 0) continue;
+    right.middleRows(block.column, block.dim) +=
+        factor.J.middleCols(block.local, block.dim).transpose();
+  }
+  return right;
+}
+
 void GlobalEquations::add_prior(const LinearPrior& prior) {
   cost_ += prior.cost;
   for (const auto& A : prior.blocks) {

@@ -35,6 +35,9 @@ class GlobalEquations {
     return cholesky_.solve(right);
   }
 
+  /// J^T of a factor: what solve() makes H^-1 J^T of.
+  [[nodiscard]] Eigen::MatrixXd right_of(const LinearFactor& factor) const;
+
   [[nodiscard]] const BlockCholesky& cholesky() const { return cholesky_; }
 
   [[nodiscard]] const BlockMatrix& matrix() const { return H_; }

@@ -60,13 +60,7 @@ const Eigen::MatrixXd& GlobalMarginals::own(int column) {
 
 Eigen::MatrixXd GlobalMarginals::covariance(const LinearFactor& rows) const {
   if (!solved_) return infinite(rows.r.size());
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(equations_.gradient().size(), rows.r.size());
-  for (int b = 0; b < rows.block_count; ++b) {
-    const auto& block = rows.blocks[static_cast<std::size_t>(b)];
-    if (block.column < 0) continue;
-    right.middleRows(block.column, block.dim) +=
-        rows.J.middleCols(block.local, block.dim).transpose();
-  }
+  const Eigen::MatrixXd right = equations_.right_of(rows);
   const Eigen::MatrixXd P = right.transpose() * equations_.solve(right);
   return 0.5 * (P + P.transpose());
 }

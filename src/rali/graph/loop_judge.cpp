@@ -26,7 +26,6 @@ class LoopJudge {
   [[nodiscard]] LoopVerdict verdict(const RelativePoseFactor& loop);
 
  private:
-  [[nodiscard]] MatrixXd columns_of(const LinearFactor& rows) const;
   [[nodiscard]] std::optional<double> cost_with(const RelativeTerm& loop);
   [[nodiscard]] double cost_anew(const RelativeTerm& loop) const;
 
@@ -50,18 +49,6 @@ LoopJudge::LoopJudge(const Window& window, const GlobalGraphSettings& settings)
   factored_ = factorise_with_floor(equations_);
 }
 
-/// J^T as right sides.
-MatrixXd LoopJudge::columns_of(const LinearFactor& rows) const {
-  MatrixXd right = MatrixXd::Zero(equations_.gradient().size(), rows.r.size());
-  for (int b = 0; b < rows.block_count; ++b) {
-    const auto& block = rows.blocks[static_cast<std::size_t>(b)];
-    if (block.column < 0) continue;
-    right.middleRows(block.column, block.dim) +=
-        rows.J.middleCols(block.local, block.dim).transpose();
-  }
-  return right;
-}
-
 // e'(J P J' + R)^-1 e, with residual and J divided by sigma: then R is 1 in the directions that the
 // loop claims, and the others are zero in e and J and add nothing.
 LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) {
@@ -78,7 +65,7 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) {
     verdict.covariance.diagonal().setConstant(std::numeric_limits<double>::infinity());
     return verdict;
   }
-  const MatrixXd right = columns_of(rows);
+  const MatrixXd right = equations_.right_of(rows);
   const Mat6 P = right.transpose() * equations_.solve(right);
   verdict.covariance = 0.5 * (P + P.transpose());
   const geometry::Vec6 e = term.root * rows.r;
@@ -106,7 +93,7 @@ std::optional<double> LoopJudge::cost_with(const RelativeTerm& loop) {
   double cost = cost_ + rows.cost;
   std::optional<double> rest;
   for (int k = 0; k < kStepsMax && !rest; ++k) {
-    const MatrixXd Jt = columns_of(rows);
+    const MatrixXd Jt = equations_.right_of(rows);
     MatrixXd right(Jt.rows(), Jt.cols() + 1);
     right << Jt, equations_.gradient() + Jt * rows.r;
     const MatrixXd solved = equations_.solve(right);
