@@ -62,7 +62,7 @@ Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOption
   if (rounds) ends = drive::round_ends(told, drive::RoundsJob{});
   const double begin = bench::cpu_ms();
   double last = begin;
-  std::size_t wholes = 0;
+  std::size_t wholes = 0, solved = 0;
   joined.estimate = drive::estimate_by_rounds(told, ends, centre, executor, [&](Time end) {
     const double now = bench::cpu_ms();
     const auto& boundary = centre.boundary();
@@ -70,8 +70,10 @@ Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOption
                              boundary ? static_cast<std::size_t>(boundary->unknowns()) : 0,
                              centre.work().whole > wholes});
     // A long mission takes its time.
-    fmt::print(stderr, "round {} of {}: {:.2f} s, {} nodes\n", joined.rounds.size(), ends.size(),
-               joined.rounds.back().cpu_ms * 1e-3, joined.rounds.back().nodes);
+    fmt::print(stderr, "round {} of {}: {:.2f} s, {} nodes, solved {} times, {} pieces known\n",
+               joined.rounds.size(), ends.size(), joined.rounds.back().cpu_ms * 1e-3,
+               joined.rounds.back().nodes, centre.work().rounds - solved, centre.work().pieces);
+    solved = centre.work().rounds;
     wholes = centre.work().whole;
     last = bench::cpu_ms();
   });

@@ -15,6 +15,24 @@ BlockMatrix pattern(const Window& window) {
   return {layout.dims, block_pairs(window, layout)};
 }
 
+void add(const LinearFactor& factor, GlobalEquations::Slope& to) {
+  to.cost += factor.cost;
+  for (int a = 0; a < factor.block_count; ++a) {
+    const auto& A = factor.blocks[at(a)];
+    if (A.column < 0) continue;
+    to.gradient.segment(A.column, A.dim).noalias() +=
+        factor.J.middleCols(A.local, A.dim).transpose() * factor.r;
+  }
+}
+
+void add(const LinearPrior& prior, GlobalEquations::Slope& to) {
+  to.cost += prior.cost;
+  for (const auto& A : prior.blocks) {
+    if (A.column < 0) continue;
+    to.gradient.segment(A.column, A.dim) += prior.gradient.segment(A.local, A.dim);
+  }
+}
+
 }  // namespace
 
 BlockLayout::BlockLayout(const Window& window) : variable_at(at(window.columns()), -1) {
@@ -72,20 +90,32 @@ GlobalEquations::GlobalEquations(const Window& window, double huber_sd,
 
 void GlobalEquations::relinearise(const Window& window, double huber_sd) {
   H_.set_zero();
-  gradient_.setZero(window.columns());
-  cost_ = 0.0;
-  for_each_factor(window, huber_sd, [this](const LinearFactor& factor) { add(factor); });
-  if (window.dense.H.rows() > 0) add_prior(graph::linearise(window, window.dense));
+  slope_.gradient.setZero(window.columns());
+  slope_.cost = 0.0;
+  for_each_factor(window, huber_sd, [this](const LinearFactor& factor) {
+    add(factor, slope_);
+    add_curvature(factor);
+  });
+  if (window.dense.H.rows() == 0) return;
+  const LinearPrior prior = graph::linearise(window, window.dense);
+  add(prior, slope_);
+  add_curvature(prior);
 }
 
-void GlobalEquations::add(const LinearFactor& factor) {
-  cost_ += factor.cost;
+GlobalEquations::Slope GlobalEquations::slope(const Window& window, double huber_sd) {
+  Slope slope;
+  slope.gradient.setZero(window.columns());
+  for_each_factor(window, huber_sd, [&](const LinearFactor& factor) { add(factor, slope); });
+  if (window.dense.H.rows() > 0) add(graph::linearise(window, window.dense), slope);
+  return slope;
+}
+
+void GlobalEquations::add_curvature(const LinearFactor& factor) {
   const auto& J = factor.J;
   for (int a = 0; a < factor.block_count; ++a) {
     const auto& A = factor.blocks[at(a)];
     if (A.column < 0) continue;
     const auto Ja = J.middleCols(A.local, A.dim);
-    gradient_.segment(A.column, A.dim).noalias() += Ja.transpose() * factor.r;
     for (int b = 0; b < factor.block_count; ++b) {
       const auto& B = factor.blocks[at(b)];
       if (B.column < 0 || B.column > A.column) continue;
@@ -96,8 +126,19 @@ void GlobalEquations::add(const LinearFactor& factor) {
   }
 }
 
+void GlobalEquations::add_curvature(const LinearPrior& prior) {
+  for (const auto& A : prior.blocks) {
+    if (A.column < 0) continue;
+    for (const auto& B : prior.blocks) {
+      if (B.column < 0 || B.column > A.column) continue;
+      H_.block(variable_at_[at(A.column)], variable_at_[at(B.column)]) +=
+          prior.H.block(A.local, B.local, A.dim, B.dim);
+    }
+  }
+}
+
 Eigen::MatrixXd GlobalEquations::right_of(const LinearFactor& factor) const {
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(gradient_.size(), factor.r.size());
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(gradient().size(), factor.r.size());
   for (int b = 0; b < factor.block_count; ++b) {
     const auto& block = factor.blocks[at(b)];
     if (block.column < 0) continue;
@@ -105,19 +146,6 @@ Eigen::MatrixXd GlobalEquations::right_of(const LinearFactor& factor) const {
         factor.J.middleCols(block.local, block.dim).transpose();
   }
   return right;
-}
-
-void GlobalEquations::add_prior(const LinearPrior& prior) {
-  cost_ += prior.cost;
-  for (const auto& A : prior.blocks) {
-    if (A.column < 0) continue;
-    gradient_.segment(A.column, A.dim) += prior.gradient.segment(A.local, A.dim);
-    for (const auto& B : prior.blocks) {
-      if (B.column < 0 || B.column > A.column) continue;
-      H_.block(variable_at_[at(A.column)], variable_at_[at(B.column)]) +=
-          prior.H.block(A.local, B.local, A.dim, B.dim);
-    }
-  }
 }
 
 }  // namespace rali::graph

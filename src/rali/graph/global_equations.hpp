@@ -20,9 +20,17 @@ class GlobalEquations {
   /// Sums up again at other values or weights of the same factors.
   void relinearise(const Window& window, double huber_sd);
 
-  [[nodiscard]] double cost() const { return cost_; }
+  struct Slope {
+    Eigen::VectorXd gradient;
+    double cost = 0.0;
+  };
 
-  [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
+  /// Gradient and cost at other values, without H.
+  [[nodiscard]] static Slope slope(const Window& window, double huber_sd);
+
+  [[nodiscard]] double cost() const { return slope_.cost; }
+
+  [[nodiscard]] const Eigen::VectorXd& gradient() const { return slope_.gradient; }
 
   /// Factors H + damping, where each diagonal element H_ii grows by `relative` H_ii + `absolute`.
   /// @return false if a pivot is not positive.
@@ -48,14 +56,13 @@ class GlobalEquations {
   }
 
  private:
-  void add(const LinearFactor& factor);
-  void add_prior(const LinearPrior& prior);
+  void add_curvature(const LinearFactor& factor);
+  void add_curvature(const LinearPrior& prior);
 
   std::vector<int> variable_at_;  ///< of each column that is the first of a keyframe or global
   BlockMatrix H_;
   BlockCholesky cholesky_;
-  Eigen::VectorXd gradient_;
-  double cost_ = 0.0;
+  Slope slope_;
 };
 
 /// What block of the pattern each keyframe and global is: free keyframes first, then globals.

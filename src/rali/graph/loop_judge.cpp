@@ -26,7 +26,7 @@ class LoopJudge {
   [[nodiscard]] LoopVerdict verdict(const RelativePoseFactor& loop);
 
  private:
-  [[nodiscard]] std::optional<double> cost_with(const RelativeTerm& loop);
+  [[nodiscard]] std::optional<double> cost_with(const RelativeTerm& loop, double rise_enough);
   [[nodiscard]] double cost_anew(const RelativeTerm& loop) const;
 
   const GlobalGraphSettings& settings_;
@@ -72,7 +72,7 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) {
   const Mat6 S = term.root * verdict.covariance * term.root.transpose() + Mat6::Identity();
   verdict.chi2 = S.allFinite() ? e.dot(S.ldlt().solve(e)) : 0.0;
   if (verdict.chi2 >= settings_.veto_exact_from && verdict.chi2 <= settings_.veto_exact_to) {
-    const std::optional<double> with = cost_with(term);
+    const std::optional<double> with = cost_with(term, 0.5 * loop_chi2_veto(verdict.dof));
     verdict.chi2 = 2.0 * ((with ? *with : cost_anew(term)) - cost_);
     verdict.exact = true;
   }
@@ -82,12 +82,16 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) {
 /// The minimum with the loop, by steps with the curvature that the graph has without it and the
 /// loop's own on top (Woodbury): the loop moves things by their doubt, and over that the curvature
 /// is nearly the same. A factorisation for each loop would take nearly all the time of a long
-/// mission. @return nothing where these steps do not come to rest
-std::optional<double> LoopJudge::cost_with(const RelativeTerm& loop) {
+/// mission.
+/// @param rise_enough where the cost has risen by no more than this the minimum has not either, and
+/// need not be found
+/// @return nothing where these steps do not come to rest
+std::optional<double> LoopJudge::cost_with(const RelativeTerm& loop, double rise_enough) {
   constexpr int kStepsMax = 20;
   constexpr double kFallMin = 1e-3;  // chi2 to a hundredth of what decides
   SavedValues minimum;
   minimum.save(graph_);
+  Eigen::VectorXd gradient = equations_.gradient();
   LinearFactor rows;
   linearise(graph_, loop, rows);
   double cost = cost_ + rows.cost;
@@ -95,21 +99,21 @@ std::optional<double> LoopJudge::cost_with(const RelativeTerm& loop) {
   for (int k = 0; k < kStepsMax && !rest; ++k) {
     const MatrixXd Jt = equations_.right_of(rows);
     MatrixXd right(Jt.rows(), Jt.cols() + 1);
-    right << Jt, equations_.gradient() + Jt * rows.r;
+    right << Jt, gradient + Jt * rows.r;
     const MatrixXd solved = equations_.solve(right);
     const auto V = solved.leftCols(Jt.cols());
     const Eigen::VectorXd y = solved.rightCols<1>();
     const MatrixXd S = MatrixXd::Identity(Jt.cols(), Jt.cols()) + Jt.transpose() * V;
     graph_.move(V * S.ldlt().solve(Jt.transpose() * y) - y);
-    equations_.relinearise(graph_, settings_.huber_sd);
+    const GlobalEquations::Slope slope = equations_.slope(graph_, settings_.huber_sd);
     linearise(graph_, loop, rows);
-    const double fall = cost - (equations_.cost() + rows.cost);
+    const double fall = cost - (slope.cost + rows.cost);
     if (!(fall >= -kFallMin)) break;
     cost -= fall;
-    if (fall <= kFallMin) rest = cost;
+    gradient = slope.gradient;
+    if (fall <= kFallMin || cost - cost_ <= rise_enough) rest = cost;
   }
   minimum.restore(graph_);
-  equations_.relinearise(graph_, settings_.huber_sd);
   return rest;
 }
 

@@ -28,7 +28,9 @@ SolveReport solve_with_guard(Window& window, const GlobalGraphSettings& settings
 
 /// How a loop fits to a graph that does not contain it.
 struct LoopVerdict {
-  double chi2 = 0.0;   ///< by which the graph's minimum would rise, doubled cost
+  /// By which the graph's minimum would rise, doubled cost; where it was tried and is no veto, this
+  /// is no less.
+  double chi2 = 0.0;
   int dof = 0;         ///< directions that the loop claims
   bool exact = false;  ///< found by solving with the loop, not predicted
   /// Relative pose as the graph predicts it, and the covariance of geometry::RelativePoseFactor's

@@ -227,17 +227,24 @@ double rise_when_solved(const GlobalGraph& graph, const RelativePoseFactor& loop
 
 TEST(loop_veto, a_trial_finds_the_minimum_that_solving_with_the_loop_finds) {
   Corridor c({});
-  int tried = 0;
+  int tried = 0, vetoed = 0;
   for (const double shift_m : {0.5, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5}) {
     for (const Seq k : {5, 20, 35}) {
       const RelativePoseFactor loop = c.loop(k, k, shift_m).pose;
       const LoopVerdict verdict = c.graph.judge({loop}).front();
       if (!verdict.exact) continue;
       ++tried;
-      EXPECT_NEAR(verdict.chi2, rise_when_solved(c.graph, loop), 0.02) << shift_m << " " << k;
+      const double rise = rise_when_solved(c.graph, loop);
+      EXPECT_EQ(verdict.vetoed(), rise > loop_chi2_veto(6)) << shift_m << " " << k;
+      EXPECT_GT(verdict.chi2, rise - 0.02) << shift_m << " " << k;
+      if (verdict.vetoed()) {
+        ++vetoed;
+        EXPECT_NEAR(verdict.chi2, rise, 0.02) << shift_m << " " << k;
+      }
     }
   }
-  EXPECT_GE(tried, 5) << "ranges beyond their loss are among these";
+  EXPECT_GE(vetoed, 3) << "ranges beyond their loss are among these";
+  EXPECT_GE(tried, vetoed + 3);
 }
 
 // A path of 40 m that nobody knows the heading of is turned by a radian: the curvature before says
