@@ -137,12 +137,16 @@ std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source
   if ((T_t.p - T_s.p).norm() > in_.settings.places.near.view_m + kDoubtMost_m) return std::nullopt;
   Mat6 P = relative_covariance(
       T_t, T_s, joint_.graph().covariance(joint_.seq(t.path, t.node), joint_.seq(s.path, s.node)));
-  const auto& of_t = in_.paths[t.path].nodes()[t.node].step.covariance;
-  const auto& of_s = in_.paths[s.path].nodes()[s.node].step.covariance;
+  // Since the boundary: a doubt that grows with the mission would let everything be compared.
+  const auto own = [this](std::size_t path, std::size_t from, std::size_t to) -> geometry::Vec6 {
+    const auto& nodes = in_.paths[path].nodes();
+    return (nodes[to].step.covariance - nodes[from].step.covariance).diagonal().cwiseAbs();
+  };
   if (t.path == s.path) {
-    P.diagonal() += (of_s - of_t).diagonal().cwiseAbs();
+    P.diagonal() += own(t.path, t.node, s.node);
   } else {
-    P.diagonal() += (of_s + of_t).diagonal().cwiseAbs();
+    P.diagonal() += own(t.path, joint_.begin(t.path), t.node);
+    P.diagonal() += own(s.path, joint_.begin(s.path), s.node);
   }
   return guess_of(t, s, T_t, T_s, P);
 }
