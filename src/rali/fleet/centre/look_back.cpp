@@ -24,7 +24,10 @@ const KeyframePose* RoundCentre::pose_of(KeyframeId id, const FleetEstimate& liv
 /// Compares the pieces of this round with those of earlier ones. @return by path the first node
 /// that it is worth to solve for, which is where the round begins unless a loop closes: into one of
 /// the last rounds any, since solving these again is cheap
-std::vector<std::size_t> RoundCentre::look_back(const Solution& solution, Executor& executor) {
+/// @param lately where the last rounds begin, by path; empty if there are none
+std::vector<std::size_t> RoundCentre::look_back(const Solution& solution,
+                                                std::span<const std::size_t> lately,
+                                                Executor& executor) {
   const FleetSettings& s = centre_.settings();
   std::vector<std::size_t> nodes = begins();
   if (!s.loops.use || solution.live_from == 0) return nodes;
@@ -44,8 +47,6 @@ std::vector<std::size_t> RoundCentre::look_back(const Solution& solution, Execut
                          solution.pieces[c.source].submap.middle())
                 .second;
   });
-  const std::vector<std::size_t> lately =
-      history_.begins(paths(), static_cast<std::size_t>(s.boundary.near_rounds));
   for (const LoopFound& found :
        compare_all(solution.pieces, std::move(candidates), s.places.recognise, executor)) {
     if (!found.recognition.usable()) continue;

@@ -57,9 +57,13 @@ void RoundCentre::solve(std::optional<Time> until, Executor& executor) {
   std::vector<Time> ends;
   if (until) ends.push_back(*until);
   if (!boundary_holds()) return solve_all(std::move(ends), executor);
+  // As it was before any was solved again: from there on the last rounds are others, and each loop
+  // would lead to one before.
+  const std::vector<std::size_t> lately =
+      history_.begins(paths(), static_cast<std::size_t>(centre_.settings().boundary.near_rounds));
   for (std::size_t steps = 1;; steps *= 2) {
     Solution solution = solve_round(ends, executor);
-    const std::vector<std::size_t> back_to = look_back(solution, executor);
+    const std::vector<std::size_t> back_to = look_back(solution, lately, executor);
     const bool moved = boundary_moved(solution.estimate);
     const bool closes = back_to != begins();
     std::vector<PathSubmap> of_round = keep_finished(std::move(solution.pieces));

@@ -62,7 +62,9 @@ class RoundCentre {
   [[nodiscard]] Solution solve_round(std::vector<Time> ends, Executor& executor);
   [[nodiscard]] bool boundary_holds() const;
   [[nodiscard]] bool boundary_moved(const FleetEstimate& estimate) const;
-  [[nodiscard]] std::vector<std::size_t> look_back(const Solution& solution, Executor& executor);
+  [[nodiscard]] std::vector<std::size_t> look_back(const Solution& solution,
+                                                   std::span<const std::size_t> lately,
+                                                   Executor& executor);
   [[nodiscard]] bool go_back(std::span<const std::size_t> nodes, std::size_t steps,
                              std::vector<Time>& ends);
   void take(std::vector<RoundBoundary> boundaries);
