@@ -94,39 +94,96 @@ struct Offset {
   }
 };
 
-/// Minimum of the unexplained share over the offset, with its own uncertainty.
-/// @param alike neighbouring turns that share most of their data and count as one
-Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro, std::size_t alike,
-                     const RotationStudyLimits& limits) {
-  const int half = static_cast<int>(limits.offset_max_s / limits.offset_step_s);
+/// Unexplained share over the offset, from -offset_max_s to offset_max_s.
+struct ShareCurve {
   std::vector<double> share;
   std::size_t pairs = 0;
+};
+
+ShareCurve curve_of(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
+                    const RotationStudyLimits& limits) {
+  const int half = static_cast<int>(limits.offset_max_s / limits.offset_step_s);
+  ShareCurve out;
   for (int i = -half; i <= half; ++i) {
     const Pairs p = pairs_at(lidar, gyro, i * limits.offset_step_s);
     const bool enough = p.lidar.size() >= limits.pairs_min;
-    share.push_back(enough ? unexplained(kabsch(p)) : 1.0);
-    pairs = std::max(pairs, p.lidar.size());
+    out.share.push_back(enough ? unexplained(kabsch(p)) : 1.0);
+    out.pairs = std::max(out.pairs, p.lidar.size());
   }
+  return out;
+}
+
+/// The curve's minimum.
+struct Tip {
+  double offset_s = 0.0;
+  double share = 1.0;
+  double curvature = 0.0;  ///< not above 0: no tip
+  bool at_border = false;
+};
+
+Tip tip_of(const ShareCurve& curve, const RotationStudyLimits& limits) {
+  const std::vector<double>& share = curve.share;
+  const int half = (static_cast<int>(share.size()) - 1) / 2;
   const auto best = std::min_element(share.begin(), share.end());
   const auto k = static_cast<int>(best - share.begin());
-  Offset out;
+  Tip out;
   out.offset_s = (k - half) * limits.offset_step_s;
+  out.share = *best;
   out.at_border = k == 0 || k == 2 * half;
-  out.sigma_s = limits.offset_max_s;
-  out.unexplained = *best;
-  out.scale = kabsch(pairs_at(lidar, gyro, out.offset_s)).scale;
   if (out.at_border) return out;
   // A parabola over +-4 steps: interpolation makes the curve's tip itself uneven.
   const int reach = std::min({4, k, 2 * half - k});
   const double left = share[static_cast<std::size_t>(k - reach)];
   const double right = share[static_cast<std::size_t>(k + reach)];
   const double width_s = reach * limits.offset_step_s;
-  const double curvature = (left + right - 2.0 * *best) / (width_s * width_s);
-  if (!(curvature > 0.0)) return out;
-  out.offset_s += -0.5 * (right - left) / width_s / curvature;
+  out.curvature = (left + right - 2.0 * *best) / (width_s * width_s);
+  if (out.curvature > 0.0) out.offset_s += -0.5 * (right - left) / width_s / out.curvature;
+  return out;
+}
+
+/// Sigma of the offset by leaving out one part of the turning after the other (jackknife): LiDAR
+/// odometry that is late in one turn tells an offset that no other turn confirms.
+double jackknife_sigma_s(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
+                         const RotationStudyLimits& limits) {
+  constexpr int kParts = 5;
+  double turned_rad = 0.0, all_rad = 0.0;
+  for (const LidarTurn& turn : lidar) all_rad += turn.turn_lidar_rad.norm();
+  std::vector<std::vector<LidarTurn>> without(kParts);
+  for (const LidarTurn& turn : lidar) {
+    const int part = std::min(kParts - 1, static_cast<int>(kParts * turned_rad / all_rad));
+    for (int k = 0; k < kParts; ++k) {
+      if (k != part) without[static_cast<std::size_t>(k)].push_back(turn);
+    }
+    turned_rad += turn.turn_lidar_rad.norm();
+  }
+  double mean_s = 0.0, squares_s2 = 0.0;
+  std::vector<double> offsets_s;
+  for (const std::vector<LidarTurn>& turns : without) {
+    offsets_s.push_back(tip_of(curve_of(turns, gyro, limits), limits).offset_s);
+    mean_s += offsets_s.back() / kParts;
+  }
+  for (const double offset_s : offsets_s) squares_s2 += (offset_s - mean_s) * (offset_s - mean_s);
+  return std::sqrt((kParts - 1.0) / kParts * squares_s2);
+}
+
+/// Minimum of the unexplained share over the offset, with its own uncertainty.
+/// @param alike neighbouring turns that share most of their data and count as one
+Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro, std::size_t alike,
+                     const RotationStudyLimits& limits) {
+  const ShareCurve curve = curve_of(lidar, gyro, limits);
+  const Tip tip = tip_of(curve, limits);
+  Offset out;
+  out.offset_s = tip.offset_s;
+  out.at_border = tip.at_border;
+  out.sigma_s = limits.offset_max_s;
+  out.unexplained = tip.share;
+  out.scale = kabsch(pairs_at(lidar, gyro, tip.offset_s)).scale;
+  if (tip.at_border || !(tip.curvature > 0.0)) return out;
   const double freedom =
-      std::max(1.0, 3.0 * static_cast<double>(pairs) / static_cast<double>(alike) - 7.0);
-  out.sigma_s = std::min(out.sigma_s, std::sqrt(2.0 * *best / freedom / curvature));
+      std::max(1.0, 3.0 * static_cast<double>(curve.pairs) / static_cast<double>(alike) - 7.0);
+  const double by_noise_s = std::sqrt(2.0 * tip.share / freedom / tip.curvature);
+  const double sigma_s = std::max(by_noise_s, jackknife_sigma_s(lidar, gyro, limits));
+  out.sigma_s = std::min(out.sigma_s, sigma_s);
   return out;
 }
 

@@ -56,6 +56,24 @@ TEST(RotationStudy, an_offset_of_zero_is_zero) {
   EXPECT_NEAR(*study.time_offset_s, 0.0, 0.002);
 }
 
+// LiDAR odometry that hardly sees anything for three seconds of strong turning follows late.
+TEST(RotationStudy, one_turn_that_the_lidar_sees_late_is_no_offset) {
+  TurningPair pair;
+  pair.duration_s = 40.0;
+  pair.rate_radps = 0.15;
+  std::vector<LidarTurn> lidar = pair.lidar();
+  const auto strong = [](double t_s) { return std::abs(t_s - 20.0) < 1.5 ? 0.8 : 0.0; };
+  std::vector<sensor::ImuSample> imu = pair.imu();
+  for (sensor::ImuSample& sample : imu) sample.gyro_radps.z() += strong(sample.t.s());
+  for (LidarTurn& turn : lidar) {
+    turn.turn_lidar_rad.z() += 0.1 * strong(0.5 * (turn.begin.s() + turn.end.s()) - 0.2);
+  }
+  const auto study = study_rotations(lidar, imu);
+  EXPECT_FALSE(study.time_offset_s && std::abs(*study.time_offset_s) > 0.02)
+      << *study.time_offset_s << " +- " << study.time_offset_sigma_s;
+  EXPECT_GT(study.time_offset_sigma_s, 0.01);
+}
+
 TEST(RotationStudy, a_vehicle_that_never_turns_gives_no_offset) {
   TurningPair pair;
   pair.rate_radps = 0.0;
