@@ -148,6 +148,7 @@ double jackknife_sigma_s(std::span<const LidarTurn> lidar, const GyroTrack& gyro
   constexpr int kParts = 5;
   double turned_rad = 0.0, all_rad = 0.0;
   for (const LidarTurn& turn : lidar) all_rad += turn.turn_lidar_rad.norm();
+  if (!(all_rad > 0.0)) return limits.offset_max_s;
   std::vector<std::vector<LidarTurn>> without(kParts);
   for (const LidarTurn& turn : lidar) {
     const int part = std::min(kParts - 1, static_cast<int>(kParts * turned_rad / all_rad));
@@ -166,7 +167,7 @@ double jackknife_sigma_s(std::span<const LidarTurn> lidar, const GyroTrack& gyro
   return std::sqrt((kParts - 1.0) / kParts * squares_s2);
 }
 
-/// Minimum of the unexplained share over the offset, with its own uncertainty.
+/// Minimum of the unexplained share over the offset, and its uncertainty by noise.
 /// @param alike neighbouring turns that share most of their data and count as one
 Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro, std::size_t alike,
                      const RotationStudyLimits& limits) {
@@ -181,9 +182,7 @@ Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro, st
   if (tip.at_border || !(tip.curvature > 0.0)) return out;
   const double freedom =
       std::max(1.0, 3.0 * static_cast<double>(curve.pairs) / static_cast<double>(alike) - 7.0);
-  const double by_noise_s = std::sqrt(2.0 * tip.share / freedom / tip.curvature);
-  const double sigma_s = std::max(by_noise_s, jackknife_sigma_s(lidar, gyro, limits));
-  out.sigma_s = std::min(out.sigma_s, sigma_s);
+  out.sigma_s = std::min(out.sigma_s, std::sqrt(2.0 * tip.share / freedom / tip.curvature));
   return out;
 }
 
@@ -330,9 +329,10 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
 
   const SlowTurns slow = slow_turns(turns, limits.slow_s);
   if (slow.turns.size() < limits.pairs_min) return out;
-  const Offset in_radps = search_offset(slow.turns, slow_gyro(imu, 1.0, slow), slow.count, limits);
-  const Offset in_degps =
-      search_offset(slow.turns, slow_gyro(imu, kRadPerDeg, slow), slow.count, limits);
+  const GyroTrack slow_radps = slow_gyro(imu, 1.0, slow);
+  const GyroTrack slow_degps = slow_gyro(imu, kRadPerDeg, slow);
+  const Offset in_radps = search_offset(slow.turns, slow_radps, slow.count, limits);
+  const Offset in_degps = search_offset(slow.turns, slow_degps, slow.count, limits);
   // Small turns fit in either unit, but for the scale; large ones wrap around in the wrong one.
   const bool degrees = in_degps.plausible() &&
                        (!in_radps.plausible() || in_degps.unexplained < 0.5 * in_radps.unexplained);
@@ -342,7 +342,12 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   // Where less than half is explained, minimum and scale are those of noise.
   if (offset.unexplained > kUnexplainedMax) return out;
   out.time_offset_sigma_s = offset.sigma_s;
-  const bool certain = !offset.at_border && offset.sigma_s <= limits.offset_sigma_max_s;
+  if (!offset.at_border && offset.sigma_s <= limits.offset_sigma_max_s) {
+    const double by_parts_s =
+        jackknife_sigma_s(slow.turns, degrees ? slow_degps : slow_radps, limits);
+    out.time_offset_sigma_s = std::min(limits.offset_max_s, std::max(offset.sigma_s, by_parts_s));
+  }
+  const bool certain = !offset.at_border && out.time_offset_sigma_s <= limits.offset_sigma_max_s;
   if (certain) out.time_offset_s = offset.offset_s;
 
   const Pairs pairs = pairs_at(lidar, gyro, certain ? offset.offset_s : 0.0);
