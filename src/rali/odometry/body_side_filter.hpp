@@ -22,8 +22,9 @@ class BodySideFilter final : public SideFilter {
 
   [[nodiscard]] const SideStates& side() const override { return inner_.side(); }
 
-  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance) override {
-    return inner_.add_side(mean, covariance);
+  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance,
+               const SideRowList& rows) override {
+    return inner_.add_side(mean, covariance, seen_inside(rows));
   }
 
   void remove_side(int first, int n) override { inner_.remove_side(first, n); }

@@ -134,7 +134,7 @@ TEST(BodySideFilter, side_states_are_the_same_numbers_inside) {
   SideStates::Vector mean(2);
   mean << 1.5, -2.5;
   SideStates::Matrix covariance = SideStates::Matrix::Identity(2, 2);
-  EXPECT_EQ(m.body.add_side(mean, covariance), 0);
+  EXPECT_EQ(m.body.add_side(mean, covariance, {}), 0);
   m.body.walk_side(1, 0.25);
   EXPECT_EQ(m.body.side().mean, mean);
   EXPECT_EQ(m.body.side().covariance(1, 1), 1.25);

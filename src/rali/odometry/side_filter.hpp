@@ -24,11 +24,6 @@ struct SideStates {
   [[nodiscard]] int size() const { return static_cast<int>(mean.size()); }
 };
 
-/// Gain of the regression of a state on quantities with covariance `known`, whose covariance with
-/// the state is `cross`. Quantities that hang on each other count once.
-[[nodiscard]] Eigen::MatrixXd regression(const Eigen::MatrixXd& cross,
-                                         const SideStates::Matrix& known);
-
 /// The vehicle at one instant between sweeps.
 struct Moment {
   Time t;
@@ -65,8 +60,13 @@ class SideFilter {
 
   [[nodiscard]] virtual const SideStates& side() const = 0;
 
-  /// Appends states that nothing else hangs on yet. @return index of the first, -1 if full.
-  virtual int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance) = 0;
+  /// Appends states: the rows' values, and something else of this covariance that nothing hangs on.
+  /// What was measured from the vehicle errs with it: told apart from its error, the next look at
+  /// the same would correct the vehicle by its own word.
+  /// @param rows one for each new state, or none: nothing hangs on them yet
+  /// @return index of the first, -1 if full
+  virtual int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance,
+                       const SideRowList& rows) = 0;
 
   /// Takes `n` states out; those behind move down.
   virtual void remove_side(int first, int n) = 0;

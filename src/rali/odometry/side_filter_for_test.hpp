@@ -47,14 +47,17 @@ struct DenseSideFilter final : SideFilter {
 
   [[nodiscard]] const SideStates& side() const override { return known; }
 
-  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance) override {
+  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance,
+               const SideRowList& rows) override {
     const int first = known.size();
     const auto n = static_cast<int>(mean.size());
     if (first + n > SideStates::kMax) return -1;
-    Eigen::MatrixXd grown = Eigen::MatrixXd::Zero(P.rows() + n, P.cols() + n);
-    grown.topLeftCorner(P.rows(), P.cols()) = P;
-    grown.bottomRightCorner(n, n) = covariance;
-    P = grown;
+    // New = H old + noise: the old and the new by one linear map.
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(P.rows() + n, P.cols());
+    A.topRows(P.rows()).setIdentity();
+    if (!rows.empty()) A.bottomRows(n) = stacked(rows);
+    P = (A * P * A.transpose()).eval();
+    P.bottomRightCorner(n, n) += covariance;
     known.mean.conservativeResize(first + n);
     known.mean.tail(n) = mean;
     share();

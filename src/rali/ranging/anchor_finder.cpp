@@ -38,6 +38,34 @@ bool usable(const FinderSample& sample) {
 
 }  // namespace
 
+Aside aside_in_passage(const FinderSettings& settings, double range_m) {
+  return {0.0, settings.passage_m + settings.passage_per_m * range_m};
+}
+
+FoundAnchor place_along_passage(const FinderSettings& settings, const FinderSample& sample,
+                                double height_m, double bias_m, const Vec3& up_odom, bool ahead,
+                                const Aside& aside) {
+  const Vec3& axis = *sample.passage_odom;
+  const Vec3 towards = ahead ? axis : Vec3(-axis);
+  const Vec3 across = up_odom.cross(axis).normalized();
+  const double distance_m = std::max(1e-3, sample.range_m - bias_m);
+  const double up_m = settings.height_sigma_m + settings.rise_per_m * sample.range_m;
+  // Who stands aside is nearer along the passage by half the square of that by the distance: mean
+  // and sigma of it.
+  const double a2 = aside.mean_m * aside.mean_m;
+  const double s2 = aside.sigma_m * aside.sigma_m;
+  const double nearer_m = 0.5 * (a2 + s2) / distance_m;
+  const double nearer_sigma_m = 0.5 * std::sqrt(2.0 * s2 * s2 + 4.0 * a2 * s2) / distance_m;
+  const double along_m = std::hypot(sample.sigma_m, nearer_sigma_m);
+  FoundAnchor found;
+  found.p_odom_m = sample.p_odom_antenna_m + height_m * up_odom +
+                   (distance_m - nearer_m) * towards + aside.mean_m * across;
+  found.covariance_m2 = along_m * along_m * axis * axis.transpose() +
+                        s2 * across * across.transpose() +
+                        up_m * up_m * up_odom * up_odom.transpose();
+  return found;
+}
+
 /// Neighbouring ranges share their error: one per stretch of way, at rest one per while.
 bool AnchorFinder::keep(const FinderSample& sample) {
   if (samples_.empty()) return true;
@@ -85,16 +113,14 @@ std::optional<FoundAnchor> AnchorFinder::along_passage() const {
   const bool told = std::abs(moved_m) > settings_.travel_min_m &&
                     std::abs(closer_m) > 0.5 * settings_.travel_min_m;
   if (!told) return std::nullopt;
-  const Vec3 towards = moved_m * closer_m > 0.0 ? axis : Vec3(-axis);
-  const double across_m = settings_.passage_m + settings_.passage_per_m * last.range_m;
-  const double up_m = settings_.height_sigma_m + settings_.rise_per_m * last.range_m;
-  const Vec3 across = up_.cross(axis).normalized();
-  const double along_m = std::hypot(last.sigma_m, bias_sigma_m_);
-  FoundAnchor found;
-  found.p_odom_m = last.p_odom_antenna_m + height_m_ * up_ + (last.range_m - bias_m_) * towards;
-  found.covariance_m2 = along_m * along_m * axis * axis.transpose() +
-                        across_m * across_m * across * across.transpose() +
-                        up_m * up_m * up_ * up_.transpose();
+  const bool ahead = moved_m * closer_m > 0.0;
+  const Vec3 towards = ahead ? axis : Vec3(-axis);
+  FoundAnchor found = place_along_passage(settings_, last, height_m_, bias_m_, up_, ahead,
+                                          aside_in_passage(settings_, last.range_m));
+  found.per_bias = -towards;
+  found.bias_m = bias_m_;
+  found.bias_sigma_m = bias_sigma_m_;
+  found.covariance_m2 += bias_sigma_m_ * bias_sigma_m_ * towards * towards.transpose();
   return found;
 }
 
@@ -231,7 +257,11 @@ std::optional<FoundAnchor> AnchorFinder::decide(const std::vector<Solution>& all
   if (best.cost > settings_.chi2_max * freedom) return std::nullopt;
   FoundAnchor found;
   found.p_odom_m = best.x.head<3>();
-  found.covariance_m2 = Mat7(best.information.inverse()).topLeftCorner<3, 3>();
+  const Mat7 P = best.information.inverse();
+  found.covariance_m2 = P.topLeftCorner<3, 3>();
+  found.per_bias = P.block<3, 1>(0, 3) / P(3, 3);
+  found.bias_m = best.x[3];
+  found.bias_sigma_m = std::sqrt(P(3, 3));
   for (std::size_t k = 1; k < all.size(); ++k) {
     if (all[k].cost > best.cost + settings_.rival_chi2) break;
     if (!is_mirror(best, all[k])) return std::nullopt;

@@ -28,7 +28,32 @@ struct FoundAnchor {
   geometry::Vec3 p_odom_m = geometry::Vec3::Zero();
   geometry::Mat3 covariance_m2 = geometry::Mat3::Zero();
   bool mirrored = false;  ///< as likely on the other side of a straight way; in the covariance
+  /// The place for another bias of the pair: p_odom_m + per_bias (bias - bias_m). Of the
+  /// covariance, per_bias per_bias' bias_sigma_m^2 is by that: whoever estimates the bias, too,
+  /// must know.
+  geometry::Vec3 per_bias = geometry::Vec3::Zero();
+  double bias_m = 0.0, bias_sigma_m = 0.0;
 };
+
+/// How far aside of the own antenna another one stands, in a passage.
+struct Aside {
+  double mean_m = 0.0;  ///< along up x passage
+  double sigma_m = 1.0;
+};
+
+/// As much as a passage leaves to whoever is heard in it from so far away.
+[[nodiscard]] Aside aside_in_passage(const FinderSettings& settings, double range_m);
+
+/// Where an antenna stands that is known to stand ahead, or behind, in the same passage: about as
+/// far that way as the range says.
+/// @param sample with its passage
+/// @param height_m how much higher than the own antenna the other one should be
+/// @param bias_m of the range; its doubt is not in the covariance, neither is the own position's
+/// @param ahead along the passage as the sample has it; false: behind
+[[nodiscard]] FoundAnchor place_along_passage(const FinderSettings& settings,
+                                              const FinderSample& sample, double height_m,
+                                              double bias_m, const geometry::Vec3& up_odom,
+                                              bool ahead, const Aside& aside);
 
 /// Finds the place of an antenna that stands, from ranges along the own way (algorithms_fleet 7.2,
 /// rows A: with one standing end, its place in the other's frame is what ranges tell).

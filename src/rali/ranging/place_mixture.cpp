@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "rali/base/assert.hpp"
+#include "rali/geometry/regression.hpp"
 
 namespace rali::ranging {
 
@@ -61,18 +62,25 @@ PlaceMixture::PlaceMixture(const MixtureSettings& settings, const Vec3& along_od
   normalise();
 }
 
-int PlaceMixture::add_bias(double variance_m2) {
+int PlaceMixture::add_bias(const Matrix& covariance) {
   const int index = size();
   if (index >= kMax) return -1;
-  const auto grow = [index, variance_m2](Matrix& m) {
+  RALI_ASSERT(covariance.rows() == index + 1 && covariance.cols() == index + 1);
+  // Given the rest, the bias is what the regression on it says, in every slice.
+  const Matrix known = covariance.topLeftCorner(index, index);
+  const Eigen::RowVectorXd cross = covariance.row(index).head(index);
+  const Eigen::RowVectorXd gain = geometry::regression(cross, known);
+  const double apart_m2 = std::max(0.0, covariance(index, index) - gain.dot(cross));
+  const auto grow = [&](Matrix& m) {
+    const Eigen::RowVectorXd hangs = gain * m;
     m.conservativeResize(index + 1, index + 1);
-    m.row(index).setZero();
-    m.col(index).setZero();
-    m(index, index) = variance_m2;
+    m.row(index).head(index) = hangs;
+    m.col(index).head(index) = hangs.transpose();
+    m(index, index) = hangs.dot(gain) + apart_m2;
   };
   for (Slice& s : slices_) {
     s.mean.conservativeResize(index + 1);
-    s.mean[index] = 0.0;
+    s.mean[index] = gain.dot(s.mean.head(index));
     grow(s.covariance);
   }
   grow(last_);

@@ -49,9 +49,11 @@ class PlaceMixture {
   PlaceMixture(const MixtureSettings& settings, const geometry::Vec3& along_odom,
                const geometry::Vec3& across_odom, const Matrix& covariance);
 
-  /// One more pair of antennas to the same place. @return index of its bias, -1 if there are too
-  /// many
-  int add_bias(double variance_m2);
+  /// One more pair of antennas to the same place.
+  /// @param covariance of the quantities there are, and last the pair's bias, as the filter has it:
+  ///        a place that was found by this pair errs with its bias
+  /// @return index of its bias, -1 if there are too many
+  int add_bias(const Matrix& covariance);
 
   /// Time has passed. Noise is what the filter's own covariance of the quantities, in their order,
   /// gained; where it lost (the LiDAR or a standstill told something), each slice learns it too.

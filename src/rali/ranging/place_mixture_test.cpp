@@ -18,9 +18,18 @@ Mixture::Matrix known_to(double across_m) {
   return P;
 }
 
+/// The same, and one more that nothing hangs on.
+Mixture::Matrix and_bias(const Mixture::Matrix& P, double variance_m2 = 0.01) {
+  Mixture::Matrix out = Mixture::Matrix::Zero(P.rows() + 1, P.cols() + 1);
+  out.topLeftCorner(P.rows(), P.cols()) = P;
+  out(P.rows(), P.cols()) = variance_m2;
+  return out;
+}
+
 Mixture mixture(double across_m, double bias_variance_m2 = 0.01) {
-  Mixture m(MixtureSettings{}, Vec3::UnitX(), Vec3::UnitY(), known_to(across_m));
-  EXPECT_EQ(m.add_bias(bias_variance_m2), Mixture::kBias);
+  const Mixture::Matrix P = known_to(across_m);
+  Mixture m(MixtureSettings{}, Vec3::UnitX(), Vec3::UnitY(), P);
+  EXPECT_EQ(m.add_bias(and_bias(P, bias_variance_m2)), Mixture::kBias);
   return m;
 }
 
@@ -47,6 +56,19 @@ TEST(PlaceMixture, what_hangs_on_the_place_across_is_cut_with_it) {
   EXPECT_NEAR(m.covariance()(Mixture::kAlong, Mixture::kAlong), 0.01, 2e-4);
 }
 
+// A place that was found by this very pair errs with its bias: what the two are together is known.
+TEST(PlaceMixture, a_bias_that_the_place_hangs_on_comes_with_what_hangs) {
+  Mixture::Matrix P = and_bias(known_to(2.0));
+  P(Mixture::kPlace, Mixture::kBias) = P(Mixture::kBias, Mixture::kPlace) = -0.018;
+  P(Mixture::kAcross, Mixture::kBias) = P(Mixture::kBias, Mixture::kAcross) = 0.05;
+  Mixture m(MixtureSettings{}, Vec3::UnitX(), Vec3::UnitY(), known_to(2.0));
+  EXPECT_EQ(m.add_bias(P), Mixture::kBias);
+  const Mixture::Matrix now = m.covariance();
+  EXPECT_NEAR(now(Mixture::kPlace, Mixture::kBias), -0.018, 1e-9);
+  EXPECT_NEAR(now(Mixture::kAcross, Mixture::kBias), 0.05, 0.003);
+  EXPECT_NEAR(now(Mixture::kBias, Mixture::kBias), 0.01, 1e-4);
+}
+
 TEST(PlaceMixture, from_afar_it_is_the_kalman_filter) {
   Mixture m = mixture(0.1);
   // S: 0.01 + 0.04 + 0.01 + 1e-6 + R 0.01; the own place follows by 0.01 / S of the residual.
@@ -66,7 +88,7 @@ TEST(PlaceMixture, a_range_after_long_silence_leads_to_where_it_was_measured) {
   Mixture::Matrix P = known_to(0.01);
   P.diagonal() << 64.0, 0.0025, 1e-6, 1e-4, 1e-6;
   Mixture m(MixtureSettings{}, Vec3::UnitX(), Vec3::UnitY(), P);
-  ASSERT_EQ(m.add_bias(0.01), Mixture::kBias);
+  ASSERT_EQ(m.add_bias(and_bias(P)), Mixture::kBias);
   MixtureSight sight = from(-20.0);
   sight.p_odom_peer_m = Vec3(0.0, 3.0, 0.0);
   const double predicted_m = m.predict(sight, Mixture::kBias).predicted_m;
@@ -119,8 +141,10 @@ TEST(PlaceMixture, who_is_heard_in_a_passage_stands_in_it) {
 
 TEST(PlaceMixture, has_room_for_some_pairs_and_no_more) {
   Mixture m = mixture(1.0);
-  for (int k = Mixture::kBias + 1; k < Mixture::kMax; ++k) EXPECT_EQ(m.add_bias(0.01), k);
-  EXPECT_EQ(m.add_bias(0.01), -1);
+  for (int k = Mixture::kBias + 1; k < Mixture::kMax; ++k) {
+    EXPECT_EQ(m.add_bias(and_bias(m.covariance())), k);
+  }
+  EXPECT_EQ(m.add_bias(and_bias(m.covariance())), -1);
   EXPECT_EQ(m.size(), Mixture::kMax);
 }
 

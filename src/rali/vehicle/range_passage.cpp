@@ -42,15 +42,16 @@ SideMeasurement row_of(const SideFilter& filter) {
 
 /// Where the LiDAR holds the pose in every direction ranges have nothing to ruin; where it is blind
 /// along one, a wrong place across would.
-void RangeStage::enter_passage(Place& place, const Moment& now, SideFilter& filter) {
+void RangeStage::enter_passage(Place& place, const Mat3& P_between_m2, const Moment& now,
+                               SideFilter& filter) {
   const ranging::MixtureSettings& s = settings_.ranging.mixture;
   if (place.passage || place.passed || !s.use) return;
   const std::optional<Vec3> axis = filter.blind_axis();
   if (!axis) return;
-  const Mat3 P = filter.side().covariance.block<3, 3>(place.side, place.side);
-  const Vec3 across = worst_level(P, up_odom_);
+  const Vec3 across = worst_level(P_between_m2, up_odom_);
   constexpr double kRather = 0.7;  // across than along
-  if (across.dot(P * across) < s.doubt_m * s.doubt_m || std::abs(across.dot(*axis)) > kRather) {
+  if (across.dot(P_between_m2 * across) < s.doubt_m * s.doubt_m ||
+      std::abs(across.dot(*axis)) > kRather) {
     return;
   }
   PlaceMixture::Matrix none =
@@ -98,12 +99,13 @@ void RangeStage::predict_in_passage(const PairKey& key, Place& place, const Mome
   passage.t = std::max(passage.t, now.t);
   passage.mixture.move(dt_s, filter.covariance(rows_of(place, filter)));
   const auto known = std::find(passage.pairs.begin(), passage.pairs.end(), key);
-  const Pair& pair = pairs_.at(key);
   prediction.mixture_bias = PlaceMixture::kBias + static_cast<int>(known - passage.pairs.begin());
   if (known == passage.pairs.end()) {
-    const SideStates::Matrix& P = filter.side().covariance;
-    if (passage.mixture.add_bias(P(pair.bias, pair.bias)) < 0) return;
     passage.pairs.push_back(key);
+    if (passage.mixture.add_bias(filter.covariance(rows_of(place, filter))) < 0) {
+      passage.pairs.pop_back();
+      return;
+    }
   }
   const Vec3 lever = now.T_odom_body.R * settings_.antennas_body_m[std::get<0>(key)];
   prediction.sight.p_odom_antenna_m = prediction.p_odom_antenna_m;

@@ -13,16 +13,6 @@ using odometry::SideFilter;
 using odometry::SideStates;
 using sensor::RangeSample;
 
-namespace {
-
-/// Sigma along the blind axis of what a vehicle that has moved says of its way: as good as nothing.
-/// It knows that way by ranges to this one, among others, and is no second opinion: vehicles that
-/// took each other for one stated 0.2 m where they were 1.6 m off after 100 m. Where it stands to
-/// this one is learned by ranges.
-constexpr double kToldSigma_m = 20.0;
-
-}  // namespace
-
 /// A peer that drives off takes its place with it.
 void RangeStage::forget_moved(SideFilter& filter) {
   std::vector<PlaceKey> gone;
@@ -81,21 +71,20 @@ std::map<RangeStage::PlaceKey, KnownPlace> RangeStage::known(const SideFilter& f
                                                              double sigma_max_m) const {
   std::map<PlaceKey, KnownPlace> out;
   const Mat3 P_own = filter.position_covariance();
-  const auto add = [&](const PlaceKey& key, const Vec3& p_odom_m, const Mat3& covariance_m2) {
-    const Mat3 P = P_own + covariance_m2;
+  const auto add = [&](const PlaceKey& key, const Vec3& p_odom_m, const Mat3& P) {
     if (P.diagonal().maxCoeff() <= sigma_max_m * sigma_max_m)
       out.emplace(key, KnownPlace{p_odom_m, P});
   };
-  const SideStates& side = filter.side();
   for (const auto& [key, place] : places_) {
-    add(key, side.mean.segment<3>(place.side), side.covariance.block<3, 3>(place.side, place.side));
+    add(key, filter.side().mean.segment<3>(place.side), between(place, filter));
   }
   for (const auto& [id, peer] : peers_) {
     if (!first_pose_ || !peer.heard || peer.at_rest || !peer.pose) continue;
     if (std::abs((t - peer.t_status).s()) > settings_.ranging.status_valid_s) continue;
     for (std::size_t k = 0; k < peer.settings.antennas_body_m.size(); ++k) {
       const auto place = place_of(peer, peer.settings.antennas_body_m[k], *first_pose_, up_odom_);
-      if (place) add({id, static_cast<std::uint8_t>(k)}, place->p_odom_m, place->covariance_m2);
+      if (!place) continue;
+      add({id, static_cast<std::uint8_t>(k)}, place->p_odom_m, P_own + place->covariance_m2);
     }
   }
   return out;
@@ -125,9 +114,14 @@ std::vector<HeardPeer> RangeStage::unplaced(const SideFilter& filter, Time t,
 /// The peer's place is known, or was measured by hand.
 std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& now,
                                                                 const PairKey& key, Pair& pair,
+                                                                const RangeSample& sample,
+                                                                double sigma_m,
                                                                 SideFilter& filter) {
   const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
-  if (!places_.contains(place_key) && !place_from_prior(place_key, filter)) return std::nullopt;
+  if (!places_.contains(place_key) && !place_from_prior(place_key, filter) &&
+      !place_by_side(key, now, sample, sigma_m, filter)) {
+    return std::nullopt;
+  }
   add_pair_states(pair, now.t, filter);
   walk(pair, now.t, filter);
   Place& place = places_.at(place_key);
@@ -135,86 +129,11 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
   if (prediction && place.along.isZero(0.0)) {
     place.along = (prediction->p_odom_antenna_m - prediction->p_odom_peer_m).normalized();
   }
-  if (prediction) enter_passage(place, now, filter);
+  if (prediction) enter_passage(place, prediction->P_between_m2, now, filter);
   if (prediction && place.passage) predict_in_passage(key, place, now, filter, *prediction);
   // Near an antenna of doubtful place a range says nothing that a linear update could use.
   const bool bent = prediction && prediction->bent_sigma_m > settings_.ranging.limits.bent_max_m;
   return bent ? std::nullopt : prediction;
-}
-
-/// What was measured by hand before the start, and what the peer said of its way since: of that,
-/// along the blind axis, no more than about where.
-bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
-  const PeerWatch& peer = peers_.at(std::get<0>(key));
-  if (lost_.contains(key) || !first_pose_) return false;
-  const Vec3 lever = peer.settings.antennas_body_m[std::get<1>(key)];
-  const std::optional<KnownPlace> place = place_of(peer, lever, *first_pose_, up_odom_);
-  if (!place) return false;
-  Mat3 covariance_m2 = place->covariance_m2;
-  const std::optional<Vec3> blind = filter.blind_axis();
-  if (peer.moved && blind) {
-    covariance_m2 += kToldSigma_m * kToldSigma_m * *blind * blind->transpose();
-  }
-  return add_place(key, place->p_odom_m, covariance_m2, filter);
-}
-
-/// Gathers ranges until they tell where the other antenna stands.
-void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSample& sample,
-                            double sigma_m, SideFilter& filter) {
-  Pair& pair = pair_of(key);
-  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
-  const Vec3 own = settings_.antennas_body_m[std::get<0>(key)];
-  const Vec3 other = peers_.at(std::get<1>(key)).settings.antennas_body_m[std::get<2>(key)];
-  pair.sought.push_back(record_of(key, pair, now, sample, sigma_m));
-  RangeRecord& record = pair.sought.back();
-  record.R_m2 *= pair.thinning.inflation(sample.t, sigma_m, now.at_rest);
-  constexpr std::size_t kSoughtMax = 20'000;
-  if (pair.sought.size() > kSoughtMax) pair.sought.pop_front();
-  ranging::FinderSample s;
-  s.t = sample.t;
-  s.p_odom_antenna_m = now.T_odom_body * own;
-  s.covariance_m2 = filter.position_covariance();
-  s.passage_odom = filter.blind_axis();
-  s.range_m = sample.range_m;
-  s.sigma_m = sigma_m;
-  const auto found = pair.finder.add(s, other.z() - own.z(), up_odom_);
-  if (!found) return;
-  // It was found from the own way: what that is wrong by, the place is wrong by.
-  const Mat3 covariance = found->covariance_m2 + filter.position_covariance();
-  if (!add_place(place_key, found->p_odom_m, covariance, filter)) return;
-  pair.finder.reset();
-  // Whoever looks again begins without what these ranges told.
-  const ranging::FinderSettings& f = settings_.ranging.finder;
-  const double wide_m = sample.range_m + f.passage_m;
-  const bool again = lost_.contains(place_key);
-  if (!again) {
-    place_records_.back().prior_covariance_m2 =
-        wide_m * wide_m * Mat3::Identity() +
-        (f.height_sigma_m * f.height_sigma_m - wide_m * wide_m) * up_odom_ * up_odom_.transpose();
-  }
-  for (RangeRecord& sought : pair.sought) {
-    sought.place = places_.at(place_key).number;
-    sought.used = true;
-    records_.push_back(sought);
-  }
-  pair.sought.clear();
-}
-
-bool RangeStage::add_place(const PlaceKey& key, const Vec3& p_odom_m, const Mat3& covariance_m2,
-                           SideFilter& filter) {
-  SideStates::Vector mean = p_odom_m;
-  SideStates::Matrix covariance = covariance_m2;
-  const int side = filter.add_side(mean, covariance);
-  if (side < 0) return false;
-  const auto lost = lost_.find(key);
-  if (lost != lost_.end()) {
-    places_.emplace(key, Place{side, lost->second, Vec3::Zero(), std::nullopt, false});
-    return true;
-  }
-  const int number = next_place_++;
-  places_.emplace(key, Place{side, number, Vec3::Zero(), std::nullopt, false});
-  place_records_.push_back({number, p_odom_m, covariance_m2});
-  return true;
 }
 
 void RangeStage::add_pair_states(Pair& pair, Time t, SideFilter& filter) {
@@ -223,7 +142,7 @@ void RangeStage::add_pair_states(Pair& pair, Time t, SideFilter& filter) {
     m[0] = mean;
     SideStates::Matrix c(1, 1);
     c(0, 0) = sigma * sigma;
-    return filter.add_side(m, c);
+    return filter.add_side(m, c, {});
   };
   if (tau_ < 0) {
     tau_ = add(0.0, settings_.ranging.bias.tau_sigma_s);
@@ -260,7 +179,7 @@ std::optional<RangeStage::Prediction> RangeStage::predict(const Moment& now, con
   const auto p = ranging::predict(own, out.p_odom_peer_m, settings_.ranging.limits.near_m);
   if (!p) return std::nullopt;
   out.p_odom_antenna_m = own.antenna_odom_m();
-  out.P_between_m2 = filter.position_covariance() + side.covariance.block<3, 3>(place, place);
+  out.P_between_m2 = between(heard, filter);
   out.rate_mps = p->rate_mps;
   // Near the antenna, by the doubt about where it is, a distance is no linear function of the
   // place: sigma of the second-order term.

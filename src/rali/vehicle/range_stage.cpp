@@ -141,7 +141,7 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   posed_ = posed_ || now.has_value();
   const bool stands = peers_.at(std::get<1>(key)).stands_at(sample.t, r.status_valid_s);
   std::optional<Prediction> prediction;
-  if (now && stands) prediction = predict_known(*now, key, pair, filter);
+  if (now && stands) prediction = predict_known(*now, key, pair, sample, sigma_m, filter);
   const double rate = prediction ? prediction->rate_mps : std::nan("");
   if (const auto wrong = pair.sanity.check(sample.t, sample.range_m, sigma_m, rate)) {
     use.reason = *wrong;

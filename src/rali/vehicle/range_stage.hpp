@@ -158,10 +158,37 @@ class RangeStage {
   [[nodiscard]] bool place_from_prior(const PlaceKey& key, odometry::SideFilter& filter);
   void seek_place(const PairKey& key, const odometry::Moment& now,
                   const sensor::RangeSample& sample, double sigma_m, odometry::SideFilter& filter);
+  [[nodiscard]] bool place_by_side(const PairKey& key, const odometry::Moment& now,
+                                   const sensor::RangeSample& sample, double sigma_m,
+                                   odometry::SideFilter& filter);
+  [[nodiscard]] bool agrees(const Pair& pair, const sensor::RangeSample& sample,
+                            double speed_mps) const;
+  [[nodiscard]] ranging::FinderSample finder_sample(const PairKey& key, const odometry::Moment& now,
+                                                    const sensor::RangeSample& sample,
+                                                    double sigma_m,
+                                                    const odometry::SideFilter& filter) const;
+  [[nodiscard]] double height_of(const PairKey& key) const;
+  void forget_prior(double range_m);
+
+  /// How far ahead, or aside, the other is by its word, or by a range.
+  struct Told {
+    double value_m = 0.0;
+    double variance_m2 = 0.0;
+  };
+
+  [[nodiscard]] std::optional<ranging::Aside> aside_as_told(const Told& told, double range_m) const;
+  [[nodiscard]] bool tells_side(const Told& told, const Told& there) const;
+  [[nodiscard]] bool add_found(const PlaceKey& key, const ranging::FoundAnchor& found, Pair& pair,
+                               Time t, odometry::SideFilter& filter);
   [[nodiscard]] bool add_place(const PlaceKey& key, const geometry::Vec3& p_odom_m,
-                               const geometry::Mat3& covariance_m2, odometry::SideFilter& filter);
+                               const geometry::Mat3& covariance_m2,
+                               const odometry::SideRowList& from, odometry::SideFilter& filter);
+  [[nodiscard]] geometry::Mat3 between(const Place& place,
+                                       const odometry::SideFilter& filter) const;
   [[nodiscard]] std::optional<Prediction> predict_known(const odometry::Moment& now,
                                                         const PairKey& key, Pair& pair,
+                                                        const sensor::RangeSample& sample,
+                                                        double sigma_m,
                                                         odometry::SideFilter& filter);
   void judge(Pair& pair, const sensor::RangeSample& sample, Prediction& prediction, double sigma_m,
              bool clear, odometry::SideFilter& filter, ranging::RangeUse& use);
@@ -173,7 +200,8 @@ class RangeStage {
   [[nodiscard]] std::optional<Prediction> predict(const odometry::Moment& now, const PairKey& key,
                                                   const Pair& pair, const Place& place,
                                                   const odometry::SideFilter& filter) const;
-  void enter_passage(Place& place, const odometry::Moment& now, odometry::SideFilter& filter);
+  void enter_passage(Place& place, const geometry::Mat3& P_between_m2, const odometry::Moment& now,
+                     odometry::SideFilter& filter);
   [[nodiscard]] odometry::SideRowList rows_of(const Place& place,
                                               const odometry::SideFilter& filter) const;
   void predict_in_passage(const PairKey& key, Place& place, const odometry::Moment& now,

@@ -251,8 +251,12 @@ TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving_and_remembers_what_tol
     ++unused;
     t_s += 0.1;
   }
-  ASSERT_EQ(s.filter.side().size(), 3);
-  EXPECT_NEAR(s.filter.side().mean[0], 60.0, 0.01);
+  // Stamps, bias and place. At 58 m it stands 4.9 m aside, as far as is known: along the passage it
+  // is 4.9^2 / (2 58) nearer for that.
+  ASSERT_EQ(s.filter.side().size(), 5);
+  EXPECT_NEAR(s.filter.side().mean[2], 60.0 - 0.207, 0.01);
+  // It errs with the bias by which it was found: against it, metre for metre.
+  EXPECT_NEAR(s.filter.side().covariance(1, 2), -s.filter.side().covariance(1, 1), 1e-9);
   // Those who look again get all that told the place, as used.
   EXPECT_EQ(s.stage.records().size(), unused);
   for (const RangeRecord& r : s.stage.records()) EXPECT_TRUE(r.used);
@@ -265,8 +269,8 @@ TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving_and_remembers_what_tol
   // nothing of what is across.
   EXPECT_TRUE(s.filter.applied.empty());
   EXPECT_EQ(s.filter.replaced, 1);
-  EXPECT_NEAR(s.filter.side().mean[1], 0.0, 0.05);
-  EXPECT_GT(s.filter.side().covariance(1, 1), 2.0);
+  EXPECT_NEAR(s.filter.side().mean[3], 0.0, 0.05);
+  EXPECT_GT(s.filter.side().covariance(3, 3), 2.0);
 }
 
 TEST(RangeStage, passes_a_peer_whose_place_across_was_wrong_by_metres) {

@@ -124,4 +124,17 @@ inline double map_error(const SideFilter& filter, const SideMeasurement& m) {
   return filter.variance(m) - filter.covariance(SideRowList{m})(0, 0);
 }
 
+/// A place (three side states) and a bias, as somebody who measures ranges has them.
+inline void add_place_and_bias(SideFilter& filter) {
+  SideStates::Vector place = geometry::Vec3(9.0, 2.0, 0.5);
+  SideStates::Matrix doubt = geometry::Vec3(0.09, 0.25, 0.01).asDiagonal();
+  doubt(0, 1) = doubt(1, 0) = 0.05;
+  ASSERT_EQ(filter.add_side(place, doubt, {}), 0);
+  SideStates::Vector bias(1);
+  bias[0] = 0.1;
+  SideStates::Matrix bias_doubt(1, 1);
+  bias_doubt(0, 0) = 0.01;
+  ASSERT_EQ(filter.add_side(bias, bias_doubt, {}), 3);
+}
+
 }  // namespace rali::odometry

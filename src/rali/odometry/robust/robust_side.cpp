@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "rali/base/assert.hpp"
+#include "rali/geometry/regression.hpp"
 #include "rali/odometry/robust/internal/robust_filter.hpp"
 
 namespace rali::odometry::internal {
@@ -30,6 +31,17 @@ Eigen::Matrix<double, 1, kStateDim> row_of(const SideMeasurement& m, const Filte
   return H;
 }
 
+/// Of the state and, behind it, the side states.
+Eigen::MatrixXd joint_covariance(const FilterState& state) {
+  const int n = state.side.size();
+  Eigen::MatrixXd P(kStateDim + n, kStateDim + n);
+  P.topLeftCorner<kStateDim, kStateDim>() = state.P;
+  P.topRightCorner(kStateDim, n) = state.P_side;
+  P.bottomLeftCorner(n, kStateDim) = state.P_side.transpose();
+  P.bottomRightCorner(n, n) = state.side.covariance;
+  return P;
+}
+
 }  // namespace
 
 std::optional<Moment> RobustOdometry::advance_to(Time t) {
@@ -52,24 +64,33 @@ std::optional<Moment> RobustOdometry::advance_to(Time t) {
   return now;
 }
 
-int RobustOdometry::add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance) {
-  SideStates& side = state_.side;
-  const int first = side.size();
+int RobustOdometry::add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance,
+                             const SideRowList& rows) {
+  const int first = state_.side.size();
   const auto n = static_cast<int>(mean.size());
+  RALI_ASSERT(rows.empty() || static_cast<int>(rows.size()) == n);
   if (first + n > SideStates::kMax) return -1;
-  const auto grow = [first, n](FilterState& state, const auto& mean_new, const auto& cov_new) {
-    state.side.mean.conservativeResize(first + n);
-    state.side.mean.tail(n) = mean_new;
-    state.side.covariance.conservativeResize(first + n, first + n);
-    state.side.covariance.bottomRows(n).setZero();
-    state.side.covariance.rightCols(n).setZero();
-    state.side.covariance.bottomRightCorner(n, n) = cov_new;
+  const Eigen::MatrixXd H = joint_rows(rows);
+  const auto grow = [&](FilterState& state) {
+    SideStates::Matrix own = covariance;
+    Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(kStateDim + first, n);
+    if (!rows.empty()) {
+      cross = joint_covariance(state) * H.transpose();
+      own += H * cross;
+    }
+    SideStates& side = state.side;
+    side.mean.conservativeResize(first + n);
+    side.mean.tail(n) = mean;
+    side.covariance.conservativeResize(first + n, first + n);
+    side.covariance.topRightCorner(first, n) = cross.bottomRows(first);
+    side.covariance.bottomLeftCorner(n, first) = cross.bottomRows(first).transpose();
+    side.covariance.bottomRightCorner(n, n) = own;
     state.P_side.conservativeResize(kStateDim, first + n);
-    state.P_side.rightCols(n).setZero();
+    state.P_side.rightCols(n) = cross.topRows<kStateDim>();
   };
-  grow(state_, mean, covariance);
+  grow(state_);
   // While held, earlier states are kept to go back to: they must know the same quantities.
-  for (FilterState& earlier : held_states_) grow(earlier, mean, covariance);
+  for (FilterState& earlier : held_states_) grow(earlier);
   return first;
 }
 
@@ -143,17 +164,6 @@ void RobustOdometry::doubt_across(const Vec3& shift_m) {
   state_.P.block<3, 3>(kPos, kPos) += off_m * off_m * (Mat3::Identity() - d * d.transpose());
 }
 
-/// Of the state and, behind it, the side states.
-Eigen::MatrixXd RobustOdometry::joint_covariance() const {
-  const int n = state_.side.size();
-  Eigen::MatrixXd P(kStateDim + n, kStateDim + n);
-  P.topLeftCorner<kStateDim, kStateDim>() = state_.P;
-  P.topRightCorner(kStateDim, n) = state_.P_side;
-  P.bottomLeftCorner(n, kStateDim) = state_.P_side.transpose();
-  P.bottomRightCorner(n, n) = state_.side.covariance;
-  return P;
-}
-
 Eigen::MatrixXd RobustOdometry::joint_rows(const SideRowList& rows) const {
   const int n = state_.side.size();
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(static_cast<int>(rows.size()), kStateDim + n);
@@ -167,16 +177,16 @@ Eigen::MatrixXd RobustOdometry::joint_rows(const SideRowList& rows) const {
 
 SideStates::Matrix RobustOdometry::covariance(const SideRowList& rows) const {
   const Eigen::MatrixXd H = joint_rows(rows);
-  return H * joint_covariance() * H.transpose();
+  return H * joint_covariance(state_) * H.transpose();
 }
 
 Vec3 RobustOdometry::replace(const SideRowList& rows, const SideStates::Vector& shift,
                              const SideStates::Matrix& covariance) {
   const Eigen::MatrixXd H = joint_rows(rows);
-  Eigen::MatrixXd P = joint_covariance();
+  Eigen::MatrixXd P = joint_covariance(state_);
   const Eigen::MatrixXd PHt = P * H.transpose();
   const SideStates::Matrix known = H * PHt;
-  const Eigen::MatrixXd K = regression(PHt, known);
+  const Eigen::MatrixXd K = geometry::regression(PHt, known);
   P += (K * (covariance - known) * K.transpose()).eval();
   P = (0.5 * (P + P.transpose())).eval();
   const int n = state_.side.size();

@@ -66,7 +66,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
 
   [[nodiscard]] const SideStates& side() const override { return state_.side; }
 
-  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance) override;
+  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance,
+               const SideRowList& rows) override;
   void remove_side(int first, int n) override;
   void walk_side(int index, double variance) override;
   [[nodiscard]] double variance(const SideMeasurement& measurement) const override;
@@ -88,7 +89,6 @@ class RobustOdometry final : public Odometry, private SideFilter {
     return state_.P.block<3, 3>(kPos, kPos);
   }
 
-  [[nodiscard]] Eigen::MatrixXd joint_covariance() const;
   [[nodiscard]] Eigen::MatrixXd joint_rows(const SideRowList& rows) const;
   void doubt_across(const geometry::Vec3& shift_m);
 
