@@ -235,9 +235,9 @@ void RobustOdometry::bound_biases(FindingList& findings) {
 /// Good, weak (few matches), predicted (none), or diverged (for too long, or impossible).
 void RobustOdometry::judge(const UpdateResult& update, FindingList& findings) {
   constexpr double kLost_s = 2.0;
-  constexpr double kSpeedMax_mps = 80.0;
   const bool impossible = !state_.T_odom_body.p.allFinite() || !state_.T_odom_body.R.allFinite() ||
-                          !state_.v.allFinite() || state_.v.norm() > kSpeedMax_mps;
+                          !state_.v.allFinite() ||
+                          state_.v.norm() > settings_.constraints.speed_max_mps;
   if (!impossible && update.matches >= settings_.update.matches_min) {
     track_state_ =
         update.matches >= 3 * settings_.update.matches_min ? TrackState::kGood : TrackState::kWeak;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rali/base/assert.hpp"
 #include "rali/geometry/regression.hpp"
@@ -229,12 +230,17 @@ void RobustOdometry::widen(double factor) {
   for (int k = 0; k < 3; ++k) {
     if (!blind_[static_cast<std::size_t>(k)]) continue;
     const Vec3 d = axes_.col(k);
-    const auto add = [&](int block, const Vec3& axis) {
+    const auto add = [&](int block, const Vec3& axis, double sigma_max) {
       const double variance = axis.dot(state_.P.block<3, 3>(block, block) * axis);
-      state_.P.block<3, 3>(block, block) += (factor - 1.0) * variance * axis * axis.transpose();
+      const double wider = std::min(factor * variance, sigma_max * sigma_max);
+      if (wider <= variance) return;
+      state_.P.block<3, 3>(block, block) += (wider - variance) * axis * axis.transpose();
     };
-    add(kPos, d);
-    add(kVel, inertial_ ? d : Vec3(state_.T_odom_body.R.transpose() * d));
+    add(kPos, d, std::numeric_limits<double>::infinity());
+    // Whoever knows nothing of its speed knows that much: without a bound, ranges that fit nothing
+    // made a standing vehicle 16 m/s fast.
+    add(kVel, inertial_ ? d : Vec3(state_.T_odom_body.R.transpose() * d),
+        settings_.constant_velocity.start_speed_mps);
   }
 }
 

@@ -41,6 +41,19 @@ TEST(RobustSideFilter, widens_place_and_speed_along_the_blind_axis_of_a_tunnel_a
   EXPECT_EQ(driven.filter->position_covariance(), Mat3(after.block<3, 3>(3, 3)));
 }
 
+TEST(RobustSideFilter, the_speed_is_never_more_in_doubt_than_that_of_the_first_scan) {
+  Driven driven(tunnel(), 25, true);
+  const auto axis = driven.filter->blind_axis();
+  ASSERT_TRUE(axis);
+  for (int k = 0; k < 20; ++k) driven.filter->widen(16.0);
+  SideMeasurement speed;
+  speed.d_velocity = axis->transpose();
+  EXPECT_NEAR(std::sqrt(driven.filter->covariance(SideRowList{speed})(0, 0)), 3.0, 1e-6);
+  SideMeasurement place;
+  place.d_pose.tail<3>() = axis->transpose();
+  EXPECT_GT(driven.filter->covariance(SideRowList{place})(0, 0), 1e6);
+}
+
 TEST(RobustSideFilter, the_map_is_wrong_across_a_tunnel_and_not_along_it) {
   // Along the axis the pose does not hang on the map: a range there is all the pose's to follow.
   Driven driven(tunnel(), 25, true);

@@ -103,6 +103,7 @@ struct ConstraintSettings {
   bool non_holonomic = true;
   bool ground = true;
   double rest_after_s = 0.7;
+  double speed_max_mps = 40.0;
 
   template <class V>
   void visit(V& v) {
@@ -110,6 +111,7 @@ struct ConstraintSettings {
     v("non_holonomic", non_holonomic, "no sideways motion, once the data have shown that it holds");
     v("ground", ground, "constant height above ground, once the data have shown that it holds");
     v("rest_after_s", rest_after_s, 0.2, 10.0, "stillness needed before the pose is held");
+    v("speed_max_mps", speed_max_mps, 0.1, 300.0, "no vehicle is faster: the pose is lost");
   }
 };
 
