@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -20,7 +21,8 @@ struct DenseSideFilter final : SideFilter {
   SideStates known;
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(kOwn, kOwn);
   std::optional<geometry::Vec3> axis;
-  int surfaces = 0;
+  int surfaces = 0;               ///< between any two points
+  std::vector<double> walls_y_m;  ///< and walls along x
   bool found_itself = true;
   double late_max_s = 0.1;
   // What was asked of it.
@@ -136,9 +138,10 @@ struct DenseSideFilter final : SideFilter {
 
   [[nodiscard]] std::optional<geometry::Vec3> blind_axis() const override { return axis; }
 
-  [[nodiscard]] int surfaces_between(const geometry::Vec3& /*p*/,
-                                     const geometry::Vec3& /*q*/) const override {
-    return surfaces;
+  [[nodiscard]] int surfaces_between(const geometry::Vec3& p,
+                                     const geometry::Vec3& q) const override {
+    const auto between = [&](double y_m) { return (p.y() - y_m) * (q.y() - y_m) < 0.0; };
+    return surfaces + static_cast<int>(std::count_if(walls_y_m.begin(), walls_y_m.end(), between));
   }
 
   [[nodiscard]] geometry::Mat3 position_covariance() const override { return P.block<3, 3>(3, 3); }

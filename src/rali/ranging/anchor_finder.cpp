@@ -38,8 +38,17 @@ bool usable(const FinderSample& sample) {
 
 }  // namespace
 
-Aside aside_in_passage(const FinderSettings& settings, double range_m) {
-  return {0.0, settings.passage_m + settings.passage_per_m * range_m};
+Aside aside_in_passage(const FinderSettings& settings, const std::optional<Aside>& between_walls,
+                       double range_m) {
+  Aside out = between_walls.value_or(Aside{0.0, settings.passage_m});
+  out.sigma_m += settings.passage_per_m * range_m;
+  return out;
+}
+
+Aside aside_between_walls(const FinderSettings& settings, double left_m, double right_m) {
+  const double room_m = std::max(0.0, left_m + right_m - 2.0 * settings.wall_m);
+  // Uniform: its sigma is its width by the root of twelve.
+  return {0.5 * (left_m - right_m), std::max(settings.wall_m, room_m) / std::sqrt(12.0)};
 }
 
 FoundAnchor place_along_passage(const FinderSettings& settings, const FinderSample& sample,
@@ -115,13 +124,19 @@ std::optional<FoundAnchor> AnchorFinder::along_passage() const {
   if (!told) return std::nullopt;
   const bool ahead = moved_m * closer_m > 0.0;
   const Vec3 towards = ahead ? axis : Vec3(-axis);
-  FoundAnchor found = place_along_passage(settings_, last, height_m_, bias_m_, up_, ahead,
-                                          aside_in_passage(settings_, last.range_m));
+  FoundAnchor found =
+      place_along_passage(settings_, last, height_m_, bias_m_, up_, ahead,
+                          aside_in_passage(settings_, last.between_walls, last.range_m));
   found.per_bias = -towards;
   found.bias_m = bias_m_;
   found.bias_sigma_m = bias_sigma_m_;
   found.covariance_m2 += bias_sigma_m_ * bias_sigma_m_ * towards * towards.transpose();
   return found;
+}
+
+Aside AnchorFinder::aside_now() const {
+  const FinderSample& last = samples_.back();
+  return aside_in_passage(settings_, last.between_walls, last.range_m);
 }
 
 AnchorFinder::Mat7 AnchorFinder::prior_information() const {
@@ -130,7 +145,7 @@ AnchorFinder::Mat7 AnchorFinder::prior_information() const {
   I.topLeftCorner<3, 3>() = height_weight * up_ * up_.transpose();
   if (samples_.back().passage_odom) {
     const Vec3 across = up_.cross(*samples_.back().passage_odom).normalized();
-    const double sigma_m = settings_.passage_m + settings_.passage_per_m * samples_.back().range_m;
+    const double sigma_m = aside_now().sigma_m;
     I.topLeftCorner<3, 3>() += across * across.transpose() / (sigma_m * sigma_m);
   }
   I(3, 3) = 1.0 / (bias_sigma_m_ * bias_sigma_m_);
@@ -149,6 +164,9 @@ double AnchorFinder::linearise(const Vec7& x, Mat7& H, Vec7& g) const {
   Vec7 from_prior = x;
   const Vec3& p0 = samples_.front().p_odom_antenna_m;
   from_prior.head<3>() -= p0 + height_m_ * up_;
+  if (const auto& passage = samples_.back().passage_odom) {
+    from_prior.head<3>() -= aside_now().mean_m * up_.cross(*passage).normalized();
+  }
   from_prior[3] -= bias_m_;
   H = I;
   g = I * from_prior;

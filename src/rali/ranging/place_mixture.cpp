@@ -125,11 +125,11 @@ void PlaceMixture::learn_zero(int index, double R) {
   }
 }
 
-void PlaceMixture::stands_within(const MixtureSight& sight, double sigma_m) {
+void PlaceMixture::stands_within(const MixtureSight& sight, double mean_m, double sigma_m) {
   const Vec3 aside = (along_.cross(across_)).cross(sight.axis_odom).normalized();
   for (Slice& s : slices_) {
     const Vec3 p = sight.p_odom_peer_m + s.mean[kPlace] * along_ + s.mean[kAcross] * across_;
-    const double d = aside.dot(p - sight.p_odom_antenna_m) / sigma_m;
+    const double d = (aside.dot(p - sight.p_odom_antenna_m) - mean_m) / sigma_m;
     s.log_passage = -0.5 * d * d;
   }
   normalise();

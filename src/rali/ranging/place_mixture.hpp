@@ -59,9 +59,9 @@ class PlaceMixture {
   /// gained; where it lost (the LiDAR or a standstill told something), each slice learns it too.
   void move(double dt_s, const Matrix& covariance_now);
 
-  /// The peer stands in the passage, across from the own antenna within about `sigma_m`. Replaces
+  /// How far aside of the own antenna the peer stands, towards up x axis, by the passage. Replaces
   /// what was said before.
-  void stands_within(const MixtureSight& sight, double sigma_m);
+  void stands_within(const MixtureSight& sight, double mean_m, double sigma_m);
 
   [[nodiscard]] MixturePrediction predict(const MixtureSight& sight, int bias) const;
 

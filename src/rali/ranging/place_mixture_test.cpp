@@ -132,10 +132,10 @@ TEST(PlaceMixture, time_passes_as_the_filter_says_and_a_standstill_is_learned) {
 
 TEST(PlaceMixture, who_is_heard_in_a_passage_stands_in_it) {
   Mixture m = mixture(5.0);
-  m.stands_within(from(-20.0), 1.0);
+  m.stands_within(from(-20.0), 0.0, 1.0);
   // N(0, 5^2) times N(0, 1).
   EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 25.0 / 26.0, 0.2);
-  m.stands_within(from(-20.0), 1.0);  // said again it is not told twice
+  m.stands_within(from(-20.0), 0.0, 1.0);  // said again it is not told twice
   EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 25.0 / 26.0, 0.2);
 }
 

@@ -169,6 +169,7 @@ struct FinderSettings {
   double sigma_max_m = 0.4;
   double passage_m = 2.0;
   double passage_per_m = 0.05;
+  double wall_m = 0.5;
   double rise_per_m = 0.02;
 
   template <class V>
@@ -188,8 +189,10 @@ struct FinderSettings {
     v("rival_chi2", rival_chi2, 0.0, 1000.0, "a rival is refuted by so much (13.8: odds 1000)");
     v("chi2_max", chi2_max, 0.1, 100.0, "squares per range that a solution may leave");
     v("sigma_max_m", sigma_max_m, 0.01, 100.0, "how well the place is known before it is used");
-    v("passage_m", passage_m, 0.1, 100.0, "in a passage the other stands in it, within so much");
+    v("passage_m", passage_m, 0.1, 100.0,
+      "in a passage the other stands in it, within so much where no walls are seen");
     v("passage_per_m", passage_per_m, 0.0, 1.0, "and so much more per metre, for its bends");
+    v("wall_m", wall_m, 0.05, 100.0, "nobody stands nearer to a wall");
     v("rise_per_m", rise_per_m, 0.0, 1.0, "how much it may rise or fall unseen");
   }
 };

@@ -119,8 +119,10 @@ void RangeStage::predict_in_passage(const PairKey& key, Place& place, const Mome
   constexpr double kNearer = 0.9;
   if (prediction.predicted_m < kNearer * passage.said_at_m) {
     passage.said_at_m = prediction.predicted_m;
-    passage.mixture.stands_within(prediction.sight,
-                                  f.passage_m + f.passage_per_m * prediction.predicted_m);
+    const ranging::Aside aside = ranging::aside_in_passage(
+        f, between_walls(prediction.p_odom_antenna_m, passage.axis_odom, filter),
+        prediction.predicted_m);
+    passage.mixture.stands_within(prediction.sight, aside.mean_m, aside.sigma_m);
   }
   const ranging::MixturePrediction p =
       passage.mixture.predict(prediction.sight, prediction.mixture_bias);

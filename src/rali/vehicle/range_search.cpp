@@ -81,7 +81,9 @@ bool RangeStage::place_by_side(const PairKey& key, const Moment& now, const Rang
   };
   const Vec3& axis = *seen.passage_odom;
   const Told ahead = told_along(axis);
-  const auto aside = aside_as_told(told_along(up_odom_.cross(axis).normalized()), sample.range_m);
+  const auto aside = aside_as_told(
+      told_along(up_odom_.cross(axis).normalized()),
+      ranging::aside_in_passage(settings_.ranging.finder, seen.between_walls, sample.range_m));
   if (!aside) return false;
   const double bias_m = pair.bias >= 0 ? filter.side().mean[pair.bias] : pair.bias_m;
   ranging::FoundAnchor place =
@@ -102,13 +104,37 @@ bool RangeStage::place_by_side(const PairKey& key, const Moment& now, const Rang
 
 /// What the passage leaves and what the other says of itself, together; nothing if they contradict
 /// each other.
-std::optional<ranging::Aside> RangeStage::aside_as_told(const Told& told, double range_m) const {
-  const ranging::Aside passage = ranging::aside_in_passage(settings_.ranging.finder, range_m);
+std::optional<ranging::Aside> RangeStage::aside_as_told(const Told& told,
+                                                        const ranging::Aside& passage) {
   const double passage_m2 = passage.sigma_m * passage.sigma_m;
   const double both_m2 = passage_m2 + told.variance_m2;
-  if (told.value_m * told.value_m > kTellSigmas * kTellSigmas * both_m2) return std::nullopt;
+  const double off_m = told.value_m - passage.mean_m;
+  if (off_m * off_m > kTellSigmas * kTellSigmas * both_m2) return std::nullopt;
   const double share = passage_m2 / both_m2;
-  return ranging::Aside{share * told.value_m, std::sqrt(share * told.variance_m2)};
+  return ranging::Aside{passage.mean_m + share * off_m, std::sqrt(share * told.variance_m2)};
+}
+
+/// Of the passage at that point of odom, if both walls are seen.
+std::optional<ranging::Aside> RangeStage::between_walls(const Vec3& p_odom_m, const Vec3& axis_odom,
+                                                        const SideFilter& filter) const {
+  constexpr double kReach_m = 10.0;
+  constexpr double kFine_m = 0.1;
+  const Vec3 left = up_odom_.cross(axis_odom).normalized();
+  const auto wall_m = [&](const Vec3& direction) {
+    if (filter.surfaces_between(p_odom_m, p_odom_m + kReach_m * direction) == 0) return kReach_m;
+    double free_m = 0.0;
+    double beyond_m = kReach_m;
+    while (beyond_m - free_m > kFine_m) {
+      const double middle_m = 0.5 * (free_m + beyond_m);
+      const bool wall = filter.surfaces_between(p_odom_m, p_odom_m + middle_m * direction) > 0;
+      (wall ? beyond_m : free_m) = middle_m;
+    }
+    return free_m;
+  };
+  const double left_m = wall_m(left);
+  const double right_m = wall_m(-left);
+  if (left_m >= kReach_m || right_m >= kReach_m) return std::nullopt;
+  return ranging::aside_between_walls(settings_.ranging.finder, left_m, right_m);
 }
 
 /// One range in a row of its like: a wild one must not say where the other stands.
@@ -142,6 +168,7 @@ ranging::FinderSample RangeStage::finder_sample(const PairKey& key, const Moment
   s.p_odom_antenna_m = now.T_odom_body * settings_.antennas_body_m[std::get<0>(key)];
   s.covariance_m2 = filter.position_covariance();
   s.passage_odom = filter.blind_axis();
+  if (s.passage_odom) s.between_walls = between_walls(s.p_odom_antenna_m, *s.passage_odom, filter);
   s.range_m = sample.range_m;
   s.sigma_m = sigma_m;
   return s;

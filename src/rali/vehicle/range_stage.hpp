@@ -176,7 +176,11 @@ class RangeStage {
     double variance_m2 = 0.0;
   };
 
-  [[nodiscard]] std::optional<ranging::Aside> aside_as_told(const Told& told, double range_m) const;
+  [[nodiscard]] static std::optional<ranging::Aside> aside_as_told(const Told& told,
+                                                                   const ranging::Aside& passage);
+  [[nodiscard]] std::optional<ranging::Aside> between_walls(
+      const geometry::Vec3& p_odom_m, const geometry::Vec3& axis_odom,
+      const odometry::SideFilter& filter) const;
   [[nodiscard]] bool tells_side(const Told& told, const Told& there) const;
   [[nodiscard]] bool add_found(const PlaceKey& key, const ranging::FoundAnchor& found, Pair& pair,
                                Time t, odometry::SideFilter& filter);
