@@ -170,6 +170,9 @@ struct FinderSettings {
   double passage_m = 2.0;
   double passage_per_m = 0.05;
   double wall_m = 0.5;
+  double walls_far_m = 10.0;
+  double tell_sigmas = 3.0;
+  double roughly_m = 1.0;
   double rise_per_m = 0.02;
 
   template <class V>
@@ -193,6 +196,10 @@ struct FinderSettings {
       "in a passage the other stands in it, within so much where no walls are seen");
     v("passage_per_m", passage_per_m, 0.0, 1.0, "and so much more per metre, for its bends");
     v("wall_m", wall_m, 0.05, 100.0, "nobody stands nearer to a wall");
+    v("walls_far_m", walls_far_m, 0.5, 100.0, "farther off, walls are not looked for");
+    v("tell_sigmas", tell_sigmas, 0.5, 100.0, "sds off, from which a vehicle's word is not taken");
+    v("roughly_m", roughly_m, 0.01, 100.0,
+      "sigma of a place told by its side, before the first range to it counts");
     v("rise_per_m", rise_per_m, 0.0, 1.0, "how much it may rise or fall unseen");
   }
 };

@@ -42,7 +42,8 @@ struct PeerStatus {
 using Event = std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>,
                            sensor::RangeSample, sensor::RadioSample, PeerStatus, EndOfData>;
 
-/// How well the pose of one scan is known.
+/// What the pose of one scan rests on: a full match of the LiDAR, a thin one, motion alone, nothing
+/// any more. How well it is known, along a blind way above all, its covariance says.
 enum class PoseQuality { kGood, kWeak, kPredicted, kDiverged };
 
 /// The pose at the last point of one sweep, as known when the sweep was processed.

@@ -76,11 +76,6 @@ struct Moved : Staged {
   }
 
   [[nodiscard]] double own_variance_m2() const { return filter.position_covariance()(0, 0); }
-
-  /// Along x, less the own.
-  [[nodiscard]] double place_variance_m2() const {
-    return filter.P(9, 9) + filter.P(3, 3) - 2.0 * filter.P(3, 9);
-  }
 };
 
 // What it says it knows by ranges to this vehicle, among others: four in a column, each sure of the

@@ -27,17 +27,6 @@ SideRowList own_position(const SideFilter& filter) {
   return rows;
 }
 
-/// What is farther off contradicts what is told.
-constexpr double kTellSigmas = 3.0;
-
-/// Of the own position along a direction, errors of the map included.
-double own_variance_m2(const SideFilter& filter, const Vec3& direction) {
-  SideMeasurement row;
-  row.d_side = SideStates::Vector::Zero(filter.side().size());
-  row.d_pose.tail<3>() = direction.transpose();
-  return filter.variance(row);
-}
-
 }  // namespace
 
 /// Covariance of how far the place is from the vehicle: who was found from the own way errs with
@@ -66,19 +55,19 @@ bool RangeStage::place_from_prior(const PlaceKey& key, SideFilter& filter) {
 /// roughly there. Across it each knows itself by its own LiDAR.
 bool RangeStage::place_by_side(const PairKey& key, const Moment& now, const RangeSample& sample,
                                double sigma_m, SideFilter& filter) {
-  constexpr double kRoughly_m = 1.0;
   const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
   const PeerWatch& peer = peers_.at(std::get<1>(key));
-  const ranging::FinderSample seen = finder_sample(key, now, sample, sigma_m, filter);
-  if (!peer.moved || !seen.passage_odom || !first_pose_ || lost_.contains(place_key)) return false;
+  const bool by_ranges = peer.moved && filter.blind_axis();
+  if (!by_ranges || !first_pose_ || lost_.contains(place_key)) return false;
   const Vec3 lever = peer.settings.antennas_body_m[std::get<2>(key)];
   const std::optional<KnownPlace> told = place_of(peer, lever, *first_pose_, up_odom_);
   Pair& pair = pair_of(key);
   if (!told || !agrees(pair, sample, now.v_odom_mps.norm())) return false;
+  const ranging::FinderSample seen = finder_sample(key, now, sample, sigma_m, filter);
+  const SideRowList own = own_position(filter);
   const Vec3 apart = told->p_odom_m - seen.p_odom_antenna_m;
-  const auto told_along = [&](const Vec3& d) {
-    return Told{d.dot(apart), d.dot(told->covariance_m2 * d) + own_variance_m2(filter, d)};
-  };
+  const Mat3 apart_m2 = told->covariance_m2 + filter.covariance(own);
+  const auto told_along = [&](const Vec3& d) { return Told{d.dot(apart), d.dot(apart_m2 * d)}; };
   const Vec3& axis = *seen.passage_odom;
   const Told ahead = told_along(axis);
   const auto aside = aside_as_told(
@@ -92,10 +81,9 @@ bool RangeStage::place_by_side(const PairKey& key, const Moment& now, const Rang
   const Told there{axis.dot(place.p_odom_m - seen.p_odom_antenna_m),
                    axis.dot(place.covariance_m2 * axis)};
   if (!tells_side(ahead, there)) return false;
-  place.covariance_m2 += kRoughly_m * kRoughly_m * axis * axis.transpose();
-  if (!add_place(place_key, place.p_odom_m, place.covariance_m2, own_position(filter), filter)) {
-    return false;
-  }
+  const double roughly_m = settings_.ranging.finder.roughly_m;
+  place.covariance_m2 += roughly_m * roughly_m * axis * axis.transpose();
+  if (!add_place(place_key, place.p_odom_m, place.covariance_m2, own, filter)) return false;
   forget_prior(sample.range_m);
   pair.finder.reset();
   pair.sought.clear();
@@ -105,11 +93,12 @@ bool RangeStage::place_by_side(const PairKey& key, const Moment& now, const Rang
 /// What the passage leaves and what the other says of itself, together; nothing if they contradict
 /// each other.
 std::optional<ranging::Aside> RangeStage::aside_as_told(const Told& told,
-                                                        const ranging::Aside& passage) {
+                                                        const ranging::Aside& passage) const {
+  const double tell_sigmas = settings_.ranging.finder.tell_sigmas;
   const double passage_m2 = passage.sigma_m * passage.sigma_m;
   const double both_m2 = passage_m2 + told.variance_m2;
   const double off_m = told.value_m - passage.mean_m;
-  if (off_m * off_m > kTellSigmas * kTellSigmas * both_m2) return std::nullopt;
+  if (off_m * off_m > tell_sigmas * tell_sigmas * both_m2) return std::nullopt;
   const double share = passage_m2 / both_m2;
   return ranging::Aside{passage.mean_m + share * off_m, std::sqrt(share * told.variance_m2)};
 }
@@ -117,13 +106,13 @@ std::optional<ranging::Aside> RangeStage::aside_as_told(const Told& told,
 /// Of the passage at that point of odom, if both walls are seen.
 std::optional<ranging::Aside> RangeStage::between_walls(const Vec3& p_odom_m, const Vec3& axis_odom,
                                                         const SideFilter& filter) const {
-  constexpr double kReach_m = 10.0;
-  constexpr double kFine_m = 0.1;
+  constexpr double kFine_m = 0.1;  // far less than what walls leave to a vehicle
+  const double reach_m = settings_.ranging.finder.walls_far_m;
   const Vec3 left = up_odom_.cross(axis_odom).normalized();
   const auto wall_m = [&](const Vec3& direction) {
-    if (filter.surfaces_between(p_odom_m, p_odom_m + kReach_m * direction) == 0) return kReach_m;
+    if (filter.surfaces_between(p_odom_m, p_odom_m + reach_m * direction) == 0) return reach_m;
     double free_m = 0.0;
-    double beyond_m = kReach_m;
+    double beyond_m = reach_m;
     while (beyond_m - free_m > kFine_m) {
       const double middle_m = 0.5 * (free_m + beyond_m);
       const bool wall = filter.surfaces_between(p_odom_m, p_odom_m + middle_m * direction) > 0;
@@ -133,19 +122,19 @@ std::optional<ranging::Aside> RangeStage::between_walls(const Vec3& p_odom_m, co
   };
   const double left_m = wall_m(left);
   const double right_m = wall_m(-left);
-  if (left_m >= kReach_m || right_m >= kReach_m) return std::nullopt;
+  if (left_m >= reach_m || right_m >= reach_m) return std::nullopt;
   return ranging::aside_between_walls(settings_.ranging.finder, left_m, right_m);
 }
 
 /// One range in a row of its like: a wild one must not say where the other stands.
 bool RangeStage::agrees(const Pair& pair, const RangeSample& sample, double speed_mps) const {
-  constexpr double kSigmas = 4.0;
   if (!pair.heard) return false;
   const double dt_s = (sample.t - pair.heard->first).s();
   const double sigma_m =
       ranging::sigma_of(sample.range_m, settings_.ranging.limits, sample.sigma_m);
   return dt_s >= 0.0 && dt_s < settings_.ranging.place_silent_s &&
-         std::abs(sample.range_m - pair.heard->second) < kSigmas * sigma_m + speed_mps * dt_s;
+         std::abs(sample.range_m - pair.heard->second) <
+             settings_.ranging.sanity.jump_sigmas * sigma_m + speed_mps * dt_s;
 }
 
 /// @param there where the range leads on the side that the other told
@@ -155,8 +144,9 @@ bool RangeStage::tells_side(const Told& told, const Told& there) const {
   const double off_other_m = told.value_m + there.value_m;
   // Near by, the passage is as wide as the way to the other is long.
   const double bent_max_m = settings_.ranging.limits.bent_max_m;
+  const double tell_sigmas = settings_.ranging.finder.tell_sigmas;
   return there.variance_m2 < bent_max_m * bent_max_m &&
-         off_m * off_m < kTellSigmas * kTellSigmas * S &&
+         off_m * off_m < tell_sigmas * tell_sigmas * S &&
          (off_other_m * off_other_m - off_m * off_m) / S > settings_.ranging.finder.rival_chi2;
 }
 
@@ -216,9 +206,8 @@ void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSa
 }
 
 /// It was found from the own way, with the pair's bias: what those are wrong by, the place is wrong
-/// by. Told apart from the bias, each new place would halve the doubt about that, and no doubt
-/// about the bias is none about the way: vehicles stated 0.4 m that were 2 m off after twenty
-/// places.
+/// by. Told apart from the bias, each new place would halve the doubt about that, and the doubt
+/// about the way with it.
 bool RangeStage::add_found(const PlaceKey& key, const ranging::FoundAnchor& found, Pair& pair,
                            Time t, SideFilter& filter) {
   add_pair_states(pair, t, filter);

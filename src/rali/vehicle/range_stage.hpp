@@ -176,8 +176,8 @@ class RangeStage {
     double variance_m2 = 0.0;
   };
 
-  [[nodiscard]] static std::optional<ranging::Aside> aside_as_told(const Told& told,
-                                                                   const ranging::Aside& passage);
+  [[nodiscard]] std::optional<ranging::Aside> aside_as_told(const Told& told,
+                                                            const ranging::Aside& passage) const;
   [[nodiscard]] std::optional<ranging::Aside> between_walls(
       const geometry::Vec3& p_odom_m, const geometry::Vec3& axis_odom,
       const odometry::SideFilter& filter) const;
