@@ -10,6 +10,7 @@
 #include "common/cpu_time.hpp"
 #include "common/option_hash.hpp"
 #include "common/vehicle_settings.hpp"
+#include "rali/fleet/centre/start_between.hpp"
 #include "rali/vehicle/vehicle.hpp"
 #include "rali/wire/fleet/codec.hpp"
 #include "starts.hpp"
@@ -31,18 +32,11 @@ std::vector<geometry::Vec3> antennas_of(const sim::FleetSimulation& sim, int veh
 }
 
 /// How a vehicle is told where another one starts: both are known relative to the first.
-vehicle::PeerPrior prior_of(const std::vector<fleet::GivenStart>& starts, int self, int peer) {
-  vehicle::PeerPrior prior;
-  prior.sigma_m = prior.sigma_rad = 0.0;
-  const auto T_first = [&](int vehicle) {
-    if (vehicle == 0) return geometry::SE3{};
-    const fleet::GivenStart& start = starts[static_cast<std::size_t>(vehicle) - 1];
-    prior.sigma_m = std::hypot(prior.sigma_m, start.sigma_m);
-    prior.sigma_rad = std::hypot(prior.sigma_rad, start.sigma_rad);
-    return start.T_relative_vehicle;
-  };
-  prior.T_self_peer = T_first(self).inverse() * T_first(peer);
-  return prior;
+std::optional<vehicle::PeerPrior> prior_of(const std::vector<fleet::GivenStart>& starts, int self,
+                                           int peer) {
+  const auto known = fleet::start_between(starts, id_of(self), id_of(peer));
+  if (!known) return std::nullopt;
+  return vehicle::PeerPrior{known->T_relative_vehicle, known->sigma_m, known->sigma_rad};
 }
 
 /// What of the simulation one vehicle's software gets to see.
@@ -83,7 +77,7 @@ class Fleet {
         peer.id = id_of(other);
         peer.name = vehicle_name(other);
         peer.antennas_body_m = antennas_of(sim, other);
-        if (!starts.empty()) peer.prior = prior_of(starts, v, other);
+        peer.prior = prior_of(starts, v, other);
         settings.peers.push_back(std::move(peer));
       }
       vehicles_.emplace_back(id_of(v), settings);

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "rali/fleet/centre/start_between.hpp"
+
 namespace rali::cli {
 namespace {
 
@@ -62,29 +64,12 @@ std::string place_of(const FleetConfig& fleet, const std::string& key) {
   return origin == fleet.origins.end() ? key : origin->second;
 }
 
-/// The other's first pose in one's own, of the prior that names both; the first vehicle's where a
-/// prior names none.
-std::optional<vehicle::PeerPrior> prior_between(const FleetConfig& fleet, const std::string& self,
-                                                const std::string& peer) {
-  for (const config::PriorConfig& prior : fleet.priors) {
-    const std::string& base =
-        prior.relative_to.empty() ? fleet.vehicles.front().name : prior.relative_to;
-    const bool forward = base == self && prior.vehicle == peer;
-    const bool backward = base == peer && prior.vehicle == self;
-    if (!forward && !backward) continue;
-    vehicle::PeerPrior known;
-    known.T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, prior.yaw_deg * kRadPerDeg);
-    known.T_self_peer.p = prior.p_m;
-    known.sigma_m = prior.sigma_m;
-    known.sigma_rad = prior.sigma_deg * kRadPerDeg;
-    if (backward) {
-      known.T_self_peer = known.T_self_peer.inverse();
-      // Seen from the other end, an error of heading swings the place about.
-      known.sigma_m = std::hypot(known.sigma_m, prior.p_m.norm() * known.sigma_rad);
-    }
-    return known;
-  }
-  return std::nullopt;
+/// The other's first pose in one's own, by what was measured of both.
+std::optional<vehicle::PeerPrior> prior_between(const std::vector<fleet::GivenStart>& starts,
+                                                VehicleId self, VehicleId peer) {
+  const std::optional<fleet::GivenStart> known = fleet::start_between(starts, self, peer);
+  if (!known) return std::nullopt;
+  return vehicle::PeerPrior{known->T_relative_vehicle, known->sigma_m, known->sigma_rad};
 }
 
 std::optional<double> bias_between(const config::RangesConfig& ranges, const std::string& a,
@@ -124,19 +109,21 @@ Result<drive::RangeOptions> range_options(const FleetConfig& fleet) {
 
 void set_ranging(const FleetConfig& fleet, std::size_t index, vehicle::VehicleSettings& settings) {
   const VehicleConfig& self = fleet.vehicles[index];
+  const VehicleId own{static_cast<std::uint16_t>(index)};
   settings.antennas_body_m = antennas_of(self);
   settings.ranging = fleet.settings.ranging;
   settings.ranging.limits.sigma_m = fleet.ranges.sigma_m;
   settings.ranging.limits.near_m = fleet.ranges.limits_m[0];
   settings.ranging.limits.far_m = fleet.ranges.limits_m[1];
   settings.peers.clear();
+  const std::vector<fleet::GivenStart> starts = fleet_knowledge(fleet).starts;
   for (std::size_t i = 0; i < fleet.vehicles.size(); ++i) {
     if (i == index) continue;
     vehicle::PeerSettings peer;
     peer.id = VehicleId{static_cast<std::uint16_t>(i)};
     peer.name = fleet.vehicles[i].name;
     peer.antennas_body_m = antennas_of(fleet.vehicles[i]);
-    peer.prior = prior_between(fleet, self.name, peer.name);
+    peer.prior = prior_between(starts, own, peer.id);
     peer.bias_m = bias_between(fleet.ranges, self.name, peer.name);
     settings.peers.push_back(std::move(peer));
   }

@@ -73,7 +73,8 @@ TEST(RangeJob, a_prior_holds_for_both_of_its_vehicles) {
   EXPECT_TRUE(prior_2->T_self_peer.p.isApprox(geometry::Vec3(0.0, 3.0, 0.0), 1e-9))
       << prior_2->T_self_peer.p.transpose();
   EXPECT_NEAR(prior_1->sigma_m, 0.3, 1e-12);
-  EXPECT_NEAR(prior_2->sigma_m, std::hypot(0.3, 3.0 * 0.1), 1e-6) << "heading swings it about";
+  EXPECT_NEAR(prior_2->sigma_m, 0.3, 1e-12);
+  EXPECT_NEAR(prior_2->sigma_rad, 0.1, 1e-6) << "swings it about, as from the other end";
   EXPECT_FALSE(settings_of(fleet_of(""), 0).peers[0].prior);
 }
 

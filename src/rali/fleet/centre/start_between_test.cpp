@@ -1,0 +1,70 @@
+#include "rali/fleet/centre/start_between.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace rali::fleet {
+namespace {
+
+using geometry::Vec3;
+
+GivenStart start(int from, int to, const Vec3& p_m, double yaw_rad) {
+  GivenStart out;
+  out.relative_to = VehicleId{static_cast<std::uint16_t>(from)};
+  out.vehicle = VehicleId{static_cast<std::uint16_t>(to)};
+  out.T_relative_vehicle.p = p_m;
+  out.T_relative_vehicle.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
+  out.sigma_m = 0.3;
+  out.sigma_rad = 0.1;
+  return out;
+}
+
+TEST(StartBetween, is_the_one_measured_or_the_same_seen_from_its_other_end) {
+  // The second looks to the left of the first: the first is 3 m to its left.
+  const std::vector<GivenStart> starts{start(1, 2, {3.0, 0.0, 0.0}, 0.5 * std::numbers::pi)};
+  const auto there = start_between(starts, VehicleId{1}, VehicleId{2});
+  const auto back = start_between(starts, VehicleId{2}, VehicleId{1});
+  ASSERT_TRUE(there && back);
+  EXPECT_LT((there->T_relative_vehicle.p - Vec3(3.0, 0.0, 0.0)).norm(), 1e-12);
+  EXPECT_LT((back->T_relative_vehicle.p - Vec3(0.0, 3.0, 0.0)).norm(), 1e-12);
+  for (const auto& s : {there, back}) {
+    EXPECT_NEAR(s->sigma_m, 0.3, 1e-12);
+    EXPECT_NEAR(s->sigma_rad, 0.1, 1e-12);
+  }
+}
+
+TEST(StartBetween, two_that_were_measured_from_a_third_know_each_other) {
+  // A column: all are told from the first, and nobody told the second of the third.
+  const std::vector<GivenStart> starts{start(1, 2, {-2.0, 0.0, 0.0}, 0.0),
+                                       start(1, 3, {-4.0, 0.5, 0.0}, 0.0)};
+  const auto s = start_between(starts, VehicleId{2}, VehicleId{3});
+  ASSERT_TRUE(s);
+  EXPECT_LT((s->T_relative_vehicle.p - Vec3(-2.0, 0.5, 0.0)).norm(), 1e-12);
+  EXPECT_NEAR(s->sigma_m, std::hypot(0.3, 0.3), 1e-12);
+  EXPECT_NEAR(s->sigma_rad, std::hypot(0.1, 0.1), 1e-12);
+}
+
+TEST(StartBetween, a_chain_swings_with_the_headings_of_those_between) {
+  const std::vector<GivenStart> starts{start(2, 3, {5.0, 0.0, 0.0}, 0.0),
+                                       start(1, 2, {2.0, 0.0, 0.0}, 0.0)};
+  const auto s = start_between(starts, VehicleId{1}, VehicleId{3});
+  ASSERT_TRUE(s);
+  EXPECT_LT((s->T_relative_vehicle.p - Vec3(7.0, 0.0, 0.0)).norm(), 1e-12);
+  EXPECT_NEAR(s->sigma_m, std::hypot(0.3, 0.3, 0.1 * 5.0), 1e-12);
+}
+
+TEST(StartBetween, ends_where_nothing_leads_on) {
+  const std::vector<GivenStart> ring{start(1, 2, {1.0, 0.0, 0.0}, 0.0),
+                                     start(2, 3, {1.0, 0.0, 0.0}, 0.0),
+                                     start(3, 1, {-2.0, 0.0, 0.0}, 0.0)};
+  EXPECT_FALSE(start_between(ring, VehicleId{1}, VehicleId{4}));
+  EXPECT_FALSE(start_between({}, VehicleId{1}, VehicleId{2}));
+  const auto short_way = start_between(ring, VehicleId{1}, VehicleId{3});
+  ASSERT_TRUE(short_way);
+  EXPECT_NEAR(short_way->sigma_m, 0.3, 1e-12) << "one step, not two";
+}
+
+}  // namespace
+}  // namespace rali::fleet
