@@ -38,19 +38,6 @@ bool usable(const FinderSample& sample) {
 
 }  // namespace
 
-Aside aside_in_passage(const FinderSettings& settings, const std::optional<Aside>& between_walls,
-                       double range_m) {
-  Aside out = between_walls.value_or(Aside{0.0, settings.passage_m});
-  out.sigma_m += settings.passage_per_m * range_m;
-  return out;
-}
-
-Aside aside_between_walls(const FinderSettings& settings, double left_m, double right_m) {
-  const double room_m = std::max(0.0, left_m + right_m - 2.0 * settings.wall_m);
-  // Uniform: its sigma is its width by the root of twelve.
-  return {0.5 * (left_m - right_m), std::max(settings.wall_m, room_m) / std::sqrt(12.0)};
-}
-
 FoundAnchor place_along_passage(const FinderSettings& settings, const FinderSample& sample,
                                 double height_m, double bias_m, const Vec3& up_odom, bool ahead,
                                 const Aside& aside) {
@@ -124,9 +111,8 @@ std::optional<FoundAnchor> AnchorFinder::along_passage() const {
   if (!told) return std::nullopt;
   const bool ahead = moved_m * closer_m > 0.0;
   const Vec3 towards = ahead ? axis : Vec3(-axis);
-  FoundAnchor found =
-      place_along_passage(settings_, last, height_m_, bias_m_, up_, ahead,
-                          aside_in_passage(settings_, last.between_walls, last.range_m));
+  FoundAnchor found = place_along_passage(settings_, last, height_m_, bias_m_, up_, ahead,
+                                          aside_in_passage(settings_, last.by_walls, last.range_m));
   found.per_bias = -towards;
   found.bias_m = bias_m_;
   found.bias_sigma_m = bias_sigma_m_;
@@ -136,7 +122,7 @@ std::optional<FoundAnchor> AnchorFinder::along_passage() const {
 
 Aside AnchorFinder::aside_now() const {
   const FinderSample& last = samples_.back();
-  return aside_in_passage(settings_, last.between_walls, last.range_m);
+  return aside_in_passage(settings_, last.by_walls, last.range_m);
 }
 
 AnchorFinder::Mat7 AnchorFinder::prior_information() const {

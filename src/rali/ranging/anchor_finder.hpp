@@ -5,15 +5,10 @@
 
 #include "rali/base/time.hpp"
 #include "rali/geometry/types.hpp"
+#include "rali/ranging/passage_aside.hpp"
 #include "rali/ranging/settings.hpp"
 
 namespace rali::ranging {
-
-/// How far aside of the own antenna another one stands, in a passage.
-struct Aside {
-  double mean_m = 0.0;  ///< along up x passage
-  double sigma_m = 1.0;
-};
 
 /// One range to the antenna that is looked for, and where the own antenna was.
 struct FinderSample {
@@ -27,9 +22,9 @@ struct FinderSample {
   /// Unit vector along the passage that the vehicle is in, where it is in one: whoever is heard
   /// there stands in it too.
   std::optional<geometry::Vec3> passage_odom;
-  /// What the walls beside the own antenna leave to whoever stands in the passage, if they are
-  /// seen.
-  std::optional<Aside> between_walls;
+  /// How far aside of the own antenna the other is by the walls beside both, or may be by those
+  /// beside the own, if they are seen.
+  std::optional<Aside> by_walls;
 };
 
 /// Where an antenna stands.
@@ -43,15 +38,6 @@ struct FoundAnchor {
   geometry::Vec3 per_bias = geometry::Vec3::Zero();
   double bias_m = 0.0, bias_sigma_m = 0.0;
 };
-
-/// As much as a passage leaves to whoever is heard in it: its bends hide more of it from afar.
-[[nodiscard]] Aside aside_in_passage(const FinderSettings& settings,
-                                     const std::optional<Aside>& between_walls, double range_m);
-
-/// Whoever stands between two walls: anywhere, but not nearer to them than half a vehicle.
-/// @param left_m of the own antenna, towards up x passage
-[[nodiscard]] Aside aside_between_walls(const FinderSettings& settings, double left_m,
-                                        double right_m);
 
 /// Where an antenna stands that is known to stand ahead, or behind, in the same passage: about as
 /// far that way as the range says.

@@ -27,7 +27,7 @@ struct Drive {
   double drift_mps = 0.0;        ///< how much too fast along x the vehicle thinks it is
   double drift_sigma_mps = 0.0;  ///< and how it doubts that
   std::optional<Vec3> passage;
-  std::optional<Aside> between_walls;
+  std::optional<Aside> by_walls;
   FinderSettings settings;
   std::uint64_t seed = 1;
 
@@ -47,7 +47,7 @@ struct Drive {
     out.range_m = (truth - antenna_m).norm() + bias_m + noise_m * rng.normal();
     if (rng.uniform() < outliers) out.range_m += rng.uniform(0.5, 3.0);
     out.passage_odom = passage;
-    out.between_walls = between_walls;
+    out.by_walls = by_walls;
     return out;
   }
 
@@ -125,24 +125,11 @@ TEST(AnchorFinder, in_a_passage_a_far_antenna_is_ahead_or_behind_after_two_metre
   }
 }
 
-TEST(AnchorFinder, who_stands_between_walls_stands_anywhere_between_them) {
-  // 3 m to the left, 2 m to the right, and half a metre of each is the vehicle's: 4 m wide, its
-  // middle 0.5 m to the left; sigma of a uniform distribution.
-  const FinderSettings settings;
-  const Aside aside = aside_between_walls(settings, 3.0, 2.0);
-  EXPECT_NEAR(aside.mean_m, 0.5, 1e-12);
-  EXPECT_NEAR(aside.sigma_m, 4.0 / std::sqrt(12.0), 1e-12);
-  EXPECT_NEAR(aside_in_passage(settings, aside, 20.0).mean_m, 0.5, 1e-12);
-  EXPECT_NEAR(aside_in_passage(settings, aside, 20.0).sigma_m, 4.0 / std::sqrt(12.0) + 1.0, 1e-12);
-  EXPECT_NEAR(aside_in_passage(settings, std::nullopt, 20.0).sigma_m, 3.0, 1e-12);
-  EXPECT_GT(aside_between_walls(settings, 0.3, 0.3).sigma_m, 0.1) << "narrower than a vehicle";
-}
-
 TEST(AnchorFinder, walls_tell_how_far_ahead_who_stands_between_them_is) {
   Drive drive;
   drive.antenna_m = Vec3(60.0, 0.0, 0.0);
   drive.passage = Vec3::UnitX();
-  drive.between_walls = Aside{0.0, 0.6};
+  drive.by_walls = Aside{0.0, 0.6};
   const auto found = drive.find(4.0);
   ASSERT_TRUE(found);
   // At 57.8 m within 0.6 + 2.89 m, not 2 + 2.89 m.

@@ -169,8 +169,10 @@ struct FinderSettings {
   double sigma_max_m = 0.4;
   double passage_m = 2.0;
   double passage_per_m = 0.05;
+  double bend_radius_m = 100.0;
   double wall_m = 0.5;
   double walls_far_m = 10.0;
+  double walls_sigma_m = 0.1;
   double tell_sigmas = 3.0;
   double roughly_m = 1.0;
   double rise_per_m = 0.02;
@@ -195,8 +197,11 @@ struct FinderSettings {
     v("passage_m", passage_m, 0.1, 100.0,
       "in a passage the other stands in it, within so much where no walls are seen");
     v("passage_per_m", passage_per_m, 0.0, 1.0, "and so much more per metre, for its bends");
+    v("bend_radius_m", bend_radius_m, 1.0, 1e6, "but no more than an arc of this radius bends");
     v("wall_m", wall_m, 0.05, 100.0, "nobody stands nearer to a wall");
     v("walls_far_m", walls_far_m, 0.5, 100.0, "farther off, walls are not looked for");
+    v("walls_sigma_m", walls_sigma_m, 0.001, 10.0,
+      "how well two vehicles know from walls how far aside of each other they are");
     v("tell_sigmas", tell_sigmas, 0.5, 100.0, "sds off, from which a vehicle's word is not taken");
     v("roughly_m", roughly_m, 0.01, 100.0,
       "sigma of a place told by its side, before the first range to it counts");

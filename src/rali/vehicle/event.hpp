@@ -11,6 +11,7 @@
 #include "rali/fleet/facts/facts.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/odometry/keyframe.hpp"
+#include "rali/ranging/passage_aside.hpp"
 #include "rali/ranging/range_use.hpp"
 #include "rali/sensor/imu_sample.hpp"
 #include "rali/sensor/lidar_scan.hpp"
@@ -26,6 +27,8 @@ struct EndOfData {};
 struct PeerPose {
   geometry::SE3 T_start_body;
   geometry::Mat3 position_covariance_m2 = geometry::Mat3::Zero();
+  /// Beside its first antenna, where it stands in a passage.
+  std::optional<ranging::PassageWalls> walls = std::nullopt;
 };
 
 /// What another vehicle says about itself: only while one stands are ranges to it ranges to a

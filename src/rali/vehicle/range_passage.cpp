@@ -120,7 +120,9 @@ void RangeStage::predict_in_passage(const PairKey& key, Place& place, const Mome
   if (prediction.predicted_m < kNearer * passage.said_at_m) {
     passage.said_at_m = prediction.predicted_m;
     const ranging::Aside aside = ranging::aside_in_passage(
-        f, between_walls(prediction.p_odom_antenna_m, passage.axis_odom, filter),
+        f,
+        aside_by_walls({std::get<1>(key), std::get<2>(key)}, prediction.p_odom_antenna_m,
+                       passage.axis_odom, filter),
         prediction.predicted_m);
     passage.mixture.stands_within(prediction.sight, aside.mean_m, aside.sigma_m);
   }

@@ -125,6 +125,7 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
   add_pair_states(pair, now.t, filter);
   walk(pair, now.t, filter);
   Place& place = places_.at(place_key);
+  measure_aside(key, place, now, filter);
   auto prediction = predict(now, key, pair, place, filter);
   if (prediction && place.along.isZero(0.0)) {
     place.along = (prediction->p_odom_antenna_m - prediction->p_odom_peer_m).normalized();

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -55,7 +56,9 @@ TEST(RangeStage, who_is_heard_without_a_known_place_is_so_far_away) {
 /// A peer that has moved to so far along x from its start, by its own word, and stands there; the
 /// vehicle is 1 m along x from its own.
 struct Moved : Staged {
-  Moved(double way_m, double sigma_m, const std::optional<Vec3>& blind_axis) {
+  Moved(double way_m, double sigma_m, const std::optional<Vec3>& blind_axis,
+        const VehicleSettings& settings = settings_with_prior())
+      : Staged(settings) {
     filter.axis = blind_axis;
     run(0.0);
     PeerPose pose;
@@ -137,6 +140,84 @@ TEST(RangeStage, a_peer_in_a_passage_stands_between_the_walls_that_are_seen) {
   const auto [one_m, one_wide_m] = aside({3.0});
   EXPECT_NEAR(one_m, 0.0, 0.05) << "one wall is no passage";
   EXPECT_NEAR(one_wide_m, wide_m, 0.01);
+}
+
+// Each knows its own walls by its own LiDAR, to centimetres; between the own walls alone the other
+// may stand anywhere.
+TEST(RangeStage, walls_beside_both_say_how_far_aside_of_each_other_they_stand) {
+  const auto aside = [](const std::optional<ranging::PassageWalls>& told, double yaw_rad) {
+    VehicleSettings settings = settings_with_prior();
+    settings.peers[0].prior->T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
+    Moved m(std::cos(yaw_rad) * -4.0, 1.0, Vec3::UnitX(), settings);
+    m.filter.walls_y_m = {3.0, -1.0};
+    m.filter.now.v_odom_mps.setZero();
+    PeerPose pose;
+    pose.T_start_body.p = Vec3(std::cos(yaw_rad) * -4.0, 0.0, 0.0);
+    pose.position_covariance_m2 = geometry::Mat3::Identity();
+    pose.walls = told;
+    m.stage.on(PeerStatus{kPeer, Time::from_s(1.0), true, pose});
+    static_cast<void>(m.one(1.0, 5.0));
+    static_cast<void>(m.one(1.1, 5.0));
+    EXPECT_EQ(m.filter.side().size(), 5);
+    return std::pair(m.filter.side().mean[1], std::sqrt(m.filter.side().covariance(1, 1)));
+  };
+  // The own place is 1 m to the right of the middle, the other's 0.5 m to the left of it.
+  const auto [both_m, both_sigma_m] = aside(ranging::PassageWalls{Vec3::UnitX(), 1.5, 2.5}, 0.0);
+  EXPECT_NEAR(both_m, 1.5, 0.1);
+  EXPECT_LT(both_sigma_m, 0.25) << "0.1 m, and 0.125 m for a bend";
+  const auto [turned_m, turned_sigma_m] =
+      aside(ranging::PassageWalls{Vec3::UnitX(), 2.5, 1.5}, std::numbers::pi);
+  EXPECT_NEAR(turned_m, 1.5, 0.1) << "it began facing this vehicle: its right is left here";
+  EXPECT_NEAR(turned_sigma_m, both_sigma_m, 0.02);
+  const auto [own_m, own_sigma_m] = aside(std::nullopt, 0.0);
+  EXPECT_GT(own_sigma_m, 0.6) << "it tells of no walls";
+  EXPECT_NEAR(own_m, 0.7, 0.3);
+  const auto [across_m, across_sigma_m] =
+      aside(ranging::PassageWalls{Vec3::UnitY(), 1.5, 2.5}, 0.0);
+  EXPECT_EQ(across_sigma_m, own_sigma_m) << "it stands in another passage";
+  EXPECT_EQ(across_m, own_m);
+}
+
+// Measured by hand, a vehicle 2 m ahead is 0.2 m aside or not at all, which makes it 0.1 m less far
+// ahead. Seen once more from nearer, the same walls tell more.
+struct InPassage : Staged {
+  explicit InPassage(double ahead_m) : Staged(ahead(ahead_m)) {
+    filter.axis = Vec3::UnitX();
+    filter.walls_y_m = {2.0, -2.0};
+    run(0.0);
+  }
+
+  static VehicleSettings ahead(double ahead_m) {
+    VehicleSettings settings = settings_with_prior();
+    settings.peers[0].prior->T_self_peer.p = Vec3(ahead_m, 0.0, 0.0);
+    return settings;
+  }
+
+  /// How far aside the peer is, and sigma of it, after it told of its walls.
+  std::pair<double, double> hear(double t_s, double range_m, double left_m, double right_m) {
+    PeerPose pose;
+    pose.walls = ranging::PassageWalls{Vec3::UnitX(), left_m, right_m};
+    stage.on(PeerStatus{kPeer, Time::from_s(t_s), true, pose});
+    static_cast<void>(one(t_s, range_m));
+    return {filter.side().mean[1], std::sqrt(filter.side().covariance(1, 1))};
+  }
+};
+
+TEST(RangeStage, walls_correct_a_start_that_was_measured_by_hand_and_again_from_nearer) {
+  InPassage s(9.0);
+  // Sigma 0.49 by hand (0.2, and 0.05 rad over 9 m); 0.1 and 0.4 m of bend by walls.
+  const auto [far_m, far_sigma_m] = s.hear(0.1, 8.9, 1.7, 2.3);
+  EXPECT_NEAR(far_m, 0.3 * 0.49 * 0.49 / (0.49 * 0.49 + 0.5 * 0.5), 0.03);
+  EXPECT_NEAR(s.hear(1.0, 8.0, 1.7, 2.3).first, far_m, 0.01) << "the same walls, the same error";
+  const auto [near_m, near_sigma_m] = s.hear(6.0, 3.0, 1.7, 2.3);
+  EXPECT_NEAR(near_m, 0.3, 0.06);
+  EXPECT_LT(near_sigma_m, 0.5 * far_sigma_m);
+}
+
+TEST(RangeStage, walls_that_contradict_all_that_is_known_are_none) {
+  // Sigma 0.25 by hand, 0.15 by walls: 1.6 m aside would be 5 sigma off.
+  EXPECT_NEAR(InPassage(3.0).hear(0.1, 2.9, 0.4, 3.6).first, 0.0, 1e-6);
+  EXPECT_NEAR(InPassage(3.0).hear(0.1, 2.9, 1.7, 2.3).first, 0.22, 0.03);
 }
 
 // The doubt about the own place is in that of a place that was found from it: both move together,

@@ -72,7 +72,7 @@ bool RangeStage::place_by_side(const PairKey& key, const Moment& now, const Rang
   const Told ahead = told_along(axis);
   const auto aside = aside_as_told(
       told_along(up_odom_.cross(axis).normalized()),
-      ranging::aside_in_passage(settings_.ranging.finder, seen.between_walls, sample.range_m));
+      ranging::aside_in_passage(settings_.ranging.finder, seen.by_walls, sample.range_m));
   if (!aside) return false;
   const double bias_m = pair.bias >= 0 ? filter.side().mean[pair.bias] : pair.bias_m;
   ranging::FoundAnchor place =
@@ -84,6 +84,7 @@ bool RangeStage::place_by_side(const PairKey& key, const Moment& now, const Rang
   const double roughly_m = settings_.ranging.finder.roughly_m;
   place.covariance_m2 += roughly_m * roughly_m * axis * axis.transpose();
   if (!add_place(place_key, place.p_odom_m, place.covariance_m2, own, filter)) return false;
+  places_.at(place_key).aside_sigma_m = aside_sigma_m(seen);
   forget_prior(sample.range_m);
   pair.finder.reset();
   pair.sought.clear();
@@ -101,29 +102,6 @@ std::optional<ranging::Aside> RangeStage::aside_as_told(const Told& told,
   if (off_m * off_m > tell_sigmas * tell_sigmas * both_m2) return std::nullopt;
   const double share = passage_m2 / both_m2;
   return ranging::Aside{passage.mean_m + share * off_m, std::sqrt(share * told.variance_m2)};
-}
-
-/// Of the passage at that point of odom, if both walls are seen.
-std::optional<ranging::Aside> RangeStage::between_walls(const Vec3& p_odom_m, const Vec3& axis_odom,
-                                                        const SideFilter& filter) const {
-  constexpr double kFine_m = 0.1;  // far less than what walls leave to a vehicle
-  const double reach_m = settings_.ranging.finder.walls_far_m;
-  const Vec3 left = up_odom_.cross(axis_odom).normalized();
-  const auto wall_m = [&](const Vec3& direction) {
-    if (filter.surfaces_between(p_odom_m, p_odom_m + reach_m * direction) == 0) return reach_m;
-    double free_m = 0.0;
-    double beyond_m = reach_m;
-    while (beyond_m - free_m > kFine_m) {
-      const double middle_m = 0.5 * (free_m + beyond_m);
-      const bool wall = filter.surfaces_between(p_odom_m, p_odom_m + middle_m * direction) > 0;
-      (wall ? beyond_m : free_m) = middle_m;
-    }
-    return free_m;
-  };
-  const double left_m = wall_m(left);
-  const double right_m = wall_m(-left);
-  if (left_m >= reach_m || right_m >= reach_m) return std::nullopt;
-  return ranging::aside_between_walls(settings_.ranging.finder, left_m, right_m);
 }
 
 /// One range in a row of its like: a wild one must not say where the other stands.
@@ -158,7 +136,10 @@ ranging::FinderSample RangeStage::finder_sample(const PairKey& key, const Moment
   s.p_odom_antenna_m = now.T_odom_body * settings_.antennas_body_m[std::get<0>(key)];
   s.covariance_m2 = filter.position_covariance();
   s.passage_odom = filter.blind_axis();
-  if (s.passage_odom) s.between_walls = between_walls(s.p_odom_antenna_m, *s.passage_odom, filter);
+  if (s.passage_odom) {
+    s.by_walls = aside_by_walls({std::get<1>(key), std::get<2>(key)}, s.p_odom_antenna_m,
+                                *s.passage_odom, filter);
+  }
   s.range_m = sample.range_m;
   s.sigma_m = sigma_m;
   return s;
@@ -180,6 +161,11 @@ void RangeStage::forget_prior(double range_m) {
       (f.height_sigma_m * f.height_sigma_m - wide_m * wide_m) * up_odom_ * up_odom_.transpose();
 }
 
+/// How far aside the other is was in what found it.
+double RangeStage::aside_sigma_m(const ranging::FinderSample& seen) const {
+  return ranging::aside_in_passage(settings_.ranging.finder, seen.by_walls, seen.range_m).sigma_m;
+}
+
 /// Gathers ranges until they tell where the other antenna stands.
 void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSample& sample,
                             double sigma_m, SideFilter& filter) {
@@ -190,10 +176,11 @@ void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSa
   record.R_m2 *= pair.thinning.inflation(sample.t, sigma_m, now.at_rest);
   constexpr std::size_t kSoughtMax = 20'000;
   if (pair.sought.size() > kSoughtMax) pair.sought.pop_front();
-  const auto found =
-      pair.finder.add(finder_sample(key, now, sample, sigma_m, filter), height_of(key), up_odom_);
+  const ranging::FinderSample seen = finder_sample(key, now, sample, sigma_m, filter);
+  const auto found = pair.finder.add(seen, height_of(key), up_odom_);
   if (!found) return;
   if (!add_found(place_key, *found, pair, now.t, filter)) return;
+  places_.at(place_key).aside_sigma_m = aside_sigma_m(seen);
   pair.finder.reset();
   // Whoever looks again begins without what these ranges told.
   if (!lost_.contains(place_key)) forget_prior(sample.range_m);
@@ -232,11 +219,11 @@ bool RangeStage::add_place(const PlaceKey& key, const Vec3& p_odom_m, const Mat3
   if (side < 0) return false;
   const auto lost = lost_.find(key);
   if (lost != lost_.end()) {
-    places_.emplace(key, Place{side, lost->second, Vec3::Zero(), std::nullopt, false});
+    places_.emplace(key, Place{side, lost->second, Vec3::Zero(), std::nullopt});
     return true;
   }
   const int number = next_place_++;
-  places_.emplace(key, Place{side, number, Vec3::Zero(), std::nullopt, false});
+  places_.emplace(key, Place{side, number, Vec3::Zero(), std::nullopt});
   place_records_.push_back({number, p_odom_m, filter.side().covariance.block<3, 3>(side, side)});
   return true;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -64,6 +65,10 @@ class RangeStage {
   [[nodiscard]] std::vector<HeardPeer> unplaced(const odometry::SideFilter& filter, Time t,
                                                 double sigma_max_m) const;
 
+  /// The walls beside the first antenna, in odom, where the vehicle is in a passage and sees both.
+  [[nodiscard]] std::optional<ranging::PassageWalls> walls(const odometry::SideFilter& filter,
+                                                           const geometry::SE3& T_odom_body) const;
+
   /// What is left at the end of the data cannot be used any more.
   void flush(OutputList& out);
 
@@ -126,6 +131,8 @@ class RangeStage {
     geometry::Vec3 along = geometry::Vec3::Zero();  ///< line of sight when first heard, unit
     std::optional<Passage> passage;
     bool passed = false;  ///< nothing more is learned about the place across
+    /// As well as walls beside both have said how far aside it is.
+    double aside_sigma_m = std::numeric_limits<double>::infinity();
   };
 
   struct Prediction {
@@ -178,8 +185,18 @@ class RangeStage {
 
   [[nodiscard]] std::optional<ranging::Aside> aside_as_told(const Told& told,
                                                             const ranging::Aside& passage) const;
-  [[nodiscard]] std::optional<ranging::Aside> between_walls(
+  [[nodiscard]] std::optional<ranging::PassageWalls> walls_beside(
       const geometry::Vec3& p_odom_m, const geometry::Vec3& axis_odom,
+      const odometry::SideFilter& filter) const;
+  [[nodiscard]] std::optional<ranging::PassageWalls> walls_of(const PlaceKey& key) const;
+  [[nodiscard]] double aside_sigma_m(const ranging::FinderSample& seen) const;
+  void measure_aside(const PairKey& key, Place& place, const odometry::Moment& now,
+                     odometry::SideFilter& filter) const;
+  [[nodiscard]] std::optional<ranging::Aside> aside_by_both(
+      const PlaceKey& key, const geometry::Vec3& p_odom_m, const geometry::Vec3& axis_odom,
+      const odometry::SideFilter& filter) const;
+  [[nodiscard]] std::optional<ranging::Aside> aside_by_walls(
+      const PlaceKey& key, const geometry::Vec3& p_odom_m, const geometry::Vec3& axis_odom,
       const odometry::SideFilter& filter) const;
   [[nodiscard]] bool tells_side(const Told& told, const Told& there) const;
   [[nodiscard]] bool add_found(const PlaceKey& key, const ranging::FoundAnchor& found, Pair& pair,

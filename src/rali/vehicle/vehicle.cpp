@@ -198,6 +198,11 @@ class Vehicle::Impl {
     const geometry::Mat3 P = result.covariance.bottomRightCorner<3, 3>();
     status.pose = {T_start_odom * result.T_odom_body,
                    T_start_odom.R * P * T_start_odom.R.transpose()};
+    const odometry::SideFilter* filter = odometry_->side_filter();
+    if (result.at_rest && filter != nullptr) {
+      status.pose->walls = ranges_.walls(*filter, result.T_odom_body);
+      if (auto& walls = status.pose->walls) walls->axis = T_start_odom.R * walls->axis;
+    }
     return status;
   }
 

@@ -197,6 +197,37 @@ TEST(Vehicle, leaves_out_what_is_as_far_as_a_peer_only_where_its_way_is_blind) {
   EXPECT_EQ(after_hearing(tunnel, 1.0, 30, 0.0), after_hearing(tunnel, 0.0)) << "not held";
 }
 
+// By these the others know how far aside of them it stands.
+TEST(Vehicle, tells_of_the_walls_beside_it_where_it_stands_in_a_passage) {
+  const auto walls = [](TestRoom room) {
+    VehicleSettings settings = settings_of(room, true);
+    settings.antennas_body_m = {geometry::Vec3(0.0, 0.25, 0.0)};
+    Driver d(0, settings);
+    for (int k = 0; k < 50; ++k) {
+      d.feed(freeze(room.scan(0.1 * k)));
+      d.feed_imu(room, 0.1 * k, 0.1 * (k + 1));
+    }
+    const std::vector<PeerStatus> told = all_of<PeerStatus>(d.out);
+    EXPECT_TRUE(told.back().at_rest);
+    EXPECT_TRUE(told.back().pose);
+    return told.back().pose ? told.back().pose->walls : std::nullopt;
+  };
+  TestRoom tunnel;
+  tunnel.walls = {{-500.0, -1.5, -1.0}, {500.0, 3.0, 2.6}};
+  tunnel.pillars.clear();
+  tunnel.radius_m = 1e4;
+  tunnel.stop_s = 3.0;
+  const auto beside = walls(tunnel);
+  ASSERT_TRUE(beside);
+  const bool along = beside->axis.x() > 0.0;
+  EXPECT_NEAR(std::abs(beside->axis.x()), 1.0, 0.01);
+  EXPECT_NEAR(along ? beside->left_m : beside->right_m, 2.75, 0.05);
+  EXPECT_NEAR(along ? beside->right_m : beside->left_m, 1.75, 0.05);
+  TestRoom room;
+  room.rest_s = 10.0;
+  EXPECT_FALSE(walls(room)) << "it is no passage";
+}
+
 TEST(Vehicle, one_broken_inertial_sample_does_not_spoil_the_poses) {
   TestRoom room = small_room();
   const double nan = std::numeric_limits<double>::quiet_NaN();

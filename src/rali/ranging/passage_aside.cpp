@@ -1,0 +1,43 @@
+#include "rali/ranging/passage_aside.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rali::ranging {
+
+namespace {
+
+/// Cosine of how far one passage may turn between two that stand in it.
+constexpr double kSamePassage = 0.8;
+
+/// To the left of the passage's middle.
+double offset_m(const PassageWalls& walls) { return 0.5 * (walls.right_m - walls.left_m); }
+
+double width_m(const PassageWalls& walls) { return walls.left_m + walls.right_m; }
+
+}  // namespace
+
+Aside aside_in_passage(const FinderSettings& settings, const std::optional<Aside>& by_walls,
+                       double range_m) {
+  Aside out = by_walls.value_or(Aside{0.0, settings.passage_m});
+  const double bend_m = 0.5 * range_m * range_m / settings.bend_radius_m;
+  out.sigma_m += std::min(settings.passage_per_m * range_m, bend_m);
+  return out;
+}
+
+Aside aside_between_walls(const FinderSettings& settings, const PassageWalls& own) {
+  const double room_m = std::max(0.0, width_m(own) - 2.0 * settings.wall_m);
+  // Uniform: its sigma is its width by the root of twelve.
+  return {-offset_m(own), std::max(settings.wall_m, room_m) / std::sqrt(12.0)};
+}
+
+std::optional<Aside> aside_by_walls(const FinderSettings& settings, const PassageWalls& own,
+                                    const PassageWalls& other) {
+  const double turned = own.axis.dot(other.axis);
+  if (std::abs(turned) < kSamePassage) return std::nullopt;
+  const double other_m = turned < 0.0 ? -offset_m(other) : offset_m(other);
+  const double box_m = 0.5 * std::abs(width_m(own) - width_m(other));
+  return Aside{other_m - offset_m(own), std::hypot(settings.walls_sigma_m, box_m)};
+}
+
+}  // namespace rali::ranging
