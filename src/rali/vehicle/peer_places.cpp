@@ -1,5 +1,7 @@
 #include "rali/vehicle/peer_places.hpp"
 
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 #include "rali/fleet/path/level.hpp"
@@ -9,13 +11,26 @@ namespace rali::vehicle {
 using geometry::SE3;
 using geometry::Vec3;
 
+namespace {
+
+/// One broken number would spoil whatever is estimated with it.
+bool whole(const PeerPose& pose) {
+  const bool walls = !pose.walls || (pose.walls->axis.allFinite() && pose.walls->left_m > 0.0 &&
+                                     pose.walls->right_m > 0.0 &&
+                                     std::isfinite(pose.walls->left_m + pose.walls->right_m));
+  return walls && pose.T_start_body.p.allFinite() && pose.T_start_body.R.allFinite() &&
+         pose.position_covariance_m2.allFinite();
+}
+
+}  // namespace
+
 void PeerWatch::on(const PeerStatus& status) {
   if (heard && status.t < t_status) return;
   heard = true;
   t_status = status.t;
   if (at_rest && !status.at_rest) moved = true;
   at_rest = status.at_rest;
-  pose = status.pose;
+  pose = status.pose && whole(*status.pose) ? status.pose : std::nullopt;
 }
 
 std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings) {

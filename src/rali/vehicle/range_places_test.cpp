@@ -32,6 +32,13 @@ TEST(RangeStage, who_drives_is_where_it_says_unless_it_is_late_or_in_doubt) {
   EXPECT_TRUE(places(1.1, 0.7).empty()) << "it does not know itself";
   s.stage.on(PeerStatus{kPeer, Time::from_s(1.2), false});
   EXPECT_TRUE(places(1.2, 0.7).empty()) << "it says nothing";
+  const double nan = std::nan("");
+  for (const bool walls : {false, true}) {
+    PeerPose broken;
+    (walls ? broken.walls.emplace().left_m : broken.T_start_body.p.y()) = nan;
+    s.stage.on(PeerStatus{kPeer, Time::from_s(1.3), false, broken});
+    EXPECT_TRUE(places(1.3, 100.0).empty()) << "nothing that could be used";
+  }
 }
 
 // Who has told nobody where it starts is at some distance all the same.

@@ -65,7 +65,8 @@ class RangeStage {
   [[nodiscard]] std::vector<HeardPeer> unplaced(const odometry::SideFilter& filter, Time t,
                                                 double sigma_max_m) const;
 
-  /// The walls beside the first antenna, in odom, where the vehicle is in a passage and sees both.
+  /// The walls beside the first antenna, in odom, where the vehicle is in a passage and sees both;
+  /// nothing without anybody to tell.
   [[nodiscard]] std::optional<ranging::PassageWalls> walls(const odometry::SideFilter& filter,
                                                            const geometry::SE3& T_odom_body) const;
 
@@ -192,9 +193,8 @@ class RangeStage {
   [[nodiscard]] double aside_sigma_m(const ranging::FinderSample& seen) const;
   void measure_aside(const PairKey& key, Place& place, const odometry::Moment& now,
                      odometry::SideFilter& filter) const;
-  [[nodiscard]] std::optional<ranging::Aside> aside_by_both(
-      const PlaceKey& key, const geometry::Vec3& p_odom_m, const geometry::Vec3& axis_odom,
-      const odometry::SideFilter& filter) const;
+  [[nodiscard]] std::optional<ranging::Aside> aside_by_both(const PlaceKey& key,
+                                                            const ranging::PassageWalls& own) const;
   [[nodiscard]] std::optional<ranging::Aside> aside_by_walls(
       const PlaceKey& key, const geometry::Vec3& p_odom_m, const geometry::Vec3& axis_odom,
       const odometry::SideFilter& filter) const;

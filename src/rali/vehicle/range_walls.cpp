@@ -36,7 +36,7 @@ double free_m(const Vec3& p_odom_m, const Vec3& direction, double far_m, const S
 std::optional<PassageWalls> RangeStage::walls(const SideFilter& filter,
                                               const SE3& T_odom_body) const {
   const std::optional<Vec3> axis = filter.blind_axis();
-  if (!axis || settings_.antennas_body_m.empty()) return std::nullopt;
+  if (!axis || peers_.empty() || settings_.antennas_body_m.empty()) return std::nullopt;
   return walls_beside(T_odom_body * settings_.antennas_body_m.front(), *axis, filter);
 }
 
@@ -95,12 +95,14 @@ void RangeStage::measure_aside(const PairKey& key, Place& place, const odometry:
   const ranging::FinderSettings& s = settings_.ranging.finder;
   const double hidden_m = ranging::aside_in_passage(s, Aside{0.0, 0.0}, apart.norm()).sigma_m;
   if (hidden_m + s.walls_sigma_m > 0.5 * place.aside_sigma_m) return;
-  const std::optional<Aside> both =
-      aside_by_both({std::get<1>(key), std::get<2>(key)}, p_odom_m, *axis, filter);
+  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
+  if (!walls_of(place_key)) return;
+  const std::optional<PassageWalls> own = walls_beside(p_odom_m, *axis, filter);
+  const std::optional<Aside> both = own ? aside_by_both(place_key, *own) : std::nullopt;
   if (!both) return;
   const double sigma_m = both->sigma_m + hidden_m;
   place.aside_sigma_m = std::min(place.aside_sigma_m, sigma_m);
-  const Vec3 left = up_odom_.cross(*axis).normalized();
+  const Vec3 left = up_odom_.cross(own->axis);
   odometry::SideMeasurement row;
   row.d_side = odometry::SideStates::Vector::Zero(filter.side().size());
   row.d_side.segment<3>(place.side) = left;
@@ -112,24 +114,20 @@ void RangeStage::measure_aside(const PairKey& key, Place& place, const odometry:
 }
 
 /// By the walls beside both.
-std::optional<Aside> RangeStage::aside_by_both(const PlaceKey& key, const Vec3& p_odom_m,
-                                               const Vec3& axis_odom,
-                                               const SideFilter& filter) const {
+std::optional<Aside> RangeStage::aside_by_both(const PlaceKey& key, const PassageWalls& own) const {
   const std::optional<PassageWalls> other = walls_of(key);
   if (!other) return std::nullopt;
-  const std::optional<PassageWalls> own = walls_beside(p_odom_m, axis_odom, filter);
-  if (!own) return std::nullopt;
-  return ranging::aside_by_walls(settings_.ranging.finder, *own, *other);
+  return ranging::aside_by_walls(settings_.ranging.finder, own, *other);
 }
 
 /// By those beside both, or, where the peer tells of none, by those beside the own antenna.
 std::optional<Aside> RangeStage::aside_by_walls(const PlaceKey& key, const Vec3& p_odom_m,
                                                 const Vec3& axis_odom,
                                                 const SideFilter& filter) const {
-  if (const auto both = aside_by_both(key, p_odom_m, axis_odom, filter)) return both;
   const std::optional<PassageWalls> own = walls_beside(p_odom_m, axis_odom, filter);
   if (!own) return std::nullopt;
-  return ranging::aside_between_walls(settings_.ranging.finder, *own);
+  const std::optional<Aside> both = aside_by_both(key, *own);
+  return both ? both : ranging::aside_between_walls(settings_.ranging.finder, *own);
 }
 
 }  // namespace rali::vehicle

@@ -202,6 +202,7 @@ TEST(Vehicle, tells_of_the_walls_beside_it_where_it_stands_in_a_passage) {
   const auto walls = [](TestRoom room) {
     VehicleSettings settings = settings_of(room, true);
     settings.antennas_body_m = {geometry::Vec3(0.0, 0.25, 0.0)};
+    settings.peers.emplace_back().id = VehicleId{1};
     Driver d(0, settings);
     for (int k = 0; k < 50; ++k) {
       d.feed(freeze(room.scan(0.1 * k)));
