@@ -17,9 +17,11 @@ using ranging::PassageWalls;
 
 namespace {
 
-/// As far as the map is empty that way, to centimetres; `far_m` if it is all the way.
+/// As far as the map is empty that way, to centimetres; `far_m` if it is all the way, or if
+/// something is so near that it must be the vehicle's own.
 double free_m(const Vec3& p_odom_m, const Vec3& direction, double far_m, const SideFilter& filter) {
   constexpr double kFine_m = 0.02;
+  constexpr double kOwn_m = 0.2;
   if (filter.surfaces_between(p_odom_m, p_odom_m + far_m * direction) == 0) return far_m;
   double free_m = 0.0;
   double beyond_m = far_m;
@@ -28,7 +30,7 @@ double free_m(const Vec3& p_odom_m, const Vec3& direction, double far_m, const S
     const bool wall = filter.surfaces_between(p_odom_m, p_odom_m + middle_m * direction) > 0;
     (wall ? beyond_m : free_m) = middle_m;
   }
-  return free_m;
+  return free_m < kOwn_m ? far_m : free_m;
 }
 
 }  // namespace
