@@ -62,7 +62,7 @@ PlaceMixture::PlaceMixture(const MixtureSettings& settings, const Vec3& along_od
   normalise();
 }
 
-int PlaceMixture::add_bias(const Matrix& covariance) {
+int PlaceMixture::add_bias(const Eigen::Ref<const Eigen::MatrixXd>& covariance) {
   const int index = size();
   if (index >= kMax) return -1;
   RALI_ASSERT(covariance.rows() == index + 1 && covariance.cols() == index + 1);

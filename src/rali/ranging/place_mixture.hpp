@@ -52,8 +52,9 @@ class PlaceMixture {
   /// One more pair of antennas to the same place.
   /// @param covariance of the quantities there are, and last the pair's bias, as the filter has it:
   ///        a place that was found by this pair errs with its bias
+  ///        (one more than there may be has room, too)
   /// @return index of its bias, -1 if there are too many
-  int add_bias(const Matrix& covariance);
+  int add_bias(const Eigen::Ref<const Eigen::MatrixXd>& covariance);
 
   /// Time has passed. Noise is what the filter's own covariance of the quantities, in their order,
   /// gained; where it lost (the LiDAR or a standstill told something), each slice learns it too.

@@ -19,8 +19,8 @@ Mixture::Matrix known_to(double across_m) {
 }
 
 /// The same, and one more that nothing hangs on.
-Mixture::Matrix and_bias(const Mixture::Matrix& P, double variance_m2 = 0.01) {
-  Mixture::Matrix out = Mixture::Matrix::Zero(P.rows() + 1, P.cols() + 1);
+Eigen::MatrixXd and_bias(const Mixture::Matrix& P, double variance_m2 = 0.01) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(P.rows() + 1, P.cols() + 1);
   out.topLeftCorner(P.rows(), P.cols()) = P;
   out(P.rows(), P.cols()) = variance_m2;
   return out;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -225,6 +226,27 @@ TEST(RangeStage, walls_that_contradict_all_that_is_known_are_none) {
   // Sigma 0.25 by hand, 0.15 by walls: 1.6 m aside would be 5 sigma off.
   EXPECT_NEAR(InPassage(3.0).hear(0.1, 2.9, 0.4, 3.6).first, 0.0, 1e-6);
   EXPECT_NEAR(InPassage(3.0).hear(0.1, 2.9, 1.7, 2.3).first, 0.22, 0.03);
+}
+
+// A mixture has room for four pairs: the covariance of a fifth was written beyond its matrix.
+TEST(RangeStage, more_antennas_than_a_passage_has_room_for_are_heard_all_the_same) {
+  VehicleSettings settings = settings_with_prior();
+  settings.antennas_body_m.assign(6, Vec3::Zero());
+  Staged s(settings);
+  s.filter.axis = Vec3::UnitX();
+  s.run(0.0);
+  for (int k = 0; k < 24; ++k) {
+    const double t_s = 0.1 + 0.05 * k;
+    s.tell(t_s, true);
+    sensor::RangeSample sample = Staged::sample(t_s, 10.0 - t_s);
+    sample.from_antenna = static_cast<std::uint8_t>(k % 6);
+    s.stage.add(sample, s.out);
+    s.run(t_s);
+  }
+  const auto uses = s.uses();
+  const auto used = std::count_if(uses.begin(), uses.end(), [](const auto& u) { return u.used(); });
+  EXPECT_GE(used, 16) << "those of four antennas at least";
+  EXPECT_TRUE(s.filter.P.allFinite());
 }
 
 // The doubt about the own place is in that of a place that was found from it: both move together,
