@@ -78,6 +78,18 @@ TEST(RangeJob, a_prior_holds_for_both_of_its_vehicles) {
   EXPECT_FALSE(settings_of(fleet_of(""), 0).peers[0].prior);
 }
 
+TEST(RangeJob, vehicles_measured_from_a_third_one_know_each_other) {
+  const config::FleetConfig fleet = fleet_of(
+      "  v3: {recording: c}\n"
+      "priors: [{vehicle: v2, relative_to: v1, xyz_m: [-2, 0, 0], sigma_m: 0.3},\n"
+      "         {vehicle: v3, relative_to: v1, xyz_m: [-4, 0.5, 0], sigma_m: 0.4}]\n");
+  const auto peers = settings_of(fleet, 1).peers;
+  ASSERT_EQ(peers.size(), 2U);
+  ASSERT_TRUE(peers[1].prior) << "of v3, seen from v2";
+  EXPECT_TRUE(peers[1].prior->T_self_peer.p.isApprox(geometry::Vec3(-2.0, 0.5, 0.0), 1e-9));
+  EXPECT_NEAR(peers[1].prior->sigma_m, 0.5, 1e-9);
+}
+
 TEST(RangeJob, a_vehicle_without_antennas_has_one_in_its_body) {
   const config::FleetConfig fleet =
       config::parse_fleet("vehicles: {v1: {recording: a, antennas: {}}}", "fleet.yaml", "", {})

@@ -186,8 +186,8 @@ TEST(RangeStage, walls_beside_both_say_how_far_aside_of_each_other_they_stand) {
   EXPECT_EQ(across_m, own_m);
 }
 
-// Measured by hand, a vehicle 2 m ahead is 0.2 m aside or not at all, which makes it 0.1 m less far
-// ahead. Seen once more from nearer, the same walls tell more.
+/// A passage of 4 m, the vehicle in its middle; the peer's start was measured by hand, and it
+/// stands there.
 struct InPassage : Staged {
   explicit InPassage(double ahead_m) : Staged(ahead(ahead_m)) {
     filter.axis = Vec3::UnitX();

@@ -132,7 +132,7 @@ class RangeStage {
     geometry::Vec3 along = geometry::Vec3::Zero();  ///< line of sight when first heard, unit
     std::optional<Passage> passage;
     bool passed = false;  ///< nothing more is learned about the place across
-    /// As well as walls beside both have said how far aside it is.
+    /// As well as walls have said how far aside it is.
     double aside_sigma_m = std::numeric_limits<double>::infinity();
   };
 
@@ -193,8 +193,6 @@ class RangeStage {
   [[nodiscard]] double aside_sigma_m(const ranging::FinderSample& seen) const;
   void measure_aside(const PairKey& key, Place& place, const odometry::Moment& now,
                      odometry::SideFilter& filter) const;
-  [[nodiscard]] std::optional<ranging::Aside> aside_by_both(const PlaceKey& key,
-                                                            const ranging::PassageWalls& own) const;
   [[nodiscard]] std::optional<ranging::Aside> aside_by_walls(
       const PlaceKey& key, const geometry::Vec3& p_odom_m, const geometry::Vec3& axis_odom,
       const odometry::SideFilter& filter) const;

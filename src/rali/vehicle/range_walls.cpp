@@ -97,10 +97,11 @@ void RangeStage::measure_aside(const PairKey& key, Place& place, const odometry:
   const ranging::FinderSettings& s = settings_.ranging.finder;
   const double hidden_m = ranging::aside_in_passage(s, Aside{0.0, 0.0}, apart.norm()).sigma_m;
   if (hidden_m + s.walls_sigma_m > 0.5 * place.aside_sigma_m) return;
-  const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
-  if (!walls_of(place_key)) return;
+  const std::optional<PassageWalls> other = walls_of({std::get<1>(key), std::get<2>(key)});
+  if (!other) return;
   const std::optional<PassageWalls> own = walls_beside(p_odom_m, *axis, filter);
-  const std::optional<Aside> both = own ? aside_by_both(place_key, *own) : std::nullopt;
+  if (!own) return;
+  const std::optional<Aside> both = ranging::aside_by_walls(s, *own, *other);
   if (!both) return;
   const double sigma_m = both->sigma_m + hidden_m;
   place.aside_sigma_m = std::min(place.aside_sigma_m, sigma_m);
@@ -115,21 +116,16 @@ void RangeStage::measure_aside(const PairKey& key, Place& place, const odometry:
   filter.apply(row, sigma_m * sigma_m);
 }
 
-/// By the walls beside both.
-std::optional<Aside> RangeStage::aside_by_both(const PlaceKey& key, const PassageWalls& own) const {
-  const std::optional<PassageWalls> other = walls_of(key);
-  if (!other) return std::nullopt;
-  return ranging::aside_by_walls(settings_.ranging.finder, own, *other);
-}
-
 /// By those beside both, or, where the peer tells of none, by those beside the own antenna.
 std::optional<Aside> RangeStage::aside_by_walls(const PlaceKey& key, const Vec3& p_odom_m,
                                                 const Vec3& axis_odom,
                                                 const SideFilter& filter) const {
   const std::optional<PassageWalls> own = walls_beside(p_odom_m, axis_odom, filter);
   if (!own) return std::nullopt;
-  const std::optional<Aside> both = aside_by_both(key, *own);
-  return both ? both : ranging::aside_between_walls(settings_.ranging.finder, *own);
+  const ranging::FinderSettings& s = settings_.ranging.finder;
+  const std::optional<PassageWalls> other = walls_of(key);
+  const auto both = other ? ranging::aside_by_walls(s, *own, *other) : std::nullopt;
+  return both ? both : ranging::aside_between_walls(s, *own);
 }
 
 }  // namespace rali::vehicle
