@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cstddef>
 
+#include <Eigen/Eigenvalues>
+
 #include "rali/geometry/so3.hpp"
 
 namespace rali::drive {
 namespace {
 
+using geometry::Mat6;
 using geometry::SE3;
 
 /// Shorter ways are noise of standing.
@@ -18,7 +21,8 @@ struct Knot {
   Time t;
   double way_m = 0.0;
   SE3 T_corrected_told;  ///< of odom: takes a told pose to where this keyframe sees it now
-  geometry::Mat6 covariance = geometry::Mat6::Zero();
+  Mat6 covariance = Mat6::Zero();
+  Mat6 covariance_told = Mat6::Zero();
   bool corrected = false;
 };
 
@@ -64,6 +68,7 @@ std::vector<Knot> move_keyframes(const KeyframeCorrections& corrections,
     if (said != corrections.end()) {
       knot.T_corrected_told = said->second.T_odom_body * keyframe.T_odom_body.inverse();
       knot.covariance = said->second.covariance;
+      knot.covariance_told = keyframe.covariance;
       knot.corrected = true;
       keyframe.T_odom_body = said->second.T_odom_body;
       keyframe.covariance = said->second.covariance;
@@ -79,6 +84,16 @@ double share_of(Time t, double way_m, const Knot& a, const Knot& b) {
   if (whole_m > kWayMin_m) return std::clamp((way_m - a.way_m) / whole_m, 0.0, 1.0);
   const double whole_s = seconds_between(a.t, b.t);
   return whole_s > 0.0 ? std::clamp(seconds_between(a.t, t) / whole_s, 0.0, 1.0) : 0.0;
+}
+
+/// Of a pose that only one knot carries: what is known of the knot, and as much doubt as the
+/// odometry has gathered between the two. The odometry's own doubt alone knows nothing of what the
+/// whole map is wrong by: whoever stood for minutes after its last keyframe stated a third of it.
+Mat6 carried(const Knot& knot, const PoseRecord& pose) {
+  const Eigen::SelfAdjointEigenSolver<Mat6> grown(pose.covariance - knot.covariance_told);
+  const geometry::Vec6 gathered = grown.eigenvalues().cwiseMax(0.0);
+  return knot.covariance +
+         grown.eigenvectors() * gathered.asDiagonal() * grown.eigenvectors().transpose();
 }
 
 }  // namespace
@@ -97,8 +112,9 @@ void correct_path(const KeyframeCorrections& corrections, std::vector<PoseRecord
     const Knot& b = knots[after == knots.size() ? after - 1 : after];
     const SE3 told = pose.T_odom_body;
     if (&a == &b) {
-      if (a.corrected) pose.T_odom_body = a.T_corrected_told * told;
-      if (a.corrected && a.t == pose.t) pose.covariance = a.covariance;
+      if (!a.corrected) continue;
+      pose.T_odom_body = a.T_corrected_told * told;
+      pose.covariance = carried(a, pose);
       continue;
     }
     if (!a.corrected && !b.corrected) continue;

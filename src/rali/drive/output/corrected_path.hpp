@@ -18,8 +18,9 @@ using KeyframeCorrections = std::map<std::uint32_t, vehicle::KeyframeCorrected>;
 /// passes over to its place relative to that one, in proportion to the way driven (by time where
 /// the vehicle stood: standing, it must not creep). Before the first and after the last keyframe
 /// there is only one to follow.
-/// Covariances: between two corrected keyframes mixed in the same proportion, elsewhere as told.
-/// Diverged keyframes carry nothing. Without corrections nothing changes, to the last bit.
+/// Covariances: between two corrected keyframes mixed in the same proportion; where there is only
+/// one, its own and what the odometry's has grown by since; elsewhere as told. Diverged keyframes
+/// carry nothing. Without corrections nothing changes, to the last bit.
 /// @param poses and keyframes by time, in odom
 void correct_path(const KeyframeCorrections& corrections, std::vector<PoseRecord>& poses,
                   std::vector<KeyframeRecord>& keyframes);

@@ -23,6 +23,7 @@ KeyframeRecord keyframe_at(std::uint32_t seq, double t_s, double x_m) {
   keyframe.id.seq = seq;
   keyframe.t = Time::from_s(t_s);
   keyframe.T_odom_body.p = {x_m, 0.0, 0.0};
+  keyframe.covariance = 0.01 * geometry::Mat6::Identity();
   return keyframe;
 }
 
@@ -55,9 +56,23 @@ TEST(CorrectedPath, between_keyframes_the_correction_grows_with_the_way) {
   EXPECT_NEAR(poses[3].T_odom_body.p.x(), 5.4, 1e-12) << "constant after the last";
   EXPECT_NEAR(poses[1].covariance(5, 5), 0.03, 1e-12);
   EXPECT_NEAR(poses[2].covariance(5, 5), 0.06, 1e-12);
-  EXPECT_NEAR(poses[3].covariance(5, 5), 0.01, 1e-12) << "as told at the time";
+  EXPECT_NEAR(poses[3].covariance(5, 5), 0.06, 1e-12) << "after the last it is known no better";
   EXPECT_NEAR(keyframes[1].T_odom_body.p.x(), 4.4, 1e-12);
   EXPECT_NEAR(keyframes[1].covariance(0, 0), 0.06, 1e-12);
+}
+
+// A vehicle that stood for ten minutes after its last keyframe was 3 cm off with a stated sigma of
+// 1.3 cm: the odometry's, which knows nothing of the frame between the vehicles.
+TEST(CorrectedPath, after_the_last_keyframe_doubt_grows_as_the_odometry_says) {
+  std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(1.0, 1.0), pose_at(2.0, 2.0)};
+  poses[1].covariance(3, 3) += 0.09;  // blind along x
+  poses[2].covariance *= 0.5;         // ranges came
+  std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.0)};
+  correct_path({{0, corrected(0.0, 0.0, 0.0, 0.04)}}, poses, keyframes);
+  EXPECT_NEAR(poses[0].covariance(3, 3), 0.04, 1e-12);
+  EXPECT_NEAR(poses[1].covariance(3, 3), 0.13, 1e-12);
+  EXPECT_NEAR(poses[1].covariance(4, 4), 0.04, 1e-12);
+  EXPECT_NEAR(poses[2].covariance(3, 3), 0.04, 1e-12) << "of the way since, not of the keyframe";
 }
 
 TEST(CorrectedPath, a_standing_vehicle_does_not_creep) {
