@@ -182,6 +182,16 @@ bool GlobalGraph::remove_range(std::uint64_t id) {
   return std::erase_if(window_.ranges, [id](const RangeFactor& f) { return f.id == id; }) > 0;
 }
 
+void GlobalGraph::set_range_sigmas(std::span<const std::pair<std::uint64_t, double>> sigma_m) {
+  for (RangeFactor& f : window_.ranges) {
+    const auto said = std::lower_bound(sigma_m.begin(), sigma_m.end(), f.id,
+                                       [](const std::pair<std::uint64_t, double>& entry,
+                                          std::uint64_t id) { return entry.first < id; });
+    if (said != sigma_m.end() && said->first == f.id) f.sigma_m = said->second;
+  }
+  changed();
+}
+
 bool GlobalGraph::remove_loop(std::uint64_t id) {
   changed();
   return std::erase_if(window_.loops, [id](const LoopTerm& loop) { return loop.id == id; }) > 0;

@@ -3,6 +3,8 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "rali/graph/global_marginals.hpp"
@@ -74,6 +76,8 @@ class GlobalGraph {
 
   /// Takes a live range out; it stays used. @return false if it is not live.
   bool remove_range(std::uint64_t id);
+  /// Says anew how well live ranges are known. @param sigma_m by id, ascending; the rest stay
+  void set_range_sigmas(std::span<const std::pair<std::uint64_t, double>> sigma_m);
   /// Takes a loop out; its id may come again. @return false if it is not there.
   bool remove_loop(std::uint64_t id);
   /// Lets a landmark, bias or tau wander by this variance [m^2, s^2].

@@ -68,7 +68,14 @@ std::optional<Seq> JointGraph::seq(KeyframeId keyframe) const {
   return std::nullopt;
 }
 
-/// Speed and biases are worth their unknowns only where the LiDAR is blind, and around there.
+bool JointGraph::is_open(std::size_t path, std::size_t node) const {
+  const Increment& step = paths_[path].nodes()[node].step;
+  return step.blind ||
+         (paths_[path].ties_to_before(node) && is_loose(step.lidar_information, settings_.shape));
+}
+
+/// Speed and biases are worth their unknowns only where the LiDAR leaves a step open, and around
+/// there: where it is blind, or for a sweep or two that nobody calls blind.
 std::vector<bool> JointGraph::inertial_nodes(std::size_t path) const {
   const auto& nodes = paths_[path].nodes();
   const auto margin = static_cast<std::size_t>(settings_.inertial_margin);
@@ -77,7 +84,7 @@ std::vector<bool> JointGraph::inertial_nodes(std::size_t path) const {
   // The node before the first one counts, too: it says whether the inertial nodes begin there.
   const std::size_t from = begin_[path] > margin ? begin_[path] - margin - 1 : 0;
   for (std::size_t k = from; k < nodes.size(); ++k) {
-    if (!nodes[k].step.blind) continue;
+    if (!is_open(path, k)) continue;
     const std::size_t begin = k > margin ? k - margin : 0;
     const std::size_t end = std::min(nodes.size(), k + margin + 1);
     for (std::size_t i = begin; i < end; ++i) inertial[i] = nodes[i].step.levelled;

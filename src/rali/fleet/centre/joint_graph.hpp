@@ -79,7 +79,16 @@ class JointGraph {
     graph::RangeFactor factor;
     std::size_t pair = 0;  ///< in pairs_
     double sigma_m = 0.1;  ///< without what neighbours have in common
+    std::size_t stretch = 0;
     bool used = true;
+    double doubt = 1.0;  ///< of its stretch: factor on the sigma in the graph
+  };
+
+  /// Ranges of one pair that may all be off by the same, and where the last one is.
+  struct Stretch {
+    std::size_t number = 0;
+    Time begin;
+    bool at_rest = false, blocked = false;
   };
 
   struct PathNode {
@@ -89,6 +98,7 @@ class JointGraph {
   [[nodiscard]] bool has_speed(graph::Seq seq) const;
   [[nodiscard]] PathNode path_node(graph::Seq seq) const;
   [[nodiscard]] bool any_blind() const;
+  [[nodiscard]] bool is_open(std::size_t path, std::size_t node) const;
   void count_ranges(std::size_t pair, const graph::GlobalGraph& left, BoundaryBias& count) const;
   [[nodiscard]] const BoundaryBias* known_before(std::size_t pair) const;
   void add_pairs_before();
@@ -103,7 +113,9 @@ class JointGraph {
   [[nodiscard]] geometry::Vec3 velocity_map(std::size_t path, const RangeEnd& end) const;
   [[nodiscard]] std::optional<std::size_t> keyframe_near(std::size_t path,
                                                          const graph::RangeEnd& end) const;
+  [[nodiscard]] std::size_t stretch_of(const JointRange& range);
   void judge_again();
+  void weigh_stretches();
 
   std::span<const VehiclePath> paths_;
   std::vector<std::optional<geometry::SE3>> T_map_odom_;
@@ -114,7 +126,9 @@ class JointGraph {
   std::vector<std::size_t> begin_;  ///< index of the first node of each path
   std::vector<std::size_t> first_;  ///< its number in the graph; the last one is the end
   std::vector<AntennaPair> pairs_;
-  std::vector<Range> ranges_;  ///< by time
+  std::vector<Range> ranges_;            ///< by time
+  std::map<int, Stretch> last_stretch_;  ///< by pair, while ranges are added
+  std::size_t stretches_ = 0;
   std::uint64_t next_range_ = 0;
   std::vector<geometry::Mat6> covariances_;  ///< of all nodes, once asked for
 };

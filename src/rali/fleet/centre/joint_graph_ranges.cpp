@@ -11,6 +11,12 @@ namespace rali::fleet {
 using geometry::SE3;
 using geometry::Vec3;
 
+namespace {
+
+double inverse_square(double sigma) { return 1.0 / (sigma * sigma); }
+
+}  // namespace
+
 graph::RangeEnd JointGraph::end_of(std::size_t path, const RangeEnd& end) const {
   const auto& nodes = paths_[path].nodes();
   graph::RangeEnd factor;
@@ -66,6 +72,7 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
     Range range;
     range.sigma_m = r.sigma_m;
     range.pair = static_cast<std::size_t>(r.pair);
+    range.stretch = stretch_of(r);
     graph::RangeFactor& f = range.factor;
     static_cast<graph::RangeEnd&>(f) = end_of(pair.a.path, r.a);
     f.other = end_of(pair.b.path, r.b);
@@ -82,6 +89,18 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
     graph_->add(f);
     ranges_.push_back(range);
   }
+}
+
+/// While both ends stand, or for as long as the wandering part of the error lasts, what adds to one
+/// range adds to all.
+std::size_t JointGraph::stretch_of(const JointRange& r) {
+  const bool at_rest = r.a.at_rest && r.b.at_rest;
+  const auto [known, is_new] = last_stretch_.try_emplace(r.pair);
+  Stretch& last = known->second;
+  const bool same = !is_new && last.at_rest == at_rest && last.blocked == r.blocked &&
+                    (at_rest || (r.t - last.begin).s() < ranging_.slow.slow_time_s);
+  if (!same) last = {stretches_++, r.t, at_rest, r.blocked};
+  return last.number;
 }
 
 /// Each range once more against the paths as they are known now, in the order of time: what did not
@@ -103,6 +122,38 @@ void JointGraph::judge_again() {
     }
     range.used = fits;
   }
+  weigh_stretches();
+}
+
+/// Ranges that share their error count little each, so no gate and no loss sees that all of them
+/// together are off by many sigma: somebody stands between two vehicles that stand. Their mean is
+/// judged as one measurement. Too long it may be by anything, so it loses its weight with the
+/// square; too short hardly.
+void JointGraph::weigh_stretches() {
+  if (settings_.stretch_sd <= 0.0) return;
+
+  struct Sum {
+    double information = 0.0, residual = 0.0;  ///< weighted
+  };
+
+  std::vector<Sum> sums(stretches_);
+  for (const Range& range : ranges_) {
+    if (!range.used) continue;
+    const double weight = inverse_square(range.factor.sigma_m);
+    sums[range.stretch].information += weight;
+    sums[range.stretch].residual += weight * graph_->residual(range.factor);
+  }
+  std::vector<std::pair<std::uint64_t, double>> sigma_m;
+  for (Range& range : ranges_) {
+    const Sum& sum = sums[range.stretch];
+    if (!range.used || !(sum.information > 0.0)) continue;
+    // Predicted less measured, in sigma of the mean.
+    const double off = sum.residual / std::sqrt(sum.information) / settings_.stretch_sd;
+    range.doubt = off < -1.0 ? -off : std::sqrt(std::max(1.0, off));
+    sigma_m.emplace_back(range.factor.id, range.doubt * range.factor.sigma_m);
+  }
+  std::sort(sigma_m.begin(), sigma_m.end());
+  graph_->set_range_sigmas(sigma_m);
 }
 
 std::vector<PairBias> JointGraph::biases() {
@@ -158,7 +209,7 @@ std::vector<UsedRange> JointGraph::used_ranges() {
     // What the range would have been at the keyframes, with its own error kept.
     used.range_m =
         (antenna(pair.a, *a) - antenna(pair.b, *b)).norm() - graph_->residual(range.factor);
-    used.sigma_m = range.factor.sigma_m;
+    used.sigma_m = range.doubt * range.factor.sigma_m;
     out.push_back(used);
   }
   return out;

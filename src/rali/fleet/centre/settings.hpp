@@ -77,6 +77,7 @@ struct JointSettings {
   double start_gyro_bias_sigma_radps = 0.002;
   double start_accel_bias_sigma_mps2 = 0.05;
   double path_sigma_m = 0.1;
+  double stretch_sd = 2.0;
   ShapeSettings shape;
   graph::GlobalGraphSettings graph;
 
@@ -101,6 +102,8 @@ struct JointSettings {
     v("start_gyro_bias_sigma_radps", start_gyro_bias_sigma_radps, 1e-6, 1.0, "the same");
     v("start_accel_bias_sigma_mps2", start_accel_bias_sigma_mps2, 1e-5, 10.0, "the same");
     v("path_sigma_m", path_sigma_m, 0.0, 10.0, "doubt about the path when ranges are judged anew");
+    v("stretch_sd", stretch_sd, 0.0, 1e6,
+      "ranges in a row that are off together by more sigma of their mean count less; 0: never");
     v.group("shape", shape, "what ties the nodes of a path together");
     v.group("graph", graph, "the solver");
   }

@@ -1,5 +1,6 @@
 #include "rali/fleet/path/shape.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 namespace rali::fleet {
@@ -30,6 +31,16 @@ Mat6 shape_information(const Mat6& lidar_information, const geometry::SE3& T_odo
   G.block<3, 3>(3, 3) = T_odom_before.R;
   const Mat6 turned = G.transpose() * I * G;
   return 0.5 * (turned + turned.transpose());
+}
+
+bool is_loose(const Mat6& lidar_information, const ShapeSettings& s) {
+  const Mat6 I = shape_information(lidar_information, geometry::SE3{}, s);
+  const auto weakest = [](const geometry::Mat3& block) {
+    return Eigen::SelfAdjointEigenSolver<geometry::Mat3>(block, Eigen::EigenvaluesOnly)
+        .eigenvalues()[0];
+  };
+  return weakest(I.topLeftCorner<3, 3>()) * s.loose_rad * s.loose_rad < 1.0 ||
+         weakest(I.bottomRightCorner<3, 3>()) * s.loose_m * s.loose_m < 1.0;
 }
 
 void loosen_gap(Mat6& shape, const ShapeSettings& s) {

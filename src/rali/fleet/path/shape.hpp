@@ -14,6 +14,8 @@ struct ShapeSettings {
   double shape_m = 0.002;
   double shape_rad = 2e-4;
   double gap_m = 0.3;
+  double loose_m = 0.01;
+  double loose_rad = 1e-3;
 
   template <class V>
   void visit(V& v) {
@@ -22,6 +24,8 @@ struct ShapeSettings {
     v("shape_m", shape_m, 1e-5, 1.0, "sigma of a step where the LiDAR knows: keeps the shape");
     v("shape_rad", shape_rad, 1e-6, 0.1, "the same of its turn");
     v("gap_m", gap_m, 1e-3, 100.0, "sigma of a step over a gap in the inertial data");
+    v("loose_m", loose_m, 1e-4, 10.0, "less sure steps are tied by inertial data, too");
+    v("loose_rad", loose_rad, 1e-5, 1.0, "the same of their turn");
   }
 };
 
@@ -35,6 +39,9 @@ struct ShapeSettings {
 [[nodiscard]] geometry::Mat6 shape_information(const geometry::Mat6& lidar_information,
                                                const geometry::SE3& T_odom_before,
                                                const ShapeSettings& settings);
+
+/// Whether the shape leaves a direction, or a turn, of a step open.
+[[nodiscard]] bool is_loose(const geometry::Mat6& lidar_information, const ShapeSettings& settings);
 
 /// Adds what the filter's step is worth where neither LiDAR nor inertial data bridge a gap.
 void loosen_gap(geometry::Mat6& shape, const ShapeSettings& settings);
