@@ -114,17 +114,18 @@ void Node::watch_finish() {
                                       [this](const Goal& g) { return g.vehicle == self_; });
     input.frontier_beyond = frontier_is_left(*goals_, settings_.taken_m);
   }
-  if (!was_near(input)) {
-    input.rssi_dbm.reset();
-    input.distance_m.reset();
-    input.range_m.reset();
-  }
+  input.comes_from_afar = !was_near(input);
   input.moves = is_moving();
   input.blind = pose_->blind;
   input.sigma_m = pose_->sigma_m;
   finish_view_ = finish_.step(input);
   if (finish_view_.reason != role_.finished) {
     rounds_.tag_finished(self_, finish_view_.reason);
+    const bool ends = finish_view_.reason != FinishReason::kNone;
+    report(
+        "fleet.finished", Severity::kInfo,
+        fmt::format("{} ({}; sigma {:.2f} m)", ends ? "ends its part of the round" : "drives again",
+                    text_of(finish_view_.reason), pose_->sigma_m));
     give(RoleFinished{finish_view_.reason});
   }
 }

@@ -16,6 +16,32 @@ bool is_number(const std::optional<double>& v) { return v && std::isfinite(*v); 
 
 }  // namespace
 
+std::string_view text_of(FinishReason reason) {
+  switch (reason) {
+    case FinishReason::kNone:
+      return "goes on";
+    case FinishReason::kSignal:
+      return "the radio is too weak";
+    case FinishReason::kDistance:
+      return "the anchor is too far away";
+    case FinishReason::kExplored:
+      return "nothing is left to explore from here";
+    case FinishReason::kRangeLost:
+      return "no ranges where the LiDAR is blind";
+    case FinishReason::kSigma:
+      return "its place has become too unsure";
+    case FinishReason::kUnreachable:
+      return "no way leads to what is left";
+    case FinishReason::kBattery:
+      return "the battery is low";
+    case FinishReason::kTimeout:
+      return "the time is up";
+    case FinishReason::kOperator:
+      return "the operator said so";
+  }
+  return "";
+}
+
 void FinishWatch::new_round(Time t) {
   const FinishSettings settings = settings_;
   *this = FinishWatch(settings);
@@ -44,7 +70,8 @@ FinishView FinishWatch::step(const FinishInput& input) {
 }
 
 void FinishWatch::take_radio(const FinishInput& input) {
-  if (is_number(input.rssi_dbm)) rssi_dbm_.emplace_back(input.t, *input.rssi_dbm);
+  const bool counts = is_number(input.rssi_dbm) && !input.comes_from_afar;
+  if (counts) rssi_dbm_.emplace_back(input.t, *input.rssi_dbm);
   while (!rssi_dbm_.empty() &&
          (seconds_between(rssi_dbm_.front().first, input.t) > settings_.rssi_window_s ||
           rssi_dbm_.size() > kRadioMax)) {
@@ -69,6 +96,7 @@ std::optional<double> FinishWatch::rssi_median_dbm() const {
 }
 
 std::optional<double> FinishWatch::distance_m(const FinishInput& input) const {
+  if (input.comes_from_afar) return std::nullopt;
   if (range_m_ && seconds_between(range_m_->first, input.t) < kRangeFresh_s) {
     return range_m_->second;
   }

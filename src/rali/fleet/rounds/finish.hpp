@@ -3,6 +3,7 @@
 #include <deque>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "rali/base/time.hpp"
@@ -14,9 +15,12 @@ namespace rali::fleet {
 /// What a tag knows at a time; any rate will do, 1 Hz is enough.
 struct FinishInput {
   Time t;
-  std::optional<double> rssi_dbm;     ///< heard from the anchor since the last input
-  std::optional<double> range_m;      ///< accepted range to the anchor since then
-  std::optional<double> distance_m;   ///< to the anchor, from the estimates
+  std::optional<double> rssi_dbm;    ///< heard from the anchor since the last input
+  std::optional<double> range_m;     ///< accepted range to the anchor since then
+  std::optional<double> distance_m;  ///< to the anchor, from the estimates
+  /// Since the round began: a new anchor may stand as far ahead as the old one's limit. Distance
+  /// and radio do not count yet; ranges are heard all the same.
+  bool comes_from_afar = false;
   std::optional<bool> frontier_left;  ///< a reachable one of its own; none: not looked yet
   bool frontier_beyond = false;       ///< one that nobody is on the way to: it has no way there
   bool moves = false;
@@ -35,6 +39,9 @@ struct FinishView {
   bool warn = false;                          ///< no goals further away from the anchor
   bool drive_back = false;                    ///< up to 3 m, to find the ranges again
 };
+
+/// Why, for people: "its place has become too unsure".
+[[nodiscard]] std::string_view text_of(FinishReason reason);
 
 /// When a tag has finished its part of the round (algorithms_fleet 10.1; paper "System
 /// Definition"): radio too weak, anchor too far, or surroundings explored; `robust` adds ranges

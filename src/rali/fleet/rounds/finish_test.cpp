@@ -56,6 +56,28 @@ TEST(FinishWatch, distance_is_that_of_a_fresh_range_and_else_of_the_estimates) {
   EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
 }
 
+// The new anchor stood where the old one's limit was. Its ranges were heard and thrown away with
+// the distance: after 5 s each tag had lost them and stood, and the mission ended after 60 m of
+// 200.
+TEST(FinishWatch, who_comes_from_afar_hears_ranges_that_do_not_end_its_round) {
+  FinishWatch watch{FinishSettings{}};
+  for (int k = 0; k < 100; ++k) {
+    FinishInput in = at(0.2 * k);
+    in.blind = true;
+    in.range_m = in.distance_m = 66.0 - 0.1 * k;
+    in.rssi_dbm = -90.0;
+    in.comes_from_afar = true;
+    EXPECT_EQ(watch.step(in).reason, FinishReason::kNone) << k;
+  }
+  FinishInput in = at(20.0);
+  in.range_m = 53.0;
+  in.rssi_dbm = -70.0;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone) << "nothing of before counts";
+  in = at(21.0);
+  in.range_m = 61.0;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
+}
+
 TEST(FinishWatch, says_unreachable_where_frontiers_are_left_to_which_it_has_no_way) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
