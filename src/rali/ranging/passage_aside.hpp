@@ -2,17 +2,10 @@
 
 #include <optional>
 
-#include "rali/geometry/types.hpp"
+#include "rali/ranging/passage_walls.hpp"
 #include "rali/ranging/settings.hpp"
 
 namespace rali::ranging {
-
-/// The walls to both sides of something that stands in a passage.
-struct PassageWalls {
-  geometry::Vec3 axis = geometry::Vec3::UnitX();  ///< of the passage there; level, unit, either way
-  double left_m = 0.0;                            ///< to the wall on the side of up x axis
-  double right_m = 0.0;
-};
 
 /// How far aside of the own antenna another one stands, in a passage.
 struct Aside {

@@ -1,17 +1,19 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "rali/base/finding.hpp"
 #include "rali/base/ids.hpp"
 #include "rali/degeneracy/report.hpp"
 #include "rali/fleet/facts/facts.hpp"
+#include "rali/fleet/messages/peer_status.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/odometry/keyframe.hpp"
-#include "rali/ranging/passage_aside.hpp"
 #include "rali/ranging/range_use.hpp"
 #include "rali/sensor/imu_sample.hpp"
 #include "rali/sensor/lidar_scan.hpp"
@@ -22,24 +24,9 @@ namespace rali::vehicle {
 /// The recording has ended: process what is still waiting for inertial data.
 struct EndOfData {};
 
-/// Where a vehicle believes to be in the frame of its own start: level, at its first pose, heading
-/// along x.
-struct PeerPose {
-  geometry::SE3 T_start_body;
-  geometry::Mat3 position_covariance_m2 = geometry::Mat3::Zero();
-  /// Beside its first antenna, where it stands in a passage.
-  std::optional<ranging::PassageWalls> walls = std::nullopt;
-};
-
-/// What another vehicle says about itself: only while one stands are ranges to it ranges to a
-/// place.
-struct PeerStatus {
-  VehicleId vehicle;
-  Time t;
-  bool at_rest = false;
-  /// Nothing before gravity is known, and where it is lost.
-  std::optional<PeerPose> pose = std::nullopt;
-};
+using fleet::PeerPose;
+using fleet::PeerStatus;
+using fleet::SeenPeer;
 
 /// What a vehicle can be told. Order of arrival is the order of the calls.
 using Event = std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>,

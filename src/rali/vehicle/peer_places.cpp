@@ -1,7 +1,9 @@
 #include "rali/vehicle/peer_places.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "rali/fleet/path/level.hpp"
@@ -13,13 +15,24 @@ using geometry::Vec3;
 
 namespace {
 
+/// Not so much as a hair below zero in any direction: a filter that takes it would diverge.
+bool is_covariance(const geometry::Mat3& P) {
+  if (!P.allFinite()) return false;
+  constexpr double kHair = 1e-6;
+  const geometry::Mat3 lifted = P + kHair * P.trace() * geometry::Mat3::Identity();
+  return P.isZero(0.0) || lifted.llt().info() == Eigen::Success;
+}
+
 /// One broken number would spoil whatever is estimated with it.
 bool whole(const PeerPose& pose) {
   const bool walls = !pose.walls || (pose.walls->axis.allFinite() && pose.walls->left_m > 0.0 &&
                                      pose.walls->right_m > 0.0 &&
                                      std::isfinite(pose.walls->left_m + pose.walls->right_m));
-  return walls && pose.T_start_body.p.allFinite() && pose.T_start_body.R.allFinite() &&
-         pose.position_covariance_m2.allFinite();
+  const bool seen = std::all_of(pose.seen.begin(), pose.seen.end(), [](const SeenPeer& peer) {
+    return peer.apart_start_m.allFinite() && is_covariance(peer.covariance_m2);
+  });
+  return walls && seen && pose.T_start_body.p.allFinite() && pose.T_start_body.R.allFinite() &&
+         is_covariance(pose.position_covariance_m2);
 }
 
 }  // namespace

@@ -138,7 +138,19 @@ void FleetNodes::collect_mail(Executor& executor) {
   const Mail mail = collect(link_, now_);
   unreadable_ += mail.unreadable;
   for (const Received& received : mail.received) {
-    tell(received.to.value, received.envelope, now_, executor);
+    if (const auto* status = std::get_if<fleet::PeerStatus>(&received.envelope.message)) {
+      heard_.push_back({received.to.value, *status});
+    } else {
+      tell(received.to.value, received.envelope, now_, executor);
+    }
+  }
+}
+
+void FleetNodes::say(std::size_t index, const fleet::PeerStatus& status) {
+  if (!members_[index].alive) return;
+  if (const Status posted = post(link_, now_, {status.vehicle, std::nullopt, status}); !posted) {
+    findings_.push_back(refused(posted.error()));
+    findings_.back().vehicle = members_[index].name;
   }
 }
 

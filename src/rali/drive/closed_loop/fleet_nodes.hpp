@@ -45,6 +45,17 @@ class FleetNodes {
   /// What a vehicle has measured or made. Nothing reaches one that is dead.
   void tell(std::size_t index, const fleet::NodeEvent& event, Time t, Executor& executor);
 
+  /// What a vehicle says of itself to all others, over the radio. Nothing from one that is dead.
+  void say(std::size_t index, const fleet::PeerStatus& status);
+
+  /// What arrived since the last call of what others said of themselves: it is for the odometry.
+  struct HeardStatus {
+    std::size_t to = 0;
+    fleet::PeerStatus status;
+  };
+
+  [[nodiscard]] std::vector<HeardStatus> take_heard() { return std::exchange(heard_, {}); }
+
   /// Brings the mail, tells all how their drives go and what time it is, and returns what changed
   /// in where they are to go.
   [[nodiscard]] std::vector<sim::DriveCommand> decide(Time now,
@@ -92,6 +103,7 @@ class FleetNodes {
   std::vector<Member> members_;
   fleet::NodeOutputs outputs_;
   FindingList findings_;
+  std::vector<HeardStatus> heard_;
   Time now_;  ///< of the last decision: the radio's clock
   std::uint64_t unreadable_ = 0;
 };

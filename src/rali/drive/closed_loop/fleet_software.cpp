@@ -58,16 +58,11 @@ void ClosedLoopFleet::hand_over(const sim::FleetMessage& message) {
   }
 }
 
-void ClosedLoopFleet::deliver(std::size_t to, vehicle::Event event) {
-  letters_.push_back({to, std::move(event)});
-  while (!letters_.empty()) {
-    const Letter letter = std::move(letters_.front());
-    letters_.pop_front();
-    if (!nodes_.alive(letter.to)) continue;
-    outputs_.clear();
-    members_[letter.to].vehicle->step(letter.event, executor_, outputs_);
-    follow(letter.to, outputs_);
-  }
+void ClosedLoopFleet::deliver(std::size_t to, const vehicle::Event& event) {
+  if (!nodes_.alive(to)) return;
+  outputs_.clear();
+  members_[to].vehicle->step(event, executor_, outputs_);
+  follow(to, outputs_);
 }
 
 void ClosedLoopFleet::follow(std::size_t index, const vehicle::OutputList& outputs) {
@@ -79,9 +74,7 @@ void ClosedLoopFleet::follow(std::size_t index, const vehicle::OutputList& outpu
       tell(index, fleet::OwnFact{made->fact}, made->fact->t);
     } else if (const auto* status = std::get_if<vehicle::PeerStatus>(&output)) {
       member.levelled = status->pose.has_value();
-      for (std::size_t i = 0; i < members_.size(); ++i) {
-        if (i != index) letters_.push_back({i, *status});
-      }
+      nodes_.say(index, *status);
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
       findings_.push_back(*finding);
       findings_.back().vehicle = nodes_.name(index);
@@ -97,7 +90,11 @@ std::vector<sim::DriveCommand> ClosedLoopFleet::decide(Time now,
                                                        std::span<const sim::DriveReport> vehicles) {
   nodes_.advance(now);
   for (const sim::FleetMessage& message : order_.take(now)) hand_over(message);
-  return nodes_.decide(now, vehicles, executor_);
+  std::vector<sim::DriveCommand> commands = nodes_.decide(now, vehicles, executor_);
+  for (const FleetNodes::HeardStatus& heard : nodes_.take_heard()) {
+    deliver(heard.to, heard.status);
+  }
+  return commands;
 }
 
 FindingList ClosedLoopFleet::take_findings() {

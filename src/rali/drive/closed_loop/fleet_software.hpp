@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -47,13 +46,8 @@ class ClosedLoopFleet final : public sim::FleetSoftware {
     bool levelled = false;
   };
 
-  struct Letter {
-    std::size_t to;
-    vehicle::Event event;
-  };
-
   void hand_over(const sim::FleetMessage& message);
-  void deliver(std::size_t to, vehicle::Event event);
+  void deliver(std::size_t to, const vehicle::Event& event);
   void follow(std::size_t index, const vehicle::OutputList& outputs);
   void tell(std::size_t index, const fleet::NodeEvent& event, Time t);
 
@@ -61,7 +55,6 @@ class ClosedLoopFleet final : public sim::FleetSoftware {
   EventOrder order_;
   FleetNodes nodes_;
   std::vector<Member> members_;
-  std::deque<Letter> letters_;
   vehicle::OutputList outputs_;
   FindingList findings_;
 };

@@ -130,8 +130,10 @@ SquareMatrix<N> covariance_of(const CovarianceCode<N>& code) {
   return covariance;
 }
 
+template CovarianceCode<3> covariance_code<3>(const SquareMatrix<3>&);
 template CovarianceCode<6> covariance_code<6>(const SquareMatrix<6>&);
 template CovarianceCode<9> covariance_code<9>(const SquareMatrix<9>&);
+template SquareMatrix<3> covariance_of<3>(const CovarianceCode<3>&);
 template SquareMatrix<6> covariance_of<6>(const CovarianceCode<6>&);
 template SquareMatrix<9> covariance_of<9>(const CovarianceCode<9>&);
 

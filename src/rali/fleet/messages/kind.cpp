@@ -38,6 +38,8 @@ struct OfMessage {
   Kind operator()(const GoalList&) const { return Kind::kGoals; }
 
   Kind operator()(const RoundBoundary&) const { return Kind::kBoundary; }
+
+  Kind operator()(const PeerStatus&) const { return Kind::kPeer; }
 };
 
 }  // namespace
@@ -76,6 +78,8 @@ std::string_view name_of(Kind kind) {
       return "withheld";
     case Kind::kBoundary:
       return "boundary";
+    case Kind::kPeer:
+      return "peer";
   }
   return "kind";
 }

@@ -24,7 +24,8 @@ enum class Kind : std::uint8_t {
   kStatus = 20,
   kGoals = 21,
   kWithheld = 22,
-  kBoundary = 23
+  kBoundary = 23,
+  kPeer = 24
 };
 
 inline constexpr std::uint8_t kFactKinds = 16;     ///< a kind below is a fact

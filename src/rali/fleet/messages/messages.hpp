@@ -12,6 +12,7 @@
 #include "rali/base/time.hpp"
 #include "rali/fleet/facts/facts.hpp"
 #include "rali/fleet/messages/boundary.hpp"
+#include "rali/fleet/messages/peer_status.hpp"
 #include "rali/geometry/se3.hpp"
 
 /// Everything that goes from one vehicle to another, as values; their bytes are in wire/fleet.
@@ -207,7 +208,7 @@ struct GoalList {
 };
 
 using Message = std::variant<FactMessage, Inventory, Request, Withheld, Table, RoleMessage,
-                             VehicleStatus, GoalList, RoundBoundary>;
+                             VehicleStatus, GoalList, RoundBoundary, PeerStatus>;
 
 /// A message and its way.
 struct Envelope {

@@ -60,6 +60,8 @@ struct WriteBody {
   void operator()(const fleet::GoalList& v) const { layout_goals(body, v); }
 
   void operator()(const fleet::RoundBoundary& v) const { layout_boundary(body, v); }
+
+  void operator()(const fleet::PeerStatus& v) const { layout_peer(body, v); }
 };
 
 template <class Header, class Key, class Stamp>
@@ -162,6 +164,8 @@ Result<fleet::Message> read_soft(Kind kind, PackReader& header) {
       return read_as<fleet::GoalList>(body, [](auto& b, auto& v) { layout_goals(b, v); });
     case Kind::kBoundary:
       return read_as<fleet::RoundBoundary>(body, [](auto& b, auto& v) { layout_boundary(b, v); });
+    case Kind::kPeer:
+      return read_as<fleet::PeerStatus>(body, [](auto& b, auto& v) { layout_peer(b, v); });
     default:
       return fail(ErrorCode::kNoAnswer, "message between vehicles",
                   fmt::format("is of the unknown kind {}", static_cast<unsigned>(kind)),
@@ -220,6 +224,7 @@ Result<fleet::Envelope> decode_envelope(std::span<const std::byte> bytes) {
   if (!message) return tl::make_unexpected(std::move(message.error()));
   fleet::Envelope envelope{VehicleId{from}, std::nullopt, std::move(*message)};
   if (to != kToAll) envelope.to = VehicleId{to};
+  if (auto* peer = std::get_if<fleet::PeerStatus>(&envelope.message)) peer->vehicle = envelope.from;
   return envelope;
 }
 

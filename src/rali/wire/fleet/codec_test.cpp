@@ -111,6 +111,29 @@ TEST(FleetCodec, fields_of_soft_messages_come_back) {
   EXPECT_FALSE(table.last_part);
 }
 
+TEST(FleetCodec, what_a_vehicle_says_of_itself_comes_back_as_its_own) {
+  fleet::PeerStatus said{VehicleId{9}, Time::from_s(5.0), true, fleet::PeerPose{}};
+  said.pose->T_start_body.p = {1.5, -2.25, 0.125};
+  said.pose->position_covariance_m2 = Eigen::Vector3d(0.25, 0.01, 0.04).asDiagonal();
+  said.pose->walls = ranging::PassageWalls{geometry::Vec3::UnitY(), 1.5, 2.25};
+  said.pose->seen = {{VehicleId{2}, 1, {0.5, -1.25, 0.125}, geometry::Mat3::Identity()}};
+  const auto back = decode_envelope(*encode_envelope({VehicleId{3}, std::nullopt, said}));
+  ASSERT_TRUE(back);
+  const auto& heard = std::get<fleet::PeerStatus>(back->message);
+  EXPECT_EQ(heard.vehicle, VehicleId{3}) << "nobody speaks for another";
+  EXPECT_EQ(heard.t, said.t);
+  EXPECT_TRUE(heard.at_rest);
+  ASSERT_TRUE(heard.pose);
+  EXPECT_EQ(heard.pose->T_start_body.p, said.pose->T_start_body.p);
+  EXPECT_TRUE(heard.pose->position_covariance_m2.isApprox(said.pose->position_covariance_m2, 1e-6));
+  ASSERT_TRUE(heard.pose->walls);
+  EXPECT_EQ(heard.pose->walls->right_m, 2.25);
+  ASSERT_EQ(heard.pose->seen.size(), 1U);
+  EXPECT_EQ(heard.pose->seen[0].vehicle, VehicleId{2});
+  EXPECT_EQ(heard.pose->seen[0].antenna, 1);
+  EXPECT_EQ(heard.pose->seen[0].apart_start_m, said.pose->seen[0].apart_start_m);
+}
+
 TEST(FleetCodec, a_message_that_ends_too_early_is_an_error_wherever_it_ends) {
   for (const fleet::Envelope& envelope : all_messages()) {
     const Bytes whole = *encode_envelope(envelope);

@@ -10,6 +10,7 @@ namespace rali::wire {
 inline constexpr std::size_t kStreamsMax = 1024, kGapsMax = 4096, kWantsMax = 4096;
 inline constexpr std::size_t kFrontiersMax = 4096, kGoalsMax = 1024;
 inline constexpr std::size_t kReasonMax = 240;
+inline constexpr std::size_t kSeenMax = 64;
 
 template <class Archive, class Key>
 void layout_stream(Archive& a, Key& key) {
@@ -108,6 +109,33 @@ void layout_status(Body& body, Of& status) {
     a.flag(status.at_rest);
     a.as_float(status.rssi_dbm);
     a.number(status.t_send.ns);
+  });
+}
+
+template <class Archive, class Pose>
+void layout_peer_pose(Archive& a, Pose& pose) {
+  a.pose(pose.T_start_body);
+  a.template covariance<3>(pose.position_covariance_m2);
+  a.maybe(pose.walls, [](auto& b, auto& walls) {
+    b.float3(walls.axis);
+    b.as_float(walls.left_m);
+    b.as_float(walls.right_m);
+  });
+  a.list(pose.seen, kSeenMax, [](auto& b, auto& peer) {
+    b.varint(peer.vehicle.value);
+    b.number(peer.antenna);
+    b.float3(peer.apart_start_m);
+    b.template covariance<3>(peer.covariance_m2);
+  });
+}
+
+/// Who it is the envelope says.
+template <class Body, class Of>
+void layout_peer(Body& body, Of& peer) {
+  body.section(1, [&](auto& a) {
+    a.number(peer.t.ns);
+    a.flag(peer.at_rest);
+    a.maybe(peer.pose, [](auto& b, auto& pose) { layout_peer_pose(b, pose); });
   });
 }
 

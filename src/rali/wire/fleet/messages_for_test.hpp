@@ -55,6 +55,19 @@ inline fleet::RoleMessage some_role() {
   return role;
 }
 
+/// That stands in a passage and has two others.
+inline fleet::PeerStatus some_peer(Rng& rng) {
+  fleet::PeerStatus peer{VehicleId{1}, Time::from_s(5.0), true, fleet::PeerPose{}};
+  peer.pose->T_start_body = fleet::random_pose(rng);
+  peer.pose->position_covariance_m2 = fleet::random_covariance<3>(rng);
+  peer.pose->walls = ranging::PassageWalls{geometry::Vec3::UnitY(), 1.5, 2.25};
+  peer.pose->seen = {
+      {VehicleId{2}, 1, {0.5, -1.25, 0.125}, fleet::random_covariance<3>(rng)},
+      {VehicleId{3}, 0, {-7.0, 0.5, 0.0}, geometry::Mat3::Zero()},
+  };
+  return peer;
+}
+
 /// One of each kind of message, facts first.
 inline std::vector<fleet::Envelope> all_messages() {
   Rng rng(11);
@@ -76,6 +89,8 @@ inline std::vector<fleet::Envelope> all_messages() {
   boundary.H = Eigen::MatrixXd::Identity(17, 17);
   boundary.b = Eigen::VectorXd::LinSpaced(17, -1.0, 1.0);
   add(boundary);
+  add(fleet::PeerStatus{VehicleId{1}, Time::from_s(4.0), false});
+  add(some_peer(rng));
   add(some_inventory());
   add(fleet::Request{
       7, 65536, true, {{{VehicleId{1}, 0}, {3, 5}, 1}, {{VehicleId{1}, 0}, {300, 300}, 0}}});

@@ -79,6 +79,7 @@ void PackWriter::covariance(const fleet::SquareMatrix<N>& m) {
   }
 }
 
+template void PackWriter::covariance<3>(const fleet::SquareMatrix<3>&);
 template void PackWriter::covariance<6>(const fleet::SquareMatrix<6>&);
 template void PackWriter::covariance<9>(const fleet::SquareMatrix<9>&);
 
@@ -165,6 +166,7 @@ void PackReader::covariance(fleet::SquareMatrix<N>& m) {
   m = fleet::covariance_of<N>(code);
 }
 
+template void PackReader::covariance<3>(fleet::SquareMatrix<3>&);
 template void PackReader::covariance<6>(fleet::SquareMatrix<6>&);
 template void PackReader::covariance<9>(fleet::SquareMatrix<9>&);
 

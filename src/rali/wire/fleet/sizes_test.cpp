@@ -95,6 +95,12 @@ TEST(FleetSizes, small_messages_stay_small) {
   const std::size_t inventory = size(soft(some_inventory()));
   const double per_pose =
       static_cast<double>(size(soft(some_table(rng, 80))) - size(soft(some_table(rng, 20)))) / 60.0;
+  fleet::PeerStatus peer{VehicleId{1}, Time::from_s(5.0), true, fleet::PeerPose{}};
+  RecordProperty("peer_driving", std::to_string(size(soft(peer))));
+  peer.pose->walls.emplace();
+  peer.pose->seen.resize(1);
+  const std::size_t standing = size(soft(peer));
+  RecordProperty("peer_standing", std::to_string(standing));
   RecordProperty("increment", std::to_string(increment));
   RecordProperty("ranges_60", std::to_string(sixty));
   RecordProperty("per_range", std::to_string(per_range));
@@ -114,6 +120,7 @@ TEST(FleetSizes, small_messages_stay_small) {
   EXPECT_LE(increment, 700U);
   EXPECT_LE(per_range, 16.0);
   EXPECT_LE(heartbeat, 100U);
+  EXPECT_LE(standing, 170U) << "ten times a second: 0.1 MB per minute";
   EXPECT_LE(inventory, 60U);
   EXPECT_LE(per_pose, 24.0);
 }

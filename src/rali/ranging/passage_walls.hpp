@@ -1,0 +1,14 @@
+#pragma once
+
+#include "rali/geometry/types.hpp"
+
+namespace rali::ranging {
+
+/// The walls to both sides of something that stands in a passage.
+struct PassageWalls {
+  geometry::Vec3 axis = geometry::Vec3::UnitX();  ///< of the passage there; level, unit, either way
+  double left_m = 0.0;                            ///< to the wall on the side of up x axis
+  double right_m = 0.0;
+};
+
+}  // namespace rali::ranging
