@@ -119,7 +119,8 @@ std::optional<RangeStage::Prediction> RangeStage::predict_known(const Moment& no
                                                                 SideFilter& filter) {
   const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
   if (!places_.contains(place_key) && !place_from_prior(place_key, filter) &&
-      !place_by_side(key, now, sample, sigma_m, filter)) {
+      !place_by_side(key, now, sample, sigma_m, filter) &&
+      !place_by_other(key, now, sample, sigma_m, filter)) {
     return std::nullopt;
   }
   add_pair_states(pair, now.t, filter);

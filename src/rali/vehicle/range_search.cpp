@@ -14,10 +14,8 @@ using odometry::SideRowList;
 using odometry::SideStates;
 using sensor::RangeSample;
 
-namespace {
-
 /// The own position, as a function of the filter's state.
-SideRowList own_position(const SideFilter& filter) {
+SideRowList RangeStage::own_position(const SideFilter& filter) {
   SideRowList rows(3);
   for (int k = 0; k < 3; ++k) {
     SideMeasurement& row = rows[static_cast<std::size_t>(k)];
@@ -26,8 +24,6 @@ SideRowList own_position(const SideFilter& filter) {
   }
   return rows;
 }
-
-}  // namespace
 
 /// Covariance of how far the place is from the vehicle: who was found from the own way errs with
 /// it.

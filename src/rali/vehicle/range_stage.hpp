@@ -70,6 +70,10 @@ class RangeStage {
   [[nodiscard]] std::optional<ranging::PassageWalls> walls(const odometry::SideFilter& filter,
                                                            const geometry::SE3& T_odom_body) const;
 
+  /// Where those stand whose place is known: from the body, in odom axes.
+  [[nodiscard]] std::vector<SeenPeer> seen(const odometry::SideFilter& filter,
+                                           const geometry::SE3& T_odom_body) const;
+
   /// What is left at the end of the data cannot be used any more.
   void flush(OutputList& out);
 
@@ -169,6 +173,13 @@ class RangeStage {
   [[nodiscard]] bool place_by_side(const PairKey& key, const odometry::Moment& now,
                                    const sensor::RangeSample& sample, double sigma_m,
                                    odometry::SideFilter& filter);
+  [[nodiscard]] bool place_by_other(const PairKey& key, const odometry::Moment& now,
+                                    const sensor::RangeSample& sample, double sigma_m,
+                                    odometry::SideFilter& filter);
+  [[nodiscard]] std::optional<KnownPlace> place_as_seen(const PlaceKey& key,
+                                                        const geometry::SE3& T_odom_body) const;
+  [[nodiscard]] geometry::Mat3 start_of(const PeerWatch& peer) const;
+  [[nodiscard]] static odometry::SideRowList own_position(const odometry::SideFilter& filter);
   [[nodiscard]] bool agrees(const Pair& pair, const sensor::RangeSample& sample,
                             double speed_mps) const;
   [[nodiscard]] ranging::FinderSample finder_sample(const PairKey& key, const odometry::Moment& now,

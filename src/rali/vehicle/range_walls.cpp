@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 
-#include "rali/fleet/path/level.hpp"
 #include "rali/vehicle/range_stage.hpp"
 
 namespace rali::vehicle {
@@ -73,8 +72,7 @@ std::optional<PassageWalls> RangeStage::walls_of(const PlaceKey& key) const {
   const PeerWatch& peer = peers_.at(id);
   const bool told = peer.at_rest && peer.pose && peer.pose->walls;
   if (!told || !peer.settings.prior || !first_pose_) return std::nullopt;
-  const geometry::Mat3 R_odom_start =
-      fleet::level_start(*first_pose_, up_odom_).R * peer.settings.prior->T_self_peer.R;
+  const geometry::Mat3 R_odom_start = start_of(peer);
   PassageWalls walls = *peer.pose->walls;
   walls.axis = R_odom_start * walls.axis;
   const std::vector<Vec3>& antennas_m = peer.settings.antennas_body_m;

@@ -202,6 +202,11 @@ class Vehicle::Impl {
     if (result.at_rest && filter != nullptr) {
       status.pose->walls = ranges_.walls(*filter, result.T_odom_body);
       if (auto& walls = status.pose->walls) walls->axis = T_start_odom.R * walls->axis;
+      status.pose->seen = ranges_.seen(*filter, result.T_odom_body);
+      for (SeenPeer& peer : status.pose->seen) {
+        peer.apart_start_m = T_start_odom.R * peer.apart_start_m;
+        peer.covariance_m2 = T_start_odom.R * peer.covariance_m2 * T_start_odom.R.transpose();
+      }
     }
     return status;
   }

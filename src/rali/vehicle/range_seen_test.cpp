@@ -1,0 +1,101 @@
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "rali/ranging/second_look.hpp"
+#include "rali/vehicle/staged_for_test.hpp"
+
+namespace rali::vehicle {
+namespace {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+/// A vehicle that stands at odom's origin in a tunnel along x, and a peer that came past it, or has
+/// not yet, and stands 0.4 m behind it and 1.2 m to its left. The peer's start was measured 10 m
+/// ahead; of its way it says 0.1 m too much, with a sigma of 0.5 m.
+struct Beside {
+  static constexpr double kRange_m = 1.2649;  ///< of 0.4 m and 1.2 m
+  double yaw_rad = 0.0;                       ///< of the peer's start
+  bool at_rest = true;
+  double range_m = kRange_m;
+  SeenPeer me{kSelf, 0, Vec3(0.4, -1.2, 0.0), 0.01 * Mat3::Identity()};
+  bool says = true;
+
+  /// The filter after two ranges while both stand.
+  [[nodiscard]] odometry::DenseSideFilter after() const {
+    VehicleSettings settings = settings_with_prior();
+    const Mat3 R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
+    settings.peers[0].prior->T_self_peer.R = R;
+    Staged s(settings);
+    s.filter.axis = Vec3::UnitX();
+    s.filter.now.v_odom_mps.setZero();
+    s.filter.now.at_rest = at_rest;
+    s.run(0.0);
+    PeerPose pose;
+    pose.T_start_body.p = R.transpose() * Vec3(-10.5, 0.0, 0.0);
+    pose.position_covariance_m2 = 0.25 * Mat3::Identity();
+    s.stage.on(PeerStatus{kPeer, Time::from_s(0.5), false, pose});
+    SeenPeer seen = me;
+    seen.apart_start_m = R.transpose() * me.apart_start_m;
+    if (says) pose.seen = {seen};
+    s.stage.on(PeerStatus{kPeer, Time::from_s(1.0), true, pose});
+    static_cast<void>(s.one(1.0, range_m));
+    static_cast<void>(s.one(1.1, range_m));
+    return s.filter;
+  }
+
+  [[nodiscard]] bool placed() const { return after().side().size() > 0; }
+};
+
+// 1.3 m beside the anchor neither range nor word tells ahead from behind: no range was used, and
+// rounds ended before anybody had moved.
+TEST(RangeSeen, whoever_came_by_ranges_tells_the_other_where_it_stands) {
+  for (const double yaw_rad : {0.0, 2.0, std::numbers::pi}) {
+    const odometry::DenseSideFilter filter = Beside{.yaw_rad = yaw_rad}.after();
+    ASSERT_GE(filter.side().size(), 3) << yaw_rad;
+    EXPECT_LT((filter.side().mean.head<3>() - Vec3(-0.4, 1.2, 0.0)).norm(), 0.02) << yaw_rad;
+    const double sigma_m = std::sqrt(filter.side().covariance(0, 0));
+    EXPECT_GT(sigma_m, 0.1) << "at least as much as the other says";
+    EXPECT_LT(sigma_m, 0.35) << "and with the own doubt about the way, 0.2 m";
+  }
+  EXPECT_FALSE((Beside{.says = false}.placed())) << "by its way alone it may be on either side";
+}
+
+// What ranges of this pair always have too much is in its word, too: told as if it were not, the
+// two would be sure of a place 0.1 m off.
+TEST(RangeSeen, the_bias_of_the_pair_is_in_doubt_for_both) {
+  Beside s;
+  s.me.covariance_m2 = 1e-6 * Mat3::Identity();
+  const odometry::DenseSideFilter filter = s.after();
+  ASSERT_GE(filter.side().size(), 3);
+  const Vec3 e = Vec3(-0.4, 1.2, 0.0).normalized();
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(filter.P.cols());
+  row.segment<3>(3) = -e;
+  row.segment<3>(odometry::DenseSideFilter::kOwn) = e;
+  const double apart_sigma_m = std::sqrt((row * filter.P * row.transpose()).value());
+  const double bias_sigma_m = ranging::bias_sigma_m(VehicleSettings{}.ranging.bias, false);
+  EXPECT_GT(apart_sigma_m, 0.6 * bias_sigma_m) << "shared with the bias by the first ranges";
+}
+
+TEST(RangeSeen, what_contradicts_the_range_or_helps_nobody_is_not_taken) {
+  EXPECT_TRUE(Beside{}.placed());
+  EXPECT_FALSE((Beside{.at_rest = false}.placed())) << "where it was then it is not now";
+  EXPECT_FALSE((Beside{.range_m = 3.0}.placed()));
+  Beside doubtful;
+  doubtful.me.covariance_m2 = Mat3::Identity();
+  EXPECT_FALSE(doubtful.placed());
+  Beside stranger;
+  stranger.me.vehicle = VehicleId{7};
+  EXPECT_FALSE(stranger.placed());
+  Beside antenna;
+  antenna.me.antenna = 9;
+  EXPECT_FALSE(antenna.placed());
+  Beside broken;
+  broken.me.apart_start_m.x() = std::nan("");
+  EXPECT_FALSE(broken.placed());
+}
+
+}  // namespace
+}  // namespace rali::vehicle
