@@ -73,7 +73,10 @@ bool RangeStage::place_by_other(const PairKey& key, const Moment& now, const Ran
   const double bias_sigma_m = ranging::bias_sigma_m(settings_.ranging.bias, false);
   place->covariance_m2 += bias_sigma_m * bias_sigma_m * e * e.transpose();
   const ranging::FinderSettings& s = settings_.ranging.finder;
-  if (place->covariance_m2.diagonal().maxCoeff() > s.sigma_max_m * s.sigma_max_m) return false;
+  // How high it stands ranges hardly tell, and need not know.
+  const Mat3 level = Mat3::Identity() - up_odom_ * up_odom_.transpose();
+  const Mat3 level_m2 = level * place->covariance_m2 * level;
+  if (level_m2.diagonal().maxCoeff() > s.sigma_max_m * s.sigma_max_m) return false;
   const double S_m2 = e.dot(place->covariance_m2 * e) + sigma_m * sigma_m;
   const double bias_m = pair.bias >= 0 ? filter.side().mean[pair.bias] : pair.bias_m;
   const double off_m = sample.range_m - bias_m - apart_m;

@@ -79,6 +79,16 @@ TEST(RangeSeen, the_bias_of_the_pair_is_in_doubt_for_both) {
   EXPECT_GT(apart_sigma_m, 0.6 * bias_sigma_m) << "shared with the bias by the first ranges";
 }
 
+// Vehicles in a tunnel know each other's height to half a metre and need no more: for that the word
+// was refused, and the mission ended 4 m beside the anchor.
+TEST(RangeSeen, a_doubtful_height_does_not_matter) {
+  Beside s;
+  s.me.covariance_m2(2, 2) = 0.25;
+  EXPECT_TRUE(s.placed());
+  s.me.covariance_m2(1, 1) = 0.25;
+  EXPECT_FALSE(s.placed());
+}
+
 TEST(RangeSeen, what_contradicts_the_range_or_helps_nobody_is_not_taken) {
   EXPECT_TRUE(Beside{}.placed());
   EXPECT_FALSE((Beside{.at_rest = false}.placed())) << "where it was then it is not now";
