@@ -323,6 +323,7 @@ struct RangingSettings {
   SightSettings sight;
   FinderSettings finder;
   double place_lost_s = 8.0;    ///< without a range that fits, a place is sought anew
+  double place_stay_m = 0.1;    ///< who says it drives is still there, until it has gone so far
   double place_silent_s = 1.0;  ///< silence that does not count towards it
   double status_valid_s = 1.5;  ///< how long a peer stands that said so
   ExchangeSettings exchange;
@@ -345,6 +346,8 @@ struct RangingSettings {
     v.group("finder", finder, "finding the place of a vehicle that stands");
     v("place_lost_s", place_lost_s, 0.5, 3600.0,
       "ranges but none that fits for so long: the other's place is sought anew");
+    v("place_stay_m", place_stay_m, 0.0, 10.0,
+      "who drives less far by its own word has not left its place: it was shaken");
     v("place_silent_s", place_silent_s, 0.0, 3600.0, "silence after which that begins anew");
     v("status_valid_s", status_valid_s, 0.1, 60.0, "how long a peer stands that said so");
     v.group("exchange", exchange, "both directions of one exchange");

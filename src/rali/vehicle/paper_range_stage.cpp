@@ -77,7 +77,7 @@ void PaperRangeStage::add(const RangeSample& sample, OutputList& out) {
 void PaperRangeStage::on(const PeerStatus& status) {
   const auto found = peers_.find(status.vehicle);
   if (found == peers_.end()) return;
-  found->second.on(status);
+  found->second.on(status, settings_.ranging.place_stay_m);
   if (found->second.at_rest) return;
   // A peer that drives off takes its place with it, and its ranges lie on no line any more.
   for (auto& [key, pair] : pairs_) {

@@ -37,13 +37,18 @@ bool whole(const PeerPose& pose) {
 
 }  // namespace
 
-void PeerWatch::on(const PeerStatus& status) {
+void PeerWatch::on(const PeerStatus& status, double stay_m) {
   if (heard && status.t < t_status) return;
+  const bool stood = heard && (at_rest || p_start_stood_m);
   heard = true;
   t_status = status.t;
-  if (at_rest && !status.at_rest) moved = true;
   at_rest = status.at_rest;
   pose = status.pose && whole(*status.pose) ? status.pose : std::nullopt;
+  const std::optional<Vec3> p_m = pose ? std::optional<Vec3>(pose->T_start_body.p) : std::nullopt;
+  if (at_rest) p_start_stood_m = p_m;
+  const bool there = p_m && p_start_stood_m && (*p_m - *p_start_stood_m).norm() < stay_m;
+  left = !at_rest && !there;
+  moved = moved || (stood && left);
 }
 
 std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings) {

@@ -14,11 +14,14 @@ struct PeerWatch {
   Time t_status;
   bool heard = false;
   bool at_rest = false;
+  bool left = false;                              ///< drives, and is not any more where it stood
+  std::optional<geometry::Vec3> p_start_stood_m;  ///< by its own word, in its start
   bool moved = false;  ///< since the start: what was known of its place then is worth nothing
   std::optional<PeerPose> pose;  ///< as it said last
 
   /// Older statuses than the last are ignored.
-  void on(const PeerStatus& status);
+  /// @param stay_m who says it drives has not left before it is so far away
+  void on(const PeerStatus& status, double stay_m);
 
   [[nodiscard]] bool stands_at(Time t, double status_valid_s) const {
     return heard && at_rest && (t - t_status).s() < status_valid_s;

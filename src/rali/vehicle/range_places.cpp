@@ -13,12 +13,14 @@ using odometry::SideFilter;
 using odometry::SideStates;
 using sensor::RangeSample;
 
-/// A peer that drives off takes its place with it.
+/// A peer that drives off takes its place with it. One that only says for a moment that it does,
+/// since somebody passed in front of its LiDAR, does not: found again by its word it was on the
+/// wrong side.
 void RangeStage::forget_moved(SideFilter& filter) {
   std::vector<PlaceKey> gone;
   for (const auto& [key, place] : places_) {
     const PeerWatch& peer = peers_.at(std::get<0>(key));
-    if (peer.heard && !peer.at_rest) gone.push_back(key);
+    if (peer.heard && peer.left) gone.push_back(key);
   }
   for (const PlaceKey& key : gone) {
     const int first = places_.at(key).side;

@@ -238,6 +238,24 @@ TEST(RangeStage, a_peer_that_drove_off_takes_its_place_with_it_and_nothing_else)
   EXPECT_EQ(s.stage.place_records().size(), 1U);
 }
 
+// An anchor that was passed said for two sweeps that it drives. Its place was forgotten, found anew
+// on the wrong side of the vehicle beside it, and the round ended.
+TEST(RangeStage, a_peer_that_is_only_shaken_keeps_its_place) {
+  for (const double off_m : {0.02, 0.5}) {
+    Staged s;
+    PeerPose pose;
+    s.stage.on(PeerStatus{kPeer, Time::from_s(0.0), true, pose});
+    EXPECT_TRUE(s.one(0.1, 9.9).used());
+    const auto states = s.filter.side().size();
+    pose.T_start_body.p.x() = off_m;
+    s.stage.on(PeerStatus{kPeer, Time::from_s(0.2), false, pose});
+    EXPECT_FALSE(s.one(0.3, 9.7).used()) << "it may be driving off";
+    EXPECT_EQ(s.filter.side().size(), off_m < 0.1 ? states : states - 3) << off_m;
+    s.stage.on(PeerStatus{kPeer, Time::from_s(0.4), true, pose});
+    EXPECT_TRUE(s.one(0.5, 9.5 + off_m).used()) << off_m;
+  }
+}
+
 TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving_and_remembers_what_told_it) {
   VehicleSettings settings = settings_with_prior();
   settings.peers[0].prior.reset();
