@@ -34,6 +34,7 @@ fleet:
     steps: isotropic
     bias: false
     sight: false
+    stretch_sd: 0
     iterations: 10
     iterations_easy: 3
     graph: {guard: huber}

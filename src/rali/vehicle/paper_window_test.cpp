@@ -105,13 +105,13 @@ TEST(PeerPlaces, a_peer_that_moved_is_where_it_says) {
   peer.settings.prior.emplace();
   peer.settings.prior->T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, 1.570796);
   peer.settings.prior->T_self_peer.p = {3.0, 0.0, 0.0};
-  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), false});
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), false}, 0.1);
   peer.moved = true;
   EXPECT_FALSE(place_of(peer, Vec3::Zero(), SE3{}, Vec3::UnitZ())) << "it has said nothing";
   PeerStatus there{VehicleId{0}, Time::from_s(2.0), true, PeerPose{}};
   there.pose->T_start_body.p = {10.0, 0.0, 0.0};
   there.pose->position_covariance_m2 = Vec3(0.04, 0.0, 0.0).asDiagonal();
-  peer.on(there);
+  peer.on(there, 0.1);
   const auto place = place_of(peer, Vec3::Zero(), SE3{}, Vec3::UnitZ());
   ASSERT_TRUE(place.has_value());
   EXPECT_LT((place->p_odom_m - Vec3(3.0, 10.0, 0.0)).norm(), 1e-4);
@@ -125,13 +125,13 @@ TEST(PeerPlaces, a_peer_that_moved_is_where_it_says) {
 TEST(PeerPlaces, a_status_that_is_old_says_nothing_of_now) {
   PeerWatch peer;
   EXPECT_FALSE(peer.stands_at(Time::from_s(1.0), 1.5));
-  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), true});
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), true}, 0.1);
   EXPECT_TRUE(peer.stands_at(Time::from_s(2.0), 1.5));
   EXPECT_FALSE(peer.stands_at(Time::from_s(2.6), 1.5));
-  peer.on(PeerStatus{VehicleId{0}, Time::from_s(0.5), false});  // late
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(0.5), false}, 0.1);  // late
   EXPECT_TRUE(peer.stands_at(Time::from_s(2.0), 1.5));
   EXPECT_FALSE(peer.moved);
-  peer.on(PeerStatus{VehicleId{0}, Time::from_s(2.0), false});
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(2.0), false}, 0.1);
   EXPECT_TRUE(peer.moved);
 }
 

@@ -53,9 +53,8 @@ std::optional<KnownPlace> RangeStage::place_as_seen(const PlaceKey& key,
   return std::nullopt;
 }
 
-/// So near that neither the peer's word about its way nor the range leaves no doubt on which side
-/// it is. But it came here by ranges to this vehicle: it knows where that stands, from where it
-/// stands itself.
+/// Near by, neither the peer's word about its way nor the range tells on which side it is. But it
+/// came here by ranges to this vehicle: it knows where that stands, from where it stands itself.
 ///
 /// It is not a second opinion of this vehicle's way, only of how far they are apart; and what it
 /// made of those ranges, the pair's bias, this vehicle may make of them, too. So much is added.
