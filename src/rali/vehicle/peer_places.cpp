@@ -39,7 +39,7 @@ bool whole(const PeerPose& pose) {
 
 void PeerWatch::on(const PeerStatus& status, double stay_m) {
   if (heard && status.t < t_status) return;
-  const bool stood = heard && (at_rest || p_start_stood_m);
+  const bool stood = at_rest || p_start_stood_m;
   heard = true;
   t_status = status.t;
   at_rest = status.at_rest;

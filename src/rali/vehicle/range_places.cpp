@@ -20,7 +20,7 @@ void RangeStage::forget_moved(SideFilter& filter) {
   std::vector<PlaceKey> gone;
   for (const auto& [key, place] : places_) {
     const PeerWatch& peer = peers_.at(std::get<0>(key));
-    if (peer.heard && peer.left) gone.push_back(key);
+    if (peer.left) gone.push_back(key);
   }
   for (const PlaceKey& key : gone) {
     const int first = places_.at(key).side;

@@ -48,12 +48,12 @@ class FleetNodes {
   /// What a vehicle says of itself to all others, over the radio. Nothing from one that is dead.
   void say(std::size_t index, const fleet::PeerStatus& status);
 
-  /// What arrived since the last call of what others said of themselves: it is for the odometry.
   struct HeardStatus {
     std::size_t to = 0;
     fleet::PeerStatus status;
   };
 
+  /// What arrived since the last call of what others said of themselves: it is for the odometry.
   [[nodiscard]] std::vector<HeardStatus> take_heard() { return std::exchange(heard_, {}); }
 
   /// Brings the mail, tells all how their drives go and what time it is, and returns what changed

@@ -11,12 +11,6 @@ namespace rali::fleet {
 using geometry::SE3;
 using geometry::Vec3;
 
-namespace {
-
-double inverse_square(double sigma) { return 1.0 / (sigma * sigma); }
-
-}  // namespace
-
 graph::RangeEnd JointGraph::end_of(std::size_t path, const RangeEnd& end) const {
   const auto& nodes = paths_[path].nodes();
   graph::RangeEnd factor;
@@ -139,7 +133,7 @@ void JointGraph::weigh_stretches() {
   std::vector<Sum> sums(stretches_);
   for (const Range& range : ranges_) {
     if (!range.used) continue;
-    const double weight = inverse_square(range.factor.sigma_m);
+    const double weight = 1.0 / (range.factor.sigma_m * range.factor.sigma_m);
     sums[range.stretch].information += weight;
     sums[range.stretch].residual += weight * graph_->residual(range.factor);
   }

@@ -125,7 +125,7 @@ void Node::watch_finish() {
     report(
         "fleet.finished", Severity::kInfo,
         fmt::format("{} ({}; sigma {:.2f} m)", ends ? "ends its part of the round" : "drives again",
-                    text_of(finish_view_.reason), pose_->sigma_m));
+                    name_of(finish_view_.reason), pose_->sigma_m));
     give(RoleFinished{finish_view_.reason});
   }
 }

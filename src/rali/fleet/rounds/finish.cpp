@@ -16,32 +16,6 @@ bool is_number(const std::optional<double>& v) { return v && std::isfinite(*v); 
 
 }  // namespace
 
-std::string_view text_of(FinishReason reason) {
-  switch (reason) {
-    case FinishReason::kNone:
-      return "goes on";
-    case FinishReason::kSignal:
-      return "the radio is too weak";
-    case FinishReason::kDistance:
-      return "the anchor is too far away";
-    case FinishReason::kExplored:
-      return "nothing is left to explore from here";
-    case FinishReason::kRangeLost:
-      return "no ranges where the LiDAR is blind";
-    case FinishReason::kSigma:
-      return "its place has become too unsure";
-    case FinishReason::kUnreachable:
-      return "no way leads to what is left";
-    case FinishReason::kBattery:
-      return "the battery is low";
-    case FinishReason::kTimeout:
-      return "the time is up";
-    case FinishReason::kOperator:
-      return "the operator said so";
-  }
-  return "";
-}
-
 void FinishWatch::new_round(Time t) {
   const FinishSettings settings = settings_;
   *this = FinishWatch(settings);

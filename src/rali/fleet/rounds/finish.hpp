@@ -3,7 +3,6 @@
 #include <deque>
 #include <limits>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "rali/base/time.hpp"
@@ -39,9 +38,6 @@ struct FinishView {
   bool warn = false;                          ///< no goals further away from the anchor
   bool drive_back = false;                    ///< up to 3 m, to find the ranges again
 };
-
-/// Why, for people: "its place has become too unsure".
-[[nodiscard]] std::string_view text_of(FinishReason reason);
 
 /// When a tag has finished its part of the round (algorithms_fleet 10.1; paper "System
 /// Definition"): radio too weak, anchor too far, or surroundings explored; `robust` adds ranges
