@@ -220,7 +220,7 @@ FrontierBook::Entry* FrontierBook::entry_of(const FrontierArea& frontier) {
   Entry* best = nullptr;
   double nearest_m = settings_.merge_m;
   for (Entry& e : entries_) {
-    const double d = (e.centre_map_m - frontier.centre_map_m).norm();
+    const double d = (e.frontier.centre_map_m - frontier.centre_map_m).norm();
     if (e.present || d > nearest_m) continue;
     nearest_m = d;
     best = &e;
@@ -233,26 +233,39 @@ void FrontierBook::name(std::vector<FrontierArea>& frontiers) {
   for (FrontierArea& f : frontiers) {
     Entry* e = entry_of(f);
     if (e == nullptr) {
-      entries_.push_back({++last_id_, f.centre_map_m, f.size, 0.0, false});
+      entries_.push_back({{++last_id_, f.centre_map_m, f.size, 0}, false});
       e = &entries_.back();
     }
-    const bool same = (e->centre_map_m - f.centre_map_m).norm() <= kSame_m &&
-                      std::abs(e->size - f.size) <= kSameSize * e->size;
-    if (!same) *e = {e->id, f.centre_map_m, f.size, 0.0, false};
+    NamedFrontier& known = e->frontier;
+    const bool same = (known.centre_map_m - f.centre_map_m).norm() <= kSame_m &&
+                      std::abs(known.size - f.size) <= kSameSize * known.size;
+    if (!same) known = {known.id, f.centre_map_m, f.size, 0};
     e->present = true;
-    f.id = e->id;
-    const bool given_up = e->visits >= settings_.visits_max;
+    f.id = known.id;
+    const bool given_up = known.visits >= settings_.visits_max;
     if (given_up && f.state == FrontierState::kOpen) f.state = FrontierState::kExplored;
   }
-  const auto gone = [](const Entry& e) { return !e.present; };
-  entries_.erase(std::remove_if(entries_.begin(), entries_.end(), gone), entries_.end());
+  std::erase_if(entries_, [](const Entry& e) { return !e.present; });
   if (entries_.size() > kBookMax) entries_.resize(kBookMax);
 }
 
 void FrontierBook::visited(const Vec2& place_map_m) {
   for (Entry& e : entries_) {
-    if ((e.centre_map_m - place_map_m).norm() <= settings_.visit_m) e.visits += 1.0;
+    if ((e.frontier.centre_map_m - place_map_m).norm() <= settings_.visit_m) ++e.frontier.visits;
   }
+}
+
+void FrontierBook::take(const FrontierMemory& newer) {
+  entries_.clear();
+  for (const NamedFrontier& f : newer.named) entries_.push_back({f, true});
+  last_id_ = std::max(last_id_, newer.last_id);
+}
+
+FrontierMemory FrontierBook::memory() const {
+  FrontierMemory memory;
+  for (const Entry& e : entries_) memory.named.push_back(e.frontier);
+  memory.last_id = last_id_;
+  return memory;
 }
 
 }  // namespace rali::map

@@ -8,6 +8,7 @@
 
 #include "rali/base/settings.hpp"
 #include "rali/map/explore_paths.hpp"
+#include "rali/map/named_frontier.hpp"
 
 namespace rali::map {
 
@@ -88,12 +89,15 @@ class FrontierBook {
   /// A vehicle has arrived here, on its way to a frontier or by chance; once per arrival.
   void visited(const geometry::Vec2& place_map_m);
 
+  /// Goes on where somebody else's newer book ends: frontiers keep their names and their visits.
+  void take(const FrontierMemory& newer);
+
+  /// The frontiers of the last list, or as taken.
+  [[nodiscard]] FrontierMemory memory() const;
+
  private:
   struct Entry {
-    std::uint32_t id = 0;
-    geometry::Vec2 centre_map_m = geometry::Vec2::Zero();
-    double size = 0.0;
-    double visits = 0.0;
+    NamedFrontier frontier;
     bool present = false;  ///< in the last list
   };
 

@@ -195,6 +195,35 @@ TEST(FrontierBook, a_frontier_that_moves_on_keeps_its_name_and_its_visits_start_
   EXPECT_EQ(list[0].state, FrontierState::kOpen);
 }
 
+// Each anchor once had a book of its own: where one had sent a vehicle twice, the next sent it
+// twice again, and named the frontier anew.
+TEST(FrontierBook, goes_on_where_another_one_ends) {
+  const CellMap map = drawn(kCorridor);
+  FrontierBook first{FrontierSettings{}};
+  const auto look = [&map](FrontierBook& book) {
+    auto list = found(map, {0.5, 0.7}, FrontierSettings{});
+    book.name(list);
+    return list[0];
+  };
+  const FrontierArea seen = look(first);
+  first.visited(seen.centre_map_m);
+  FrontierMemory memory = first.memory();
+  ASSERT_FALSE(memory.named.empty());
+  EXPECT_EQ(memory.last_id, memory.named.back().id);
+  memory.last_id = 20;  // more were seen and are gone
+  FrontierBook second{FrontierSettings{}};
+  second.take(memory);
+  EXPECT_EQ(look(second).id, seen.id);
+  EXPECT_EQ(look(second).state, FrontierState::kOpen);
+  second.visited(seen.centre_map_m);
+  EXPECT_EQ(look(second).state, FrontierState::kExplored);
+  CellMap away = map;
+  away.origin_map_m.x() += 100.0;
+  auto list = found(away, {100.5, 0.7}, FrontierSettings{});
+  second.name(list);
+  EXPECT_EQ(list[0].id, 21U) << "no name is given twice";
+}
+
 TEST(PathField, goes_around_a_wall_the_short_way) {
   const CellMap map = drawn({".......", ".......", "..####.", ".......", "......."});
   const auto passable = passable_cells(map, 0.0);

@@ -2,6 +2,7 @@
 // what the fleet decides, and how simulated vehicles obey, is under test.
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -44,6 +45,18 @@ Simulation narrow_corridor() {
   world.mesh.add_box({2.3, 6.35, 0.0}, {12.6, 11.3, 2.5}, 0.0, 0.6);
   world.route = {{0.0, 0.0, 0.0}, {9.3, 0.0, 0.0}, {9.3, 11.0, 0.0}};
   world.starts = {{{3.0, 0.0, 0.0}, 0.0}, {{0.0, 0.0, 0.0}, 0.0}};
+  return driven(std::move(world), 2);
+}
+
+/// Ground and two walls, 40 m long and 5 m apart; behind either end is nothing that a ray could
+/// meet.
+Simulation open_tunnel() {
+  sim::World world;
+  world.mesh.add_box({16.0, 0.0, -0.2}, {40.0, 5.4, 0.2}, 0.0, 0.6);
+  world.mesh.add_box({16.0, 2.6, 0.0}, {40.0, 0.2, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({16.0, -2.6, 0.0}, {40.0, 0.2, 3.0}, 0.0, 0.6);
+  world.route = {{0.0, 0.0, 0.0}, {30.0, 0.0, 0.0}};
+  world.starts = {{{0.0, 1.0, 0.0}, 0.0}, {{0.0, -1.0, 0.0}, 0.0}};
   return driven(std::move(world), 2);
 }
 
@@ -139,6 +152,34 @@ TEST(Mission, of_a_tag_that_cannot_pass_its_anchor_goes_on_with_the_roles_change
   EXPECT_EQ(log.rounds[1].anchor, VehicleId{1});
   EXPECT_TRUE(log.explored);
   EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(9.3, 11.0, 0.0)));
+}
+
+// Each anchor once counted its own visits: what one had given up the next one opened again, here
+// behind everybody, and the mission ended with a frontier left that two vehicles had been to.
+TEST(Mission, what_one_anchor_has_given_up_the_next_one_does_not_open_again) {
+  const Simulation sim = open_tunnel();
+  fleet::NodeSettings settings = without_loops();
+  settings.rounds.finish.max_distance_m = 12.0;
+  settings.rounds.anchor.range_limit_m = 12.0;
+  settings.rounds.anchor.range_soft_m = 1.0;
+  ExactFleet fleet(*sim, settings);
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  EXPECT_TRUE(mission->finished);
+  const MissionLog log = fleet.nodes().log();
+  EXPECT_TRUE(log.explored);
+  std::set<VehicleId> anchors;
+  for (const fleet::RoundRow& round : log.rounds) anchors.insert(round.anchor);
+  EXPECT_EQ(anchors.size(), 2U);
+  std::set<std::uint32_t> given_up;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> told;
+  for (const fleet::FrontierRow& row : log.frontiers) {
+    const bool open = row.state == map::FrontierState::kOpen;
+    EXPECT_TRUE(told.insert({row.round, row.id}).second) << row.id << " in round " << row.round;
+    EXPECT_FALSE(open && given_up.contains(row.id)) << row.id << " in round " << row.round;
+    if (row.reason == "visited without change") given_up.insert(row.id);
+  }
+  EXPECT_EQ(given_up.size(), 2U) << "one at either end";
 }
 
 TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_anybody_held) {

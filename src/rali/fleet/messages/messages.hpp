@@ -14,6 +14,7 @@
 #include "rali/fleet/messages/boundary.hpp"
 #include "rali/fleet/messages/peer_status.hpp"
 #include "rali/geometry/se3.hpp"
+#include "rali/map/named_frontier.hpp"
 
 /// Everything that goes from one vehicle to another, as values; their bytes are in wire/fleet.
 /// Facts are for good; all else is soft state that the next message of its kind replaces, so a lost
@@ -205,6 +206,9 @@ struct GoalList {
   std::uint16_t group = 0;  ///< whose map
   std::vector<Frontier> frontiers;
   std::vector<Goal> goals;
+  /// What the anchor remembers of frontiers, given up ones among them: whoever is anchor next goes
+  /// on with it, and sends nobody where visits have changed nothing.
+  map::FrontierMemory memory;
 };
 
 using Message = std::variant<FactMessage, Inventory, Request, Withheld, Table, RoleMessage,

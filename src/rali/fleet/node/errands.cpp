@@ -270,6 +270,10 @@ GoalList Errands::goals(const Survey& survey) const {
     list.frontiers.push_back(
         {{f.centre_map_m.x(), f.centre_map_m.y(), survey.height_m(f.centre_map_m)}, f.size});
   }
+  list.memory = book_.memory();
+  std::erase_if(list.memory.named, [&ids](const map::NamedFrontier& named) {
+    return named.visits == 0 && std::find(ids.begin(), ids.end(), named.id) == ids.end();
+  });
   for (const Errand& e : errands_) {
     const auto at = std::find(ids.begin(), ids.end(), e.frontier);
     for (const Vec2& p : e.places_map_m) {

@@ -32,6 +32,9 @@ class Errands {
   /// What was planned, missed and passed in the last round is forgotten.
   void new_round();
 
+  /// Goes on with what the last anchor remembered of frontiers.
+  void take_over(const map::FrontierMemory& newer) { book_.take(newer); }
+
   /// Looks at the grid, settles what has been reached or missed, and sends whoever is free.
   /// @param anchor index in `fleet`  @return false: nothing is mapped yet
   bool look(const Survey& survey, std::span<const Whereabouts> fleet,

@@ -173,6 +173,7 @@ void Node::on(const GoalList& goals, VehicleId from) {
   if (goals_ && rank < goals_rank_) return;
   goals_rank_ = rank;
   goals_ = goals;
+  frontiers_heard_ = goals.memory;
 }
 
 std::optional<SE3> Node::T_map_odom() const {

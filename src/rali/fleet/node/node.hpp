@@ -151,6 +151,8 @@ class Node {
   std::map<KeyframeId, KeyframePose> poses_;   ///< of all keyframes, as last told
   std::optional<RoundBoundary> boundary_;      ///< of the last anchor that told one
   std::optional<GoalList> goals_;
+  /// Since this vehicle was anchor itself: newer than what it remembers of that time.
+  std::optional<map::FrontierMemory> frontiers_heard_;
   std::pair<std::uint64_t, std::uint32_t> goals_rank_;
   DriveOrder order_;
   bool backs_ = false;

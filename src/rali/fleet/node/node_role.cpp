@@ -154,6 +154,7 @@ void Node::became_anchor(bool new_round) {
   rounds_.anchor_began(self_, now_);
   if (!errands_) errands_ = std::make_unique<Errands>(settings_);
   errands_->new_round();
+  if (frontiers_heard_) errands_->take_over(*std::exchange(frontiers_heard_, std::nullopt));
   begin_survey();
   next_estimate_ = next_look_ = next_goals_ = now_;
 }
@@ -209,6 +210,7 @@ void Node::sealed() {
     ranked_ = errands_->next_anchors(*survey_, fleet, self_);
   }
   errands_->new_round();
+  tell_goals();
   if (settings_.rounds.anchor.candidates == AnchorCandidates::kTags) {
     std::erase(ranked_, self_);
   }

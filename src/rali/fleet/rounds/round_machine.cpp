@@ -173,6 +173,7 @@ void RoundMachine::close(RoundEnd why, Time t) {
   rows_.back().ended_by = why;
   frontier_rows_.insert(frontier_rows_.end(), seen_.begin(), seen_.end());
   frontier_rows_.insert(frontier_rows_.end(), gone_.begin(), gone_.end());
+  seen_.clear();
   gone_.clear();
 }
 

@@ -155,6 +155,16 @@ void layout_goals(Body& body, Of& goals) {
       b.maybe(goal.frontier, [](auto& c, auto& index) { c.varint(index); });
     });
   });
+  body.optional_section(2, goals.memory.last_id > 0, [&](auto& a) {
+    a.varint(goals.memory.last_id);
+    a.list(goals.memory.named, kFrontiersMax, [](auto& b, auto& frontier) {
+      b.varint(frontier.id);
+      b.as_float(frontier.centre_map_m.x());
+      b.as_float(frontier.centre_map_m.y());
+      b.as_float(frontier.size);
+      b.varint(frontier.visits);
+    });
+  });
 }
 
 }  // namespace rali::wire

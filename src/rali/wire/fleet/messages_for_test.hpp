@@ -119,8 +119,9 @@ inline std::vector<fleet::Envelope> all_messages() {
   status.rssi_dbm = -80.5;
   status.t_send = Time::from_s(5.0);
   add(status);
-  fleet::GoalList goals{4, 8, 1, {{{30.0, 0.5, 0.0}, 9.0}, {{10.0, 12.0, 0.0}, 4.0}}, {}};
+  fleet::GoalList goals{4, 8, 1, {{{30.0, 0.5, 0.0}, 9.0}, {{10.0, 12.0, 0.0}, 4.0}}, {}, {}};
   goals.goals = {{VehicleId{2}, {9.0, 6.0, 0.0}, 1}, {VehicleId{3}, {1.0, 2.0, 0.0}, std::nullopt}};
+  goals.memory = {{{7, {30.0, 0.5}, 9.0, 0}, {3, {-5.0, -0.5}, 30.0, 2}}, 300};
   add(goals);
   return all;
 }

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "rali/geometry/types.hpp"
+
+namespace rali::map {
+
+/// What is remembered of a frontier from look to look, and from anchor to anchor.
+struct NamedFrontier {
+  std::uint32_t id = 0;  ///< from 1; stays while the frontier does
+  geometry::Vec2 centre_map_m = geometry::Vec2::Zero();
+  double size = 0.0;         ///< by FrontierSettings::size
+  std::uint32_t visits = 0;  ///< that changed nothing
+
+  bool operator==(const NamedFrontier&) const = default;
+};
+
+/// What a FrontierBook knows.
+struct FrontierMemory {
+  std::vector<NamedFrontier> named;
+  std::uint32_t last_id = 0;  ///< the highest that was ever given
+
+  bool operator==(const FrontierMemory&) const = default;
+};
+
+}  // namespace rali::map
