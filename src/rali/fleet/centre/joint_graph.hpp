@@ -77,18 +77,11 @@ class JointGraph {
  private:
   struct Range {
     graph::RangeFactor factor;
-    std::size_t pair = 0;  ///< in pairs_
-    double sigma_m = 0.1;  ///< without what neighbours have in common
-    std::size_t stretch = 0;
+    std::size_t pair = 0;     ///< in pairs_
+    double sigma_m = 0.1;     ///< without what neighbours have in common
+    std::size_t stretch = 0;  ///< ranges of the same one may all be off by the same
     bool used = true;
     double doubt = 1.0;  ///< of its stretch: factor on the sigma in the graph
-  };
-
-  /// Ranges of one pair that may all be off by the same, and where the last one is.
-  struct Stretch {
-    std::size_t number = 0;
-    Time begin;
-    bool at_rest = false, blocked = false;
   };
 
   struct PathNode {
@@ -105,7 +98,6 @@ class JointGraph {
   void take_boundary();
   void add_path(std::size_t path);
   void add_steps(std::size_t path);
-  void add_step(const VehiclePath::Node& before, const VehiclePath::Node& node, graph::Seq j);
   void add_start_of_inertial(graph::Seq seq);
   void add_tilt(std::size_t path);
   [[nodiscard]] std::vector<bool> inertial_nodes(std::size_t path) const;
@@ -113,7 +105,6 @@ class JointGraph {
   [[nodiscard]] geometry::Vec3 velocity_map(std::size_t path, const RangeEnd& end) const;
   [[nodiscard]] std::optional<std::size_t> keyframe_near(std::size_t path,
                                                          const graph::RangeEnd& end) const;
-  [[nodiscard]] std::size_t stretch_of(const JointRange& range);
   void judge_again();
   void weigh_stretches();
 
@@ -126,8 +117,7 @@ class JointGraph {
   std::vector<std::size_t> begin_;  ///< index of the first node of each path
   std::vector<std::size_t> first_;  ///< its number in the graph; the last one is the end
   std::vector<AntennaPair> pairs_;
-  std::vector<Range> ranges_;            ///< by time
-  std::map<int, Stretch> last_stretch_;  ///< by pair, while ranges are added
+  std::vector<Range> ranges_;  ///< by time
   std::size_t stretches_ = 0;
   std::uint64_t next_range_ = 0;
   std::vector<geometry::Mat6> covariances_;  ///< of all nodes, once asked for

@@ -11,6 +11,41 @@ namespace rali::fleet {
 using geometry::SE3;
 using geometry::Vec3;
 
+namespace {
+
+/// While both ends stand, or for as long as the wandering part of the error lasts, what adds to one
+/// range of a pair adds to all.
+class Stretches {
+ public:
+  explicit Stretches(double slow_time_s) : slow_time_s_(slow_time_s) {}
+
+  /// Which one the pair's next range is in; ranges come by time.
+  std::size_t number_of(const JointRange& r) {
+    const bool at_rest = r.a.at_rest && r.b.at_rest;
+    const auto [known, is_new] = last_.try_emplace(r.pair);
+    Stretch& last = known->second;
+    const bool same = !is_new && last.at_rest == at_rest && last.blocked == r.blocked &&
+                      (at_rest || (r.t - last.begin).s() < slow_time_s_);
+    if (!same) last = {count_++, r.t, at_rest, r.blocked};
+    return last.number;
+  }
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+ private:
+  struct Stretch {
+    std::size_t number = 0;
+    Time begin;
+    bool at_rest = false, blocked = false;
+  };
+
+  double slow_time_s_;
+  std::map<int, Stretch> last_;  ///< by pair
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
 graph::RangeEnd JointGraph::end_of(std::size_t path, const RangeEnd& end) const {
   const auto& nodes = paths_[path].nodes();
   graph::RangeEnd factor;
@@ -54,6 +89,7 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
   ranging::SlowErrorSettings through_walls = ranging_.slow;
   through_walls.slow_sigma_m = ranging_.sight.sigma_factor * ranging_.limits.sigma_m;
   std::map<std::pair<int, bool>, ranging::RangeThinning> thinning;
+  Stretches stretches(ranging_.slow.slow_time_s);
   for (const JointRange& r : joint.ranges) {
     const AntennaPair& pair = pairs_[static_cast<std::size_t>(r.pair)];
     if (!in_group(pair)) continue;
@@ -66,7 +102,7 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
     Range range;
     range.sigma_m = r.sigma_m;
     range.pair = static_cast<std::size_t>(r.pair);
-    range.stretch = stretch_of(r);
+    range.stretch = stretches.number_of(r);
     graph::RangeFactor& f = range.factor;
     static_cast<graph::RangeEnd&>(f) = end_of(pair.a.path, r.a);
     f.other = end_of(pair.b.path, r.b);
@@ -83,18 +119,7 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
     graph_->add(f);
     ranges_.push_back(range);
   }
-}
-
-/// While both ends stand, or for as long as the wandering part of the error lasts, what adds to one
-/// range adds to all.
-std::size_t JointGraph::stretch_of(const JointRange& r) {
-  const bool at_rest = r.a.at_rest && r.b.at_rest;
-  const auto [known, is_new] = last_stretch_.try_emplace(r.pair);
-  Stretch& last = known->second;
-  const bool same = !is_new && last.at_rest == at_rest && last.blocked == r.blocked &&
-                    (at_rest || (r.t - last.begin).s() < ranging_.slow.slow_time_s);
-  if (!same) last = {stretches_++, r.t, at_rest, r.blocked};
-  return last.number;
+  stretches_ = stretches.count();
 }
 
 /// Each range once more against the paths as they are known now, in the order of time: what did not

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/fleet/centre/inertial_for_test.hpp"
+
 namespace rali::fleet {
 namespace {
 
@@ -23,15 +25,7 @@ Increment standing_at(const Vec3& p_m, std::uint32_t k) {
   step.T_odom_body.p = p_m;
   step.lidar_information.setIdentity();
   step.lidar_information *= 1e8;
-  graph::InertialFactor inertial;
-  inertial.duration_s = 1.0;
-  inertial.dv_mps = {0.0, 0.0, 9.81};
-  inertial.dp_m = {0.0, 0.0, 0.5 * 9.81};
-  inertial.d_rotation_d_gyro = -Mat3::Identity();
-  inertial.d_velocity_d_accel = -Mat3::Identity();
-  inertial.d_position_d_accel = -0.5 * Mat3::Identity();
-  inertial.covariance = 1e-6 * decltype(inertial.covariance)::Identity();
-  if (k > 0) step.inertial = inertial;
+  if (k > 0) step.inertial = second_at_rest(1e-6);
   return step;
 }
 
