@@ -10,7 +10,7 @@
 #include "common/cpu_time.hpp"
 #include "common/option_hash.hpp"
 #include "common/vehicle_settings.hpp"
-#include "rali/fleet/centre/start_between.hpp"
+#include "rali/drive/ranges/start_prior.hpp"
 #include "rali/vehicle/vehicle.hpp"
 #include "rali/wire/fleet/codec.hpp"
 #include "starts.hpp"
@@ -29,14 +29,6 @@ std::vector<geometry::Vec3> antennas_of(const sim::FleetSimulation& sim, int veh
     antennas.push_back(mount.p_nominal_m);
   }
   return antennas;
-}
-
-/// How a vehicle is told where another one starts: both are known relative to the first.
-std::optional<vehicle::PeerPrior> prior_of(const std::vector<fleet::GivenStart>& starts, int self,
-                                           int peer) {
-  const auto known = fleet::start_between(starts, id_of(self), id_of(peer));
-  if (!known) return std::nullopt;
-  return vehicle::PeerPrior{known->T_relative_vehicle, known->sigma_m, known->sigma_rad};
 }
 
 /// What of the simulation one vehicle's software gets to see.
@@ -77,7 +69,7 @@ class Fleet {
         peer.id = id_of(other);
         peer.name = vehicle_name(other);
         peer.antennas_body_m = antennas_of(sim, other);
-        peer.prior = prior_of(starts, v, other);
+        peer.prior = drive::prior_between(starts, id_of(v), id_of(other));
         settings.peers.push_back(std::move(peer));
       }
       vehicles_.emplace_back(id_of(v), settings);

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "rali/fleet/centre/start_between.hpp"
+#include "rali/drive/ranges/start_prior.hpp"
 
 namespace rali::cli {
 namespace {
@@ -64,14 +64,6 @@ std::string place_of(const FleetConfig& fleet, const std::string& key) {
   return origin == fleet.origins.end() ? key : origin->second;
 }
 
-/// The other's first pose in one's own, by what was measured of both.
-std::optional<vehicle::PeerPrior> prior_between(const std::vector<fleet::GivenStart>& starts,
-                                                VehicleId self, VehicleId peer) {
-  const std::optional<fleet::GivenStart> known = fleet::start_between(starts, self, peer);
-  if (!known) return std::nullopt;
-  return vehicle::PeerPrior{known->T_relative_vehicle, known->sigma_m, known->sigma_rad};
-}
-
 std::optional<double> bias_between(const config::RangesConfig& ranges, const std::string& a,
                                    const std::string& b) {
   for (const std::string& pair : {a + '-' + b, b + '-' + a}) {
@@ -123,7 +115,7 @@ void set_ranging(const FleetConfig& fleet, std::size_t index, vehicle::VehicleSe
     peer.id = VehicleId{static_cast<std::uint16_t>(i)};
     peer.name = fleet.vehicles[i].name;
     peer.antennas_body_m = antennas_of(fleet.vehicles[i]);
-    peer.prior = prior_between(starts, own, peer.id);
+    peer.prior = drive::prior_between(starts, own, peer.id);
     peer.bias_m = bias_between(fleet.ranges, self.name, peer.name);
     settings.peers.push_back(std::move(peer));
   }

@@ -117,21 +117,25 @@ void FleetNodes::tell(std::size_t index, const fleet::NodeEvent& event, Time t,
   if (!member.alive) return;
   outputs_.clear();
   member.node->step(event, t, executor, outputs_);
-  const auto note = [&](Finding finding) {
-    finding.vehicle = member.name;
-    findings_.push_back(std::move(finding));
-  };
   for (const fleet::NodeOutput& output : outputs_) {
     if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
-      if (const Status posted = post(link_, now_, *envelope); !posted) {
-        note(refused(posted.error()));
-      }
+      send(member, *envelope);
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
-      note(*finding);
+      note(member, *finding);
     } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
-      note(role_change(*action, t));
+      note(member, role_change(*action, t));
     }
   }
+}
+
+void FleetNodes::note(const Member& member, Finding finding) {
+  finding.vehicle = member.name;
+  findings_.push_back(std::move(finding));
+}
+
+void FleetNodes::send(const Member& member, const fleet::Envelope& envelope) {
+  const Status posted = post(link_, now_, envelope);
+  if (!posted) note(member, refused(posted.error()));
 }
 
 void FleetNodes::collect_mail(Executor& executor) {
@@ -147,11 +151,8 @@ void FleetNodes::collect_mail(Executor& executor) {
 }
 
 void FleetNodes::say(std::size_t index, const fleet::PeerStatus& status) {
-  if (!members_[index].alive) return;
-  if (const Status posted = post(link_, now_, {status.vehicle, std::nullopt, status}); !posted) {
-    findings_.push_back(refused(posted.error()));
-    findings_.back().vehicle = members_[index].name;
-  }
+  const Member& member = members_[index];
+  if (member.alive) send(member, {status.vehicle, std::nullopt, status});
 }
 
 /// The driver is told of a command one decision after it was given.

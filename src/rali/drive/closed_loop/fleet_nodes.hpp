@@ -95,6 +95,8 @@ class FleetNodes {
     std::uint64_t goals = 0;   ///< of the driver, when that command was given
   };
 
+  void note(const Member& member, Finding finding);
+  void send(const Member& member, const fleet::Envelope& envelope);
   void collect_mail(Executor& executor);
   void tell_drive(std::size_t index, const sim::DriveReport& report, Executor& executor);
   [[nodiscard]] std::optional<sim::DriveCommand> command(std::size_t index);
