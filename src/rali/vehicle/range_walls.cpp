@@ -84,8 +84,9 @@ std::optional<PassageWalls> RangeStage::walls_of(const PlaceKey& key) const {
   return walls;
 }
 
-/// The same walls seen again are the same error: only where the passage's bends hide half as much
-/// as when they told last. While slices of the place are held open, they are told to those.
+/// The same walls seen again are the same error: only where they tell twice as well as when they
+/// told last, since the passage's bends hide less or both see the same width now. While slices of
+/// the place are held open, they are told to those.
 void RangeStage::measure_aside(const PairKey& key, Place& place, const odometry::Moment& now,
                                SideFilter& filter) const {
   const std::optional<Vec3> axis = filter.blind_axis();
@@ -94,7 +95,8 @@ void RangeStage::measure_aside(const PairKey& key, Place& place, const odometry:
   const Vec3 apart = filter.side().mean.segment<3>(place.side) - p_odom_m;
   const ranging::FinderSettings& s = settings_.ranging.finder;
   const double hidden_m = ranging::aside_in_passage(s, Aside{0.0, 0.0}, apart.norm()).sigma_m;
-  if (hidden_m + s.walls_sigma_m > 0.5 * place.aside_sigma_m) return;
+  const double worth_m = 0.5 * place.aside_sigma_m;
+  if (hidden_m + s.walls_sigma_m > worth_m) return;
   const std::optional<PassageWalls> other = walls_of({std::get<1>(key), std::get<2>(key)});
   if (!other) return;
   const std::optional<PassageWalls> own = walls_beside(p_odom_m, *axis, filter);
@@ -102,7 +104,8 @@ void RangeStage::measure_aside(const PairKey& key, Place& place, const odometry:
   const std::optional<Aside> both = ranging::aside_by_walls(s, *own, *other);
   if (!both) return;
   const double sigma_m = both->sigma_m + hidden_m;
-  place.aside_sigma_m = std::min(place.aside_sigma_m, sigma_m);
+  if (sigma_m > worth_m) return;
+  place.aside_sigma_m = sigma_m;
   const Vec3 left = up_odom_.cross(own->axis);
   odometry::SideMeasurement row;
   row.d_side = odometry::SideStates::Vector::Zero(filter.side().size());
