@@ -148,4 +148,10 @@ Eigen::MatrixXd GlobalEquations::right_of(const LinearFactor& factor) const {
   return right;
 }
 
+Eigen::MatrixXd GlobalEquations::covariance(const LinearFactor& factor) const {
+  const Eigen::MatrixXd right = right_of(factor);
+  const Eigen::MatrixXd P = right.transpose() * solve(right);
+  return 0.5 * (P + P.transpose());
+}
+
 }  // namespace rali::graph

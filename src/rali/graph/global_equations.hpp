@@ -46,6 +46,9 @@ class GlobalEquations {
   /// J^T of a factor: what solve() makes H^-1 J^T of.
   [[nodiscard]] Eigen::MatrixXd right_of(const LinearFactor& factor) const;
 
+  /// J H^-1 J^T of a factor, once H is factored: the covariance of what its rows measure.
+  [[nodiscard]] Eigen::MatrixXd covariance(const LinearFactor& factor) const;
+
   [[nodiscard]] const BlockCholesky& cholesky() const { return cholesky_; }
 
   [[nodiscard]] const BlockMatrix& matrix() const { return H_; }

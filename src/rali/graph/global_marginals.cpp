@@ -59,10 +59,7 @@ const Eigen::MatrixXd& GlobalMarginals::own(int column) {
 }
 
 Eigen::MatrixXd GlobalMarginals::covariance(const LinearFactor& rows) const {
-  if (!solved_) return infinite(rows.r.size());
-  const Eigen::MatrixXd right = equations_.right_of(rows);
-  const Eigen::MatrixXd P = right.transpose() * equations_.solve(right);
-  return 0.5 * (P + P.transpose());
+  return solved_ ? equations_.covariance(rows) : infinite(rows.r.size());
 }
 
 const std::vector<Eigen::MatrixXd>& GlobalMarginals::diagonal() {

@@ -65,9 +65,7 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) {
     verdict.covariance.diagonal().setConstant(std::numeric_limits<double>::infinity());
     return verdict;
   }
-  const MatrixXd right = equations_.right_of(rows);
-  const Mat6 P = right.transpose() * equations_.solve(right);
-  verdict.covariance = 0.5 * (P + P.transpose());
+  verdict.covariance = equations_.covariance(rows);
   const geometry::Vec6 e = term.root * rows.r;
   const Mat6 S = term.root * verdict.covariance * term.root.transpose() + Mat6::Identity();
   verdict.chi2 = S.allFinite() ? e.dot(S.ldlt().solve(e)) : 0.0;

@@ -7,9 +7,6 @@ namespace rali::ranging {
 
 namespace {
 
-/// Cosine of how far one passage may turn between two that stand in it.
-constexpr double kSamePassage = 0.8;
-
 /// To the left of the passage's middle.
 double offset_m(const PassageWalls& walls) { return 0.5 * (walls.right_m - walls.left_m); }
 
@@ -34,7 +31,7 @@ Aside aside_between_walls(const FinderSettings& settings, const PassageWalls& ow
 std::optional<Aside> aside_by_walls(const FinderSettings& settings, const PassageWalls& own,
                                     const PassageWalls& other) {
   const double turned = own.axis.dot(other.axis);
-  if (std::abs(turned) < kSamePassage) return std::nullopt;
+  if (std::abs(turned) < std::cos(settings.walls_turn_rad)) return std::nullopt;
   const double other_m = turned < 0.0 ? -offset_m(other) : offset_m(other);
   const double box_m = 0.5 * std::abs(width_m(own) - width_m(other));
   return Aside{other_m - offset_m(own), std::hypot(settings.walls_sigma_m, box_m)};

@@ -173,6 +173,9 @@ struct FinderSettings {
   double wall_m = 0.5;
   double walls_far_m = 10.0;
   double walls_sigma_m = 0.1;
+  double walls_turn_rad = 0.64;
+  double walls_own_m = 0.2;
+  double walls_every_m = 0.5;
   double tell_sigmas = 3.0;
   double roughly_m = 1.0;
   double rise_per_m = 0.02;
@@ -202,6 +205,10 @@ struct FinderSettings {
     v("walls_far_m", walls_far_m, 0.5, 100.0, "farther off, walls are not looked for");
     v("walls_sigma_m", walls_sigma_m, 0.001, 10.0,
       "how well two vehicles know from walls how far aside of each other they are");
+    v("walls_turn_rad", walls_turn_rad, 0.0, 1.5, "a passage turns no more than this between two");
+    v("walls_own_m", walls_own_m, 0.0, 5.0, "nearer than this is a part of the vehicle itself");
+    v("walls_every_m", walls_every_m, 0.01, 10.0,
+      "walls are looked for at five places so far apart");
     v("tell_sigmas", tell_sigmas, 0.5, 100.0, "sds off, from which a vehicle's word is not taken");
     v("roughly_m", roughly_m, 0.01, 100.0,
       "sigma of a place told by its side, before the first range to it counts");

@@ -16,11 +16,12 @@ using ranging::PassageWalls;
 
 namespace {
 
-/// As far as the map is empty that way, to centimetres; `far_m` if it is all the way, or if
+/// As far as the map is empty that way, to centimetres; walls_far_m if it is all the way, or if
 /// something is so near that it must be the vehicle's own.
-double free_m(const Vec3& p_odom_m, const Vec3& direction, double far_m, const SideFilter& filter) {
+double free_m(const Vec3& p_odom_m, const Vec3& direction, const ranging::FinderSettings& settings,
+              const SideFilter& filter) {
   constexpr double kFine_m = 0.02;
-  constexpr double kOwn_m = 0.2;
+  const double far_m = settings.walls_far_m;
   if (filter.surfaces_between(p_odom_m, p_odom_m + far_m * direction) == 0) return far_m;
   double free_m = 0.0;
   double beyond_m = far_m;
@@ -29,7 +30,7 @@ double free_m(const Vec3& p_odom_m, const Vec3& direction, double far_m, const S
     const bool wall = filter.surfaces_between(p_odom_m, p_odom_m + middle_m * direction) > 0;
     (wall ? beyond_m : free_m) = middle_m;
   }
-  return free_m < kOwn_m ? far_m : free_m;
+  return free_m < settings.walls_own_m ? far_m : free_m;
 }
 
 }  // namespace
@@ -45,14 +46,15 @@ std::optional<PassageWalls> RangeStage::walls(const SideFilter& filter,
 /// the map, or meet a post, those beside them tell.
 std::optional<PassageWalls> RangeStage::walls_beside(const Vec3& p_odom_m, const Vec3& axis_odom,
                                                      const SideFilter& filter) const {
-  constexpr std::array kAlong_m{0.0, -0.5, 0.5, -1.0, 1.0};
-  const double far_m = settings_.ranging.finder.walls_far_m;
+  constexpr std::array kSteps{0.0, -1.0, 1.0, -2.0, 2.0};
+  const ranging::FinderSettings& s = settings_.ranging.finder;
+  const double far_m = s.walls_far_m;
   const Vec3 left = up_odom_.cross(axis_odom).normalized();
   const Vec3 axis = left.cross(up_odom_);
   const auto wall_m = [&](const Vec3& direction) {
-    std::array<double, kAlong_m.size()> met_m;
-    std::transform(kAlong_m.begin(), kAlong_m.end(), met_m.begin(), [&](double along_m) {
-      return free_m(p_odom_m + along_m * axis, direction, far_m, filter);
+    std::array<double, kSteps.size()> met_m;
+    std::transform(kSteps.begin(), kSteps.end(), met_m.begin(), [&](double steps) {
+      return free_m(p_odom_m + steps * s.walls_every_m * axis, direction, s, filter);
     });
     // The middle of those that meet a wall, most of them.
     std::sort(met_m.begin(), met_m.end());
