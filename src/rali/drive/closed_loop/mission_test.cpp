@@ -50,19 +50,27 @@ Simulation narrow_corridor() {
 
 /// Ground and two walls, 40 m long and 5 m apart; behind either end is nothing that a ray could
 /// meet.
-Simulation open_tunnel() {
+Simulation open_tunnel(double start_x_m) {
   sim::World world;
   world.mesh.add_box({16.0, 0.0, -0.2}, {40.0, 5.4, 0.2}, 0.0, 0.6);
   world.mesh.add_box({16.0, 2.6, 0.0}, {40.0, 0.2, 3.0}, 0.0, 0.6);
   world.mesh.add_box({16.0, -2.6, 0.0}, {40.0, 0.2, 3.0}, 0.0, 0.6);
   world.route = {{0.0, 0.0, 0.0}, {30.0, 0.0, 0.0}};
-  world.starts = {{{0.0, 1.0, 0.0}, 0.0}, {{0.0, -1.0, 0.0}, 0.0}};
+  world.starts = {{{start_x_m, 1.0, 0.0}, 0.0}, {{start_x_m, -1.0, 0.0}, 0.0}};
   return driven(std::move(world), 2);
 }
 
 fleet::NodeSettings without_loops() {
   fleet::NodeSettings settings;
   settings.fleet.loops.use = false;
+  return settings;
+}
+
+fleet::NodeSettings short_of_hearing() {
+  fleet::NodeSettings settings = without_loops();
+  settings.rounds.finish.max_distance_m = 12.0;
+  settings.rounds.anchor.range_limit_m = 12.0;
+  settings.rounds.anchor.range_soft_m = 1.0;
   return settings;
 }
 
@@ -157,12 +165,8 @@ TEST(Mission, of_a_tag_that_cannot_pass_its_anchor_goes_on_with_the_roles_change
 // Each anchor once counted its own visits: what one had given up the next one opened again, here
 // behind everybody, and the mission ended with a frontier left that two vehicles had been to.
 TEST(Mission, what_one_anchor_has_given_up_the_next_one_does_not_open_again) {
-  const Simulation sim = open_tunnel();
-  fleet::NodeSettings settings = without_loops();
-  settings.rounds.finish.max_distance_m = 12.0;
-  settings.rounds.anchor.range_limit_m = 12.0;
-  settings.rounds.anchor.range_soft_m = 1.0;
-  ExactFleet fleet(*sim, settings);
+  const Simulation sim = open_tunnel(0.0);
+  ExactFleet fleet(*sim, short_of_hearing());
   const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
   ASSERT_TRUE(mission.has_value()) << mission.error().message();
   EXPECT_TRUE(mission->finished);
@@ -180,6 +184,18 @@ TEST(Mission, what_one_anchor_has_given_up_the_next_one_does_not_open_again) {
     if (row.reason == "visited without change") given_up.insert(row.id);
   }
   EXPECT_EQ(given_up.size(), 2U) << "one at either end";
+}
+
+// There is no way to where one stands already, so nobody was sent there and nobody came: a tunnel
+// that was explored ended with its last frontier open, under the vehicle that had come to see it.
+TEST(Mission, whoever_stands_at_a_frontier_has_come_to_it) {
+  for (const double start_x_m : {-3.6, -3.2, -2.8}) {
+    const Simulation sim = open_tunnel(start_x_m);
+    ExactFleet fleet(*sim, short_of_hearing());
+    const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
+    ASSERT_TRUE(mission.has_value()) << mission.error().message();
+    EXPECT_TRUE(fleet.nodes().log().explored) << "begun at " << start_x_m << " m";
+  }
 }
 
 TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_anybody_held) {

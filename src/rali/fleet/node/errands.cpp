@@ -39,6 +39,16 @@ void Errands::new_round() {
   passages_.clear();
 }
 
+/// There is no way to where one stands already, and nobody is sent there.
+void Errands::note_who_stands(std::span<const Whereabouts> fleet) {
+  for (const map::FrontierArea& f : frontiers_) {
+    const bool there = std::any_of(fleet.begin(), fleet.end(), [&](const Whereabouts& w) {
+      return w.at_rest && (w.place_map_m - f.centre_map_m).norm() <= settings_.arrive_m;
+    });
+    if (there) book_.visited(f.centre_map_m);
+  }
+}
+
 bool Errands::picture(const Survey& survey) {
   Result<map::CellMap> picture = survey.grid().picture();
   if (!picture) return false;
@@ -213,11 +223,10 @@ std::optional<std::uint32_t> Errands::largest() const {
   return best != nullptr ? std::optional(best->id) : std::nullopt;
 }
 
-/// The goals of the others while one of the fleet stands as anchor, as if links held all along:
-/// which anchor makes them hold is asked.
+/// The goals of the others while one of the fleet stands as anchor.
 GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> fleet,
                            std::span<const FrontierSpot> spots, const BlindAxisAt& axis,
-                           bool missed_counts) const {
+                           bool missed_counts, double link_min) const {
   std::vector<Traveller> travellers;
   for (std::size_t i = 0; i < fleet.size(); ++i) {
     const Whereabouts& w = fleet[i];
@@ -226,10 +235,10 @@ GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> flee
     if (missed_counts) t.missed = missed_by(w.vehicle, spots);
     travellers.push_back(std::move(t));
   }
-  GoalSettings free = settings_.rounds.goals;
-  free.link_min = 0.0;
+  GoalSettings goals = settings_.rounds.goals;
+  goals.link_min = link_min;
   return plan_goals(travellers, anchor, spots, map_, passable_, axis, settings_.rounds.anchor,
-                    free);
+                    goals);
 }
 
 std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
@@ -240,15 +249,21 @@ std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
   // Everybody stands until there is an anchor again: candidates are judged where they are.
   AnchorSettings here = settings_.rounds.anchor;
   here.near_m = 0.0;
+  // The paper's choice knows no links.
+  const double link_min =
+      here.choice == AnchorChoice::kPaper ? 0.0 : settings_.rounds.goals.link_min;
   std::vector<AnchorOption> options;
   for (std::size_t i = 0; i < fleet.size(); ++i) {
     if (fleet[i].lost) continue;
-    const GoalPlan plan = round_of(i, fleet, spots, axis, fleet[i].vehicle == anchor);
+    const bool missed_counts = fleet[i].vehicle == anchor;
     AnchorOption option;
     option.candidate = {fleet[i].vehicle, fleet[i].place_map_m};
-    option.helps = false;
+    const GoalPlan drivable = round_of(i, fleet, spots, axis, missed_counts, link_min);
+    option.helps = std::any_of(drivable.goals.begin(), drivable.goals.end(),
+                               [](const PlannedGoal& g) { return g.path_map_m.size() > 1; });
+    // What it is worth is asked as if links held all along: which anchor makes them hold?
+    const GoalPlan plan = round_of(i, fleet, spots, axis, missed_counts, 0.0);
     for (const PlannedGoal& goal : plan.goals) {
-      option.helps = option.helps || goal.path_map_m.size() > 1;
       const auto places = predict_places(goal.path_map_m, axis, here.spacing_m);
       option.predicted.insert(option.predicted.end(), places.begin(), places.end());
     }

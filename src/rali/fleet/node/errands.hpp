@@ -40,6 +40,9 @@ class Errands {
   bool look(const Survey& survey, std::span<const Whereabouts> fleet,
             std::optional<std::size_t> anchor, Time now);
 
+  /// At the end of a round: whoever stands at a frontier has visited it.
+  void note_who_stands(std::span<const Whereabouts> fleet);
+
   /// Who should be next anchor where everybody stands, best first, by the last look and by what
   /// was missed while `anchor` stood. Whoever would stand in everybody's way comes last.
   [[nodiscard]] std::vector<VehicleId> next_anchors(const Survey& survey,
@@ -88,7 +91,7 @@ class Errands {
                                  std::optional<std::size_t> anchor, Time now) const;
   [[nodiscard]] GoalPlan round_of(std::size_t anchor, std::span<const Whereabouts> fleet,
                                   std::span<const FrontierSpot> spots, const BlindAxisAt& axis,
-                                  bool missed_counts) const;
+                                  bool missed_counts, double link_min) const;
 
   NodeSettings settings_;
   map::FrontierBook book_;

@@ -207,6 +207,7 @@ void Node::sealed() {
   std::vector<Whereabouts> standing = fleet;
   for (Whereabouts& w : standing) w.stands = true;
   if (errands_->look(*survey_, standing, std::nullopt, now_)) {
+    errands_->note_who_stands(fleet);
     ranked_ = errands_->next_anchors(*survey_, fleet, self_);
   }
   errands_->new_round();
