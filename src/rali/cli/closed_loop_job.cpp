@@ -13,6 +13,7 @@
 #include "rali/config/apply.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/drive/output/rounds_table.hpp"
+#include "rali/drive/output/traffic_file.hpp"
 #include "rali/scenario/recording/fleet_yaml.hpp"
 
 namespace rali::cli {
@@ -177,6 +178,11 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
       !s) {
     return tl::make_unexpected(s.error());
   }
+  if (Status s = drive::write_traffic_table(options.folder, names, run.mission.said,
+                                            (sim.t_end() - sim.t_begin()).s());
+      !s) {
+    return tl::make_unexpected(s.error());
+  }
   return run;
 }
 
@@ -212,6 +218,10 @@ std::string mission_text(const drive::MissionLog& mission, double duration_s) {
         "nobody got any further, {} frontier{} left (frontiers.csv says where and why)\n", open,
         open == 1 ? " is" : "s are");
   }
+  std::uint64_t most = 0;
+  for (const fleet::TrafficCount& said : mission.said) most = std::max(most, said.total().bytes);
+  text += fmt::format("by radio: at most {:.2f} MB per minute and vehicle (traffic.csv)\n",
+                      drive::mb_per_min(most, duration_s));
   return text;
 }
 

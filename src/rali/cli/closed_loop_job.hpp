@@ -17,7 +17,7 @@ struct ClosedLoopRun {
 };
 
 /// Lets the fleet's software drive a simulation, records it as write_recording() does, and writes
-/// rounds.csv and frontiers.csv beside it. The software knows what fleet.yaml tells.
+/// rounds.csv, frontiers.csv and traffic.csv beside it. The software knows what fleet.yaml tells.
 /// @param assignments KEY=VALUE of what is_mission_key() names, for the software and its radio
 /// @param time_limit_s of the mission
 /// Errors: those of write_recording(), run_closed_loop().

@@ -81,9 +81,13 @@ TEST_F(Simulate, a_closed_loop_that_its_time_ends_says_so_and_leaves_the_recordi
                 "--set", "link.loss=0.1", "--set", "settings.mission.roles.lease_s=4"});
   EXPECT_EQ(ended.code, 1) << ended.err;
   for (const char* name : {"v1.mcap", "v2.mcap", "ranges.csv", "fleet.yaml", "rounds.csv",
-                           "frontiers.csv", "truth/v2.tum"}) {
+                           "frontiers.csv", "traffic.csv", "truth/v2.tum"}) {
     EXPECT_TRUE(fs::exists(fs::path(folder_) / name)) << name;
   }
+  const std::string traffic = bytes("traffic.csv");
+  EXPECT_TRUE(traffic.starts_with("vehicle,kind,messages,bytes,mb_per_min\n")) << traffic;
+  EXPECT_NE(traffic.find("v2,peer,"), std::string::npos) << traffic;
+  EXPECT_NE(ended.out.find("MB per minute and vehicle"), std::string::npos) << ended.out;
 }
 
 TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {

@@ -221,6 +221,7 @@ MissionLog FleetNodes::log() const {
   std::vector<Entry> entries;
   std::vector<fleet::RoundMachine> machines;
   for (std::size_t i = 0; i < members_.size(); ++i) {
+    log.said.push_back(link_.said({static_cast<std::uint16_t>(i)}));
     machines.push_back(members_[i].node->rounds());
     machines.back().end_of_data(now_);
     log.explored |= members_[i].alive && members_[i].node->explored();

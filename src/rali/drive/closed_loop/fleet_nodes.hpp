@@ -23,6 +23,7 @@ struct MissionLog {
   bool explored = false;                      ///< no open frontier was left
   bool ended = false;                         ///< by the fleet itself
   std::uint64_t unreadable = 0;               ///< messages
+  std::vector<fleet::TrafficCount> said;      ///< by each vehicle, once however many hear it
 };
 
 struct FleetNodesSetup {

@@ -56,6 +56,7 @@ bool Loopback::connected(VehicleId from, VehicleId to, Time now) const {
 void Loopback::send(Time now, VehicleId from, std::optional<VehicleId> to, wire::Bytes bytes) {
   if (!alive(from)) return;
   const auto shared = std::make_shared<const wire::Bytes>(std::move(bytes));
+  said_[from].add(wire::envelope_kind(*shared), shared->size());
   for (const VehicleId other : fleet_) {
     if (other == from || (to && *to != other)) continue;
     const Pair pair{from, other};
@@ -103,6 +104,12 @@ std::vector<Delivery> Loopback::deliver(Time now) {
 std::optional<Time> Loopback::next_due() const {
   if (on_the_way_.empty()) return std::nullopt;
   return on_the_way_.begin()->first.first;
+}
+
+const fleet::TrafficCount& Loopback::said(VehicleId vehicle) const {
+  static const fleet::TrafficCount kNothing;
+  const auto found = said_.find(vehicle);
+  return found == said_.end() ? kNothing : found->second;
 }
 
 const fleet::TrafficCount& Loopback::sent(VehicleId from, VehicleId to) const {

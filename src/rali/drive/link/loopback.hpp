@@ -61,6 +61,9 @@ class Loopback {
   /// Of all pairs.
   [[nodiscard]] fleet::TrafficCount sent() const;
 
+  /// What a vehicle has said: each message once, however many it was for.
+  [[nodiscard]] const fleet::TrafficCount& said(VehicleId vehicle) const;
+
   /// What arrived, with repetitions.
   [[nodiscard]] const fleet::TrafficCount& arrived() const { return arrived_; }
 
@@ -82,6 +85,7 @@ class Loopback {
   std::vector<VehicleId> fleet_;  ///< ascending
   std::map<Pair, Link> links_;
   std::map<VehicleId, bool> alive_;
+  std::map<VehicleId, fleet::TrafficCount> said_;
   /// By time of arrival and running number: what is sent first comes first at one time.
   std::map<std::pair<Time, std::uint64_t>, Delivery> on_the_way_;
   std::uint64_t sent_ = 0;

@@ -63,6 +63,8 @@ TEST(Loopback, to_all_goes_over_each_link_of_its_own) {
   const auto late = radio.deliver(at(2.0));
   ASSERT_EQ(late.size(), 1U);
   EXPECT_EQ(late[0].to, kC);
+  EXPECT_EQ(radio.said(kA).total().messages, 1U) << "said once, sent to each";
+  EXPECT_EQ(radio.said(kB).total().messages, 0U);
   EXPECT_EQ(radio.sent(kA, kB).total().messages, 1U);
   EXPECT_EQ(radio.sent(kB, kA).total().messages, 0U);
 }
