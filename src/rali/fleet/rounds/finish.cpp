@@ -107,13 +107,18 @@ FinishReason FinishWatch::clearing(const FinishInput& input, FinishView& view) {
   }
   if (settings_.rule == FinishRule::kPaper) return FinishReason::kNone;
   if (ranges_are_lost(input, view)) return FinishReason::kRangeLost;
-  if (std::isfinite(input.sigma_m)) {
-    least_sigma_m_ = std::min(least_sigma_m_, input.sigma_m);
-    const double grown_m2 = input.sigma_m * input.sigma_m - least_sigma_m_ * least_sigma_m_;
-    const double limit_m = settings_.max_sigma_m * (unsure_ ? kSureAgain : 1.0);
-    unsure_ = input.blind && grown_m2 > limit_m * limit_m;
-  }
+  unsure_ = is_unsure(input);
   return unsure_ ? FinishReason::kSigma : FinishReason::kNone;
+}
+
+bool FinishWatch::is_unsure(const FinishInput& input) {
+  if (!std::isfinite(input.sigma_m)) return unsure_;
+  least_sigma_m_ = std::min(least_sigma_m_, input.sigma_m);
+  const double grown_m2 = input.sigma_m * input.sigma_m - least_sigma_m_ * least_sigma_m_;
+  const double limit_m = settings_.max_sigma_m * (unsure_ ? kSureAgain : 1.0);
+  const auto far_m = distance_m(input);
+  const bool beside = far_m && *far_m < settings_.sigma_beyond_m;
+  return input.blind && !beside && grown_m2 > limit_m * limit_m;
 }
 
 bool FinishWatch::ranges_are_lost(const FinishInput& input, FinishView& view) {

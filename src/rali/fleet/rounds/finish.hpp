@@ -43,9 +43,10 @@ struct FinishView {
 /// Definition"): radio too weak, anchor too far, or surroundings explored; `robust` adds ranges
 /// lost in a blind stretch, an unsure place, goals missed, battery. Radio and distance are latched:
 /// a vehicle at the edge must not start and stop. An unsure place is one that has become so in this
-/// round: in a long tunnel sigma grows from stand to stand, and standing does not lessen it.
-/// Explored, lost and unsure clear again; so does unreachable as the other name of explored:
-/// frontiers are left, but none to which it gets.
+/// round: in a long tunnel sigma grows from stand to stand, and standing does not lessen it; and
+/// not beside the anchor, where ranges tell nothing of the way: who stops there stays unsure, who
+/// goes on is held by them again. Explored, lost and unsure clear again; so does unreachable as the
+/// other name of explored: frontiers are left, but none to which it gets.
 class FinishWatch {
  public:
   explicit FinishWatch(const FinishSettings& settings) : settings_(settings) {}
@@ -63,6 +64,7 @@ class FinishWatch {
   [[nodiscard]] std::optional<double> distance_m(const FinishInput& input) const;
   [[nodiscard]] FinishReason latching(const FinishInput& input);
   [[nodiscard]] FinishReason clearing(const FinishInput& input, FinishView& view);
+  [[nodiscard]] bool is_unsure(const FinishInput& input);
   [[nodiscard]] bool ranges_are_lost(const FinishInput& input, FinishView& view);
 
   FinishSettings settings_;

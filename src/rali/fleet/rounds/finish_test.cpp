@@ -194,6 +194,23 @@ TEST(FinishWatch, an_unsure_place_ends_it_and_clears_at_four_fifths) {
   EXPECT_EQ(reason_at(3.0, 0.23), FinishReason::kNone);
 }
 
+// Two vehicles stopped a metre beside each other, each round anew: that is where ranges tell
+// nothing of the way, so there they stayed unsure and explored nothing more.
+TEST(FinishWatch, nobody_stops_for_a_place_that_is_unsure_beside_the_anchor) {
+  FinishWatch watch{FinishSettings{}};
+  const auto reason_at = [&watch](double t_s, double range_m, double sigma_m) {
+    FinishInput in = at(t_s);
+    in.range_m = range_m;
+    in.blind = true;
+    in.sigma_m = sigma_m;
+    return watch.step(in).reason;
+  };
+  EXPECT_EQ(reason_at(1.0, 8.0, 0.1), FinishReason::kNone);
+  EXPECT_EQ(reason_at(2.0, 1.2, 0.5), FinishReason::kNone);
+  EXPECT_EQ(reason_at(3.0, 8.0, 0.2), FinishReason::kNone) << "held again";
+  EXPECT_EQ(reason_at(4.0, 8.0, 0.5), FinishReason::kSigma);
+}
+
 // After some stands in a long tunnel everybody's sigma is above the bound: a round that counted
 // all of it would end as it begins, again and again, with the mission.
 TEST(FinishWatch, what_was_unsure_when_the_round_began_does_not_end_it) {

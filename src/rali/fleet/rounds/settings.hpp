@@ -18,6 +18,7 @@ struct FinishSettings {
   double explored_hold_s = 5.0;
   double range_lost_s = 5.0;
   double max_sigma_m = 0.3;
+  double sigma_beyond_m = 5.0;
   double warn_rssi_db = 5.0;     ///< no goals further out from here on
   double warn_distance = 0.1;    ///< likewise, share of max_distance_m
   double unreachable_max = 3.0;  ///< goals given up in a row
@@ -33,6 +34,8 @@ struct FinishSettings {
     v("range_lost_s", range_lost_s, 0.5, 600.0, "blind and without range for this long [s]");
     v("max_sigma_m", max_sigma_m, 0.01, 100.0,
       "position less sure by this than in this round before [m]");
+    v("sigma_beyond_m", sigma_beyond_m, 0.0, 1000.0,
+      "but not nearer to the anchor, where its ranges are across the way [m]");
     v("warn_rssi_db", warn_rssi_db, 0.0, 50.0, "no goals further out, this much before [dB]");
     v("warn_distance", warn_distance, 0.0, 1.0, "likewise, share of the distance");
     v("unreachable_max", unreachable_max, 1.0, 100.0, "goals missed in a row likewise");
