@@ -47,6 +47,7 @@ void Errands::note_who_stands(std::span<const Whereabouts> fleet) {
     });
     if (there) book_.visited(f.centre_map_m);
   }
+  book_.name(frontiers_);
 }
 
 bool Errands::picture(const Survey& survey) {

@@ -45,7 +45,7 @@ class Node {
   [[nodiscard]] bool done() const { return done_; }
 
   /// Nothing was left to see when it ended.
-  [[nodiscard]] bool explored() const { return rounds_.mission_over(); }
+  [[nodiscard]] bool explored() const { return all_seen_ || rounds_.mission_over(); }
 
   /// As this vehicle heard them; those of which it was the anchor with all that it knew.
   [[nodiscard]] const RoundMachine& rounds() const { return rounds_; }
@@ -88,6 +88,7 @@ class Node {
   void begin_survey();
   void stopped_anchoring();
   void sealed();
+  [[nodiscard]] bool last_look(const std::vector<Whereabouts>& fleet);
   void offer_choice();
 
   // The anchor's map (node_anchor.cpp).
@@ -99,6 +100,7 @@ class Node {
   [[nodiscard]] Survey* any_survey() { return survey_ ? survey_.get() : resting_.get(); }
 
   void look();
+  void note_frontiers(const std::vector<Whereabouts>& fleet, bool facts_agree);
   void tell_goals();
   void end_mission(RoundEnd why);
   [[nodiscard]] bool nobody_gets_further() const;
@@ -157,6 +159,7 @@ class Node {
   DriveOrder order_;
   bool backs_ = false;
   bool done_ = false;
+  bool all_seen_ = false;  ///< when nobody got any further: nor was anything left
 
   std::unique_ptr<Survey> survey_;
   std::unique_ptr<Survey> resting_;  ///< of a round in which this vehicle was the anchor

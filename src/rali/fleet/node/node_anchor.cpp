@@ -119,15 +119,17 @@ void Node::look() {
       self == fleet.end() ? std::nullopt
                           : std::optional(static_cast<std::size_t>(self - fleet.begin()));
   if (!errands_->look(*survey_, fleet, anchor, now_)) return;
-  std::vector<VehicleId> ids;
-  bool all_rest = true;
-  for (const Whereabouts& w : fleet) {
-    ids.push_back(w.vehicle);
-    all_rest = all_rest && w.at_rest;
-  }
-  rounds_.frontiers_seen(errands_->frontiers(), ids, all_rest && facts_are_here());
+  const bool all_rest =
+      std::all_of(fleet.begin(), fleet.end(), [](const Whereabouts& w) { return w.at_rest; });
+  note_frontiers(fleet, all_rest && facts_are_here());
   tell_goals();
   if (rounds_.mission_over()) end_mission(RoundEnd::kExplored);
+}
+
+void Node::note_frontiers(const std::vector<Whereabouts>& fleet, bool facts_agree) {
+  std::vector<VehicleId> ids;
+  for (const Whereabouts& w : fleet) ids.push_back(w.vehicle);
+  rounds_.frontiers_seen(errands_->frontiers(), ids, facts_agree);
 }
 
 void Node::tell_goals() {

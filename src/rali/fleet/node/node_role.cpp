@@ -190,32 +190,40 @@ void Node::sealed() {
   exchange_.announce();
   seal_ = store_.inventory(0, 0);
   sealed_at_ = now_;
-  rounds_.anchor_ended(
-      is_moving() ? RoundEnd::kAnchorMoved
-      : std::all_of(role_.peers.begin(), role_.peers.end(),
-                    [](const RolePeer& p) { return p.finished != FinishReason::kNone; })
-          ? RoundEnd::kFinished
-          : RoundEnd::kTimeout,
-      now_);
-  if (!survey_) return;
+  const bool all_finished =
+      std::all_of(role_.peers.begin(), role_.peers.end(),
+                  [](const RolePeer& p) { return p.finished != FinishReason::kNone; });
+  const RoundEnd why = is_moving()    ? RoundEnd::kAnchorMoved
+                       : all_finished ? RoundEnd::kFinished
+                                      : RoundEnd::kTimeout;
+  if (!survey_) return rounds_.anchor_ended(why, now_);
   for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
   survey_->end_round(now_, *executor_);
   tell_boundary();
   const std::vector<Whereabouts> fleet = whereabouts();
-  if (nobody_gets_further()) return end_mission(RoundEnd::kFinished);
-  // Nobody is sent: all stand until there is an anchor again.
-  std::vector<Whereabouts> standing = fleet;
-  for (Whereabouts& w : standing) w.stands = true;
-  if (errands_->look(*survey_, standing, std::nullopt, now_)) {
-    errands_->note_who_stands(fleet);
-    ranked_ = errands_->next_anchors(*survey_, fleet, self_);
-  }
+  const bool looked = last_look(fleet);
+  const bool idle = nobody_gets_further();
+  all_seen_ = idle && looked && !errands_->largest();
+  rounds_.anchor_ended(all_seen_ ? RoundEnd::kExplored : why, now_);
+  if (idle) return end_mission(RoundEnd::kFinished);
+  if (looked) ranked_ = errands_->next_anchors(*survey_, fleet, self_);
   errands_->new_round();
   tell_goals();
   if (settings_.rounds.anchor.candidates == AnchorCandidates::kTags) {
     std::erase(ranked_, self_);
   }
   if (ranked_.empty()) ranked_ = {self_};
+}
+
+/// Nobody is sent: all stand until there is an anchor again. @return false: nothing is mapped yet
+bool Node::last_look(const std::vector<Whereabouts>& fleet) {
+  std::vector<Whereabouts> standing = fleet;
+  for (Whereabouts& w : standing) w.stands = true;
+  if (!errands_->look(*survey_, standing, std::nullopt, now_)) return false;
+  errands_->note_who_stands(fleet);
+  // Told as it is; whether the mission is over is asked while the anchor acts.
+  note_frontiers(fleet, false);
+  return true;
 }
 
 /// Only who holds what the seal names may be next; the best is waited for a while.
