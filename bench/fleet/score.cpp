@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/drive/output/traffic_file.hpp"
 #include "rali/eval/alignment.hpp"
 #include "rali/eval/consistency.hpp"
 #include "rali/eval/errors.hpp"
@@ -132,8 +133,8 @@ void score_traffic(const Mission& mission, Scores& s) {
       bytes += fact.size();
     }
     if (driven.truth.empty()) continue;
-    const double minutes = seconds_between(driven.truth.front().t, driven.truth.back().t) / 60.0;
-    const double rate = 1e-6 * static_cast<double>(bytes) / std::max(minutes, 1e-9);
+    const double duration_s = seconds_between(driven.truth.front().t, driven.truth.back().t);
+    const double rate = drive::mb_per_min(bytes, duration_s);
     s.mb_per_min = std::max(s.mb_per_min, rate);
   }
 }

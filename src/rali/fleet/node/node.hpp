@@ -45,7 +45,10 @@ class Node {
   [[nodiscard]] bool done() const { return done_; }
 
   /// Nothing was left to see when it ended.
-  [[nodiscard]] bool explored() const { return all_seen_ || rounds_.mission_over(); }
+  [[nodiscard]] bool explored() const {
+    const std::vector<RoundRow>& rows = rounds_.rounds();
+    return !rows.empty() && rows.back().ended_by == RoundEnd::kExplored;
+  }
 
   /// As this vehicle heard them; those of which it was the anchor with all that it knew.
   [[nodiscard]] const RoundMachine& rounds() const { return rounds_; }
@@ -159,7 +162,6 @@ class Node {
   DriveOrder order_;
   bool backs_ = false;
   bool done_ = false;
-  bool all_seen_ = false;  ///< when nobody got any further: nor was anything left
 
   std::unique_ptr<Survey> survey_;
   std::unique_ptr<Survey> resting_;  ///< of a round in which this vehicle was the anchor

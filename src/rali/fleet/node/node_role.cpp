@@ -203,8 +203,8 @@ void Node::sealed() {
   const std::vector<Whereabouts> fleet = whereabouts();
   const bool looked = last_look(fleet);
   const bool idle = nobody_gets_further();
-  all_seen_ = idle && looked && !errands_->largest();
-  rounds_.anchor_ended(all_seen_ ? RoundEnd::kExplored : why, now_);
+  const bool all_seen = idle && looked && !errands_->largest();
+  rounds_.anchor_ended(all_seen ? RoundEnd::kExplored : why, now_);
   if (idle) return end_mission(RoundEnd::kFinished);
   if (looked) ranked_ = errands_->next_anchors(*survey_, fleet, self_);
   errands_->new_round();
