@@ -56,7 +56,7 @@ struct Drive {
         route(world.route, world.rounding_m),
         trajectory(sim::make_trajectory(route, motion, o.seed)),
         caster(world.mesh),
-        scene(sim::Pedestrians(route, o.pedestrians, world.free_width_m, o.seed)),
+        scene(sim::Pedestrians(route, sim::crowd_of(o), world.free_width_m, o.seed)),
         ranging(sim::LidarOptions::of(o.lidar)),
         lidar(o.lidar, ranging, o.seed) {}
 

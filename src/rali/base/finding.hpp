@@ -14,6 +14,7 @@ struct Finding {
   std::string id;  ///< stable, e.g. "D08" of the doctor or "odometry.diverged"
   Severity severity = Severity::kWarning;
   Time t;               ///< data time, 0 if it concerns the whole recording
+  Time t_end;           ///< where the stretch that begins at t ends; 0: it concerns t alone
   std::string vehicle;  ///< empty if there is only one
   std::string topic;    ///< empty if no topic is concerned
   std::string text;     ///< one sentence: what was found, with its numbers and units

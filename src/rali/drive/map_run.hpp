@@ -11,6 +11,7 @@
 #include "rali/drive/output/rounds_input.hpp"
 #include "rali/drive/ranges/range_log.hpp"
 #include "rali/drive/ranges/range_options.hpp"
+#include "rali/drive/reported_source.hpp"
 #include "rali/fleet/centre/centre.hpp"
 #include "rali/map/settings.hpp"
 #include "rali/vehicle/settings.hpp"
@@ -21,8 +22,10 @@ namespace rali::drive {
 struct VehicleJob {
   std::vector<std::string> inputs;  ///< recordings in order, or one folder of scans
   std::string imu_file;             ///< CSV beside a folder of scans; empty: imu.csv of the folder
-  InputOptions input;               ///< input.vehicle is the vehicle's name
-  bool find_time_offset = false;    ///< estimate input.lidar_time_offset from the data
+  /// Opens the data in place of `inputs`: for sensors that are in memory. May be called twice.
+  std::function<Result<std::unique_ptr<ReportedSource>>(const InputOptions&)> open;
+  InputOptions input;             ///< input.vehicle is the vehicle's name
+  bool find_time_offset = false;  ///< estimate input.lidar_time_offset from the data
   vehicle::VehicleSettings settings;
 };
 

@@ -28,6 +28,7 @@ bool is_scan_folder(const std::string& path) {
 }  // namespace
 
 Result<std::unique_ptr<ReportedSource>> open_events(const VehicleJob& job) {
+  if (job.open) return job.open(job.input);
   if (job.inputs.empty()) {
     return fail(ErrorCode::kUsage, "vehicles." + job.input.vehicle, "no recording given");
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "rali/base/rng.hpp"
 #include "rali/base/settings.hpp"
 #include "rali/geometry/se3.hpp"
@@ -20,12 +22,19 @@ struct ImuOptions {
   double accel_bias_mps2 = 0.03;       ///< sd per axis of the turn-on bias
   double vibration_gyro_radps = 0.01;  ///< sd at 1 m/s, around 40 Hz
   double vibration_accel_mps2 = 0.3;   ///< sd at 1 m/s, around 40 Hz
-  double scale_error = 0.0;            ///< of both triads, relative
-  double gyro_limit_radps = 35.0;      ///< saturation
-  double accel_limit_mps2 = 160.0;     ///< saturation
-  double time_offset_s = 0.0;          ///< added to the stamps
-  bool accel_in_g = false;             ///< a driver that forgot the unit
-  bool gyro_in_degps = false;          ///< a driver that forgot the unit
+  /// Structural resonances of the vehicle: a few narrow bands that ring while it drives, whatever
+  /// its speed.
+  double resonance_gyro_radps = 0.0;  ///< rms of each axis
+  double resonance_accel_mps2 = 0.0;  ///< rms of each axis
+  double resonance_low_hz = 11.0;     ///< they are drawn from this band
+  double resonance_high_hz = 38.0;
+  double scale_error = 0.0;         ///< of both triads, relative
+  double misalignment_deg = 0.0;    ///< of both triads, each in a random direction
+  double gyro_limit_radps = 35.0;   ///< saturation
+  double accel_limit_mps2 = 160.0;  ///< saturation
+  double time_offset_s = 0.0;       ///< added to the stamps
+  bool accel_in_g = false;          ///< a driver that forgot the unit
+  bool gyro_in_degps = false;       ///< a driver that forgot the unit
 
   /// The same sensor without any error.
   [[nodiscard]] static ImuOptions ideal();
@@ -41,7 +50,13 @@ struct ImuOptions {
     v("accel_bias_mps2", accel_bias_mps2, 0.0, 10.0, "sd of the accelerometer bias at the start");
     v("vibration_gyro_radps", vibration_gyro_radps, 0.0, 1.0, "gyro vibration at 1 m/s");
     v("vibration_accel_mps2", vibration_accel_mps2, 0.0, 50.0, "accelerometer vibration at 1 m/s");
+    v("resonance_gyro_radps", resonance_gyro_radps, 0.0, 5.0, "gyro resonances while driving, rms");
+    v("resonance_accel_mps2", resonance_accel_mps2, 0.0, 50.0,
+      "accelerometer resonances while driving, rms");
+    v("resonance_low_hz", resonance_low_hz, 0.1, 1000.0, "lower end of their band");
+    v("resonance_high_hz", resonance_high_hz, 0.1, 1000.0, "upper end of their band");
     v("scale_error", scale_error, -0.5, 0.5, "relative scale error of both triads");
+    v("misalignment_deg", misalignment_deg, 0.0, 10.0, "of both triads, in random directions");
     v("gyro_limit_radps", gyro_limit_radps, 0.1, 1000.0, "gyro saturates here");
     v("accel_limit_mps2", accel_limit_mps2, 1.0, 10000.0, "accelerometer saturates here");
     v("time_offset_s", time_offset_s, -1.0, 1.0, "added to the stamps");
@@ -69,17 +84,29 @@ class ImuModel {
   [[nodiscard]] const geometry::Vec3& accel_bias_mps2() const { return accel_bias_; }
 
  private:
-  /// Noise of standard deviation 1 around 40 Hz, an autoregression of second order.
+  /// Noise of standard deviation 1 around one frequency, an autoregression of second order.
   struct Vibration {
+    double centre_hz = 40.0;
+    double radius = 0.9;  ///< of the pole: width of the resonance
     geometry::Vec3 last = geometry::Vec3::Zero();
     geometry::Vec3 before = geometry::Vec3::Zero();
     geometry::Vec3 next(Rng& rng, double rate_hz);
   };
 
+  /// The sum of the structural resonances, standard deviation 1.
+  struct Resonances {
+    std::vector<Vibration> modes;
+    geometry::Vec3 next(Rng& rng, double rate_hz);
+  };
+
+  [[nodiscard]] Resonances draw_resonances(Rng& rng) const;
+
   ImuOptions options_;
-  Rng white_, walk_, shake_;
+  Rng white_, walk_, shake_, ring_;
   geometry::Vec3 gyro_bias_, accel_bias_;
+  geometry::Mat3 R_gyro_, R_accel_;  ///< misaligned triads
   Vibration gyro_vibration_, accel_vibration_;
+  Resonances gyro_resonances_, accel_resonances_;
 };
 
 }  // namespace rali::sim

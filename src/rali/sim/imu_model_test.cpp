@@ -26,6 +26,36 @@ TEST(ImuModel, turning_on_the_spot_pulls_a_lever_inwards) {
   EXPECT_NEAR(s.accel_mps2.x(), -2.0, 1e-12);  // -w^2 r
 }
 
+TEST(ImuModel, resonances_ring_with_their_rms_while_driving_and_not_at_standstill) {
+  ImuOptions o = ImuOptions::ideal();
+  o.resonance_accel_mps2 = 0.15;
+  o.resonance_gyro_radps = 0.02;
+  ImuModel imu(o, 1);
+  double gyro = 0.0;
+  double accel = 0.0;
+  constexpr int kCount = 40000;
+  for (int i = 0; i < kCount; ++i) {
+    const sensor::ImuSample s = imu.measure({}, 1.0);
+    gyro += s.gyro_radps.squaredNorm() / (3.0 * kCount);
+    accel += s.accel_mps2.squaredNorm() / (3.0 * kCount);
+  }
+  EXPECT_NEAR(std::sqrt(accel), 0.15, 0.02);
+  EXPECT_NEAR(std::sqrt(gyro), 0.02, 0.003);
+  EXPECT_EQ(imu.measure({}, 0.0).accel_mps2.norm(), 0.0);
+}
+
+TEST(ImuModel, a_misaligned_triad_feels_gravity_to_the_side) {
+  ImuOptions o = ImuOptions::ideal();
+  o.misalignment_deg = 1.0;
+  ImuModel imu(o, 1);
+  sensor::ImuSample level;
+  level.accel_mps2 = {0.0, 0.0, 9.81};
+  const Vec3 f = imu.measure(level, 0.0).accel_mps2;
+  EXPECT_NEAR(f.norm(), 9.81, 1e-9);
+  EXPECT_LE(degrees(std::acos(f.z() / f.norm())), 1.0 + 1e-6);
+  EXPECT_GT(f.head<2>().norm(), 0.01);
+}
+
 TEST(ImuModel, white_noise_follows_the_density) {
   ImuOptions o = ImuOptions::ideal();
   o.gyro_radps_rthz = 1.5e-3;

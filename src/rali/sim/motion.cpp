@@ -141,10 +141,12 @@ double SpeedProfile::at(double s_m) const {
 Trajectory make_trajectory(const Route& route, const MotionOptions& options, std::uint64_t seed) {
   Rng rng(seed, "motion");
   const std::vector<double> way = way_over_time(route, options, rng);
-  if (options.carrier == Carrier::kCart) {
-    return {cart_controls(route, way, options, seed), kSpacing_s};
-  }
-  return {free_controls(route, way, options, seed), kSpacing_s};
+  const bool cart = options.carrier == Carrier::kCart;
+  Trajectory trajectory(
+      cart ? cart_controls(route, way, options, seed) : free_controls(route, way, options, seed),
+      kSpacing_s);
+  if (const Jolts jolts(options.jolts, seed); !jolts.empty()) trajectory.add_jolts(jolts);
+  return trajectory;
 }
 
 }  // namespace rali::sim

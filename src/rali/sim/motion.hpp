@@ -2,6 +2,7 @@
 
 #include "rali/base/rng.hpp"
 #include "rali/base/settings.hpp"
+#include "rali/sim/jolts.hpp"
 #include "rali/sim/route.hpp"
 #include "rali/sim/trajectory.hpp"
 
@@ -21,6 +22,7 @@ struct MotionOptions {
   double body_height_m = 0.25;      ///< of the body's origin above the ground
   double suspension = 1.0;          ///< scale of the jolts; 0: rigid
   double wander_m = 0.15;           ///< swings to the sides of the route
+  JoltOptions jolts;
 
   template <class V>
   void visit(V& v) {
@@ -33,6 +35,7 @@ struct MotionOptions {
     v("body_height_m", body_height_m, 0.0, 3.0, "height of the body above the ground");
     v("wander_m", wander_m, 0.0, 2.0, "swings to the sides of the route");
     v("suspension", suspension, 0.0, 3.0, "scale of the suspension's jolts");
+    v.group("jolts", jolts, "steps of the body shorter than an inertial sample");
   }
 };
 

@@ -4,23 +4,9 @@
 
 #include "rali/sim/pedestrians.hpp"
 #include "rali/sim/trajectory.hpp"
+#include "rali/sim/vehicle_look.hpp"
 
 namespace rali::sim {
-
-/// What a vehicle looks like to the LiDARs of the others: a box and an upright mast on it, both in
-/// the body frame.
-struct VehicleLook {
-  geometry::Vec3 box_min_m{-0.30, -0.22, -0.20};
-  geometry::Vec3 box_max_m{0.30, 0.22, 0.15};
-  geometry::Vec2 mast_m{0.10, 0.0};  ///< x, y of its axis
-  double mast_radius_m = 0.05;
-  double mast_top_m = 0.42;
-  float reflectivity = 0.35F;
-};
-
-/// Shortens `hit` if a vehicle of this shape at T_world_body stands in the way of the ray.
-void meet_vehicle(const VehicleLook& look, const geometry::SE3& T_world_body,
-                  const geometry::Vec3& origin, const geometry::Vec3& direction, Hit& hit);
 
 /// All that moves and that one LiDAR sees: people and the other vehicles. Cheap to copy; a copy
 /// can be placed at another time, so that parts of a sweep can be cast side by side.

@@ -1,7 +1,10 @@
 #include "rali/sim/pedestrians.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "rali/sim/vehicle_look.hpp"
 
 namespace rali::sim {
 
@@ -45,10 +48,11 @@ void meet_ball(const Vec3& origin, const Vec3& d, const Vec3& centre, double rad
 
 }  // namespace
 
-Pedestrians::Pedestrians(const Route& route, int count, double free_width_m, std::uint64_t seed)
+Pedestrians::Pedestrians(const Route& route, const Crowd& crowd, double free_width_m,
+                         std::uint64_t seed)
     : route_(&route) {
   Rng rng(seed, "pedestrians");
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < crowd.walking; ++i) {
     Person p{};
     p.middle_m = rng.uniform(0.1, 0.9) * route.length_m();
     p.reach_m = rng.uniform(6.0, 20.0);
@@ -57,42 +61,99 @@ Pedestrians::Pedestrians(const Route& route, int count, double free_width_m, std
     p.side_m = (rng.uniform() < 0.5 ? -1.0 : 1.0) * rng.uniform(0.6, 1.0) * free_width_m;
     people_.push_back(p);
   }
+  Rng others(seed, "people who stand or cross");
+  for (int i = 0; i < crowd.standing + crowd.crossing; ++i) {
+    Person p{};
+    p.crosses = i >= crowd.standing;
+    p.middle_m = others.uniform(0.0, 1.0) * route.length_m();
+    p.speed_mps = p.crosses ? others.uniform(0.7, 1.6) : 0.0;
+    p.phase_s = others.uniform(0.0, 60.0);
+    p.side_m = (others.uniform() < 0.5 ? -1.0 : 1.0) * others.uniform(0.8, 1.0) * free_width_m;
+    people_.push_back(p);
+  }
+}
+
+void Pedestrians::add_escort(const Escort& escort, const Trajectory& trajectory,
+                             double body_height_m) {
+  Companion companion{};
+  companion.escort = escort;
+  companion.trajectory = &trajectory;
+  companion.body_height_m = body_height_m;
+  escorts_.push_back(companion);
+}
+
+void Pedestrians::put(Body& body, const Vec3& feet, const Vec3& ahead, double walked_m) {
+  const Vec3 left(-ahead.y(), ahead.x(), 0.0);
+  const double stride = 0.28 * std::sin(2.0 * std::numbers::pi * 0.7 * walked_m);
+  body.feet = feet;
+  body.leg_left = (feet + stride * ahead + 0.1 * left).head<2>();
+  body.leg_right = (feet - stride * ahead - 0.1 * left).head<2>();
+}
+
+/// On the vehicle's own path, so many metres before or behind it.
+void Pedestrians::place(Companion& companion, double t_s) const {
+  const Escort& e = companion.escort;
+  const Trajectory& path = *companion.trajectory;
+  const double s = path.distance_m(std::clamp(t_s, e.begin_s, e.end_s)) + e.gap_m;
+  geometry::SE3 T = path.pose_at(path.time_at_distance_s(std::max(0.0, s)));
+  const double yaw = std::atan2(T.R(1, 0), T.R(0, 0));
+  const Vec3 ahead(std::cos(yaw), std::sin(yaw), 0.0);
+  // Beyond the ends of the path: straight on.
+  T.p += ahead * (std::min(0.0, s) + std::max(0.0, s - path.distance_m(path.duration_s())));
+  T.p += e.side_m * Vec3(-ahead.y(), ahead.x(), 0.0);
+  companion.T_world_cart = T;
+  put(companion, T.p - Vec3(0.0, 0.0, companion.body_height_m), ahead, s);
 }
 
 void Pedestrians::place_at(double t_s) {
   for (Person& p : people_) {
     // A sinusoid with the given top speed: turning round takes a while, as with people.
-    const double w = p.speed_mps / p.reach_m;
-    const double s = p.middle_m + p.reach_m * std::sin(w * (t_s + p.phase_s));
+    const double reach_m = p.crosses ? std::max(0.1, std::abs(p.side_m)) : p.reach_m;
+    const double swing_m =
+        p.speed_mps > 0.0 ? reach_m * std::sin(p.speed_mps / reach_m * (t_s + p.phase_s)) : 0.0;
+    const double s = p.middle_m + (p.crosses ? 0.0 : swing_m);
     const double yaw = route_->yaw_at(s);
     const Vec3 ahead(std::cos(yaw), std::sin(yaw), 0.0);
     const Vec3 left(-ahead.y(), ahead.x(), 0.0);
-    p.feet = route_->point_at(s) + p.side_m * left;
-    const double stride = 0.28 * std::sin(2.0 * std::numbers::pi * 0.7 * s);
-    p.leg_left = (p.feet + stride * ahead + 0.1 * left).head<2>();
-    p.leg_right = (p.feet - stride * ahead - 0.1 * left).head<2>();
+    const double side_m = p.crosses ? swing_m : p.side_m;
+    put(p, route_->point_at(s) + side_m * left, p.crosses ? left : ahead, p.crosses ? swing_m : s);
   }
+  for (Companion& companion : escorts_) place(companion, t_s);
+}
+
+void Pedestrians::cast_body(const Body& body, const Vec3& origin, const Vec3& direction, Hit& hit) {
+  const double z = body.feet.z();
+  meet_cylinder(origin, direction, body.leg_left, 0.09, z, z + 0.85, hit);
+  meet_cylinder(origin, direction, body.leg_right, 0.09, z, z + 0.85, hit);
+  meet_cylinder(origin, direction, body.feet.head<2>(), 0.21, z + 0.8, z + 1.5, hit);
+  meet_ball(origin, direction, body.feet + Vec3(0.0, 0.0, 1.64), 0.12, hit);
 }
 
 void Pedestrians::cast(const Vec3& origin, const Vec3& direction, Hit& hit) const {
   constexpr double kWidest_m = 0.6;
   const Vec2 flat = direction.head<2>();
-  for (const Person& p : people_) {
-    const Vec2 to = p.feet.head<2>() - origin.head<2>();
+  const auto passes = [&](const Body& body) {
+    const Vec2 to = body.feet.head<2>() - origin.head<2>();
     // The ray's vertical plane passes nobody: by far the most frequent case.
     const double aside = to.x() * flat.y() - to.y() * flat.x();
-    if (std::abs(aside) > kWidest_m || to.dot(flat) < -kWidest_m) continue;
-    const double z = p.feet.z();
-    meet_cylinder(origin, direction, p.leg_left, 0.09, z, z + 0.85, hit);
-    meet_cylinder(origin, direction, p.leg_right, 0.09, z, z + 0.85, hit);
-    meet_cylinder(origin, direction, p.feet.head<2>(), 0.21, z + 0.8, z + 1.5, hit);
-    meet_ball(origin, direction, p.feet + Vec3(0.0, 0.0, 1.64), 0.12, hit);
+    return std::abs(aside) > kWidest_m || to.dot(flat) < -kWidest_m;
+  };
+  for (const Person& p : people_) {
+    if (!passes(p)) cast_body(p, origin, direction, hit);
+  }
+  for (const Companion& c : escorts_) {
+    if (c.escort.cart) {
+      meet_vehicle(VehicleLook{}, c.T_world_cart, origin, direction, hit);
+    } else if (!passes(c)) {
+      cast_body(c, origin, direction, hit);
+    }
   }
 }
 
 std::vector<Vec3> Pedestrians::positions() const {
   std::vector<Vec3> out;
   for (const Person& p : people_) out.push_back(p.feet);
+  for (const Companion& c : escorts_) out.push_back(c.feet);
   return out;
 }
 

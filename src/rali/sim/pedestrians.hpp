@@ -5,11 +5,38 @@
 #include "rali/base/rng.hpp"
 #include "rali/sim/ray_caster.hpp"
 #include "rali/sim/route.hpp"
+#include "rali/sim/trajectory.hpp"
+#include "rali/sim/world.hpp"
 
 namespace rali::sim {
 
-/// People who walk to and fro along the route: trunk and legs as upright cylinders, a ball for
-/// the head. Only rays see them; they never stop.
+/// How many people there are, by what they do.
+struct Crowd {
+  int walking = 0;   ///< to and fro along the route
+  int standing = 0;  ///< beside the route, all the time
+  int crossing = 0;  ///< from side to side of the route
+};
+
+/// Somebody who stands, until a vehicle begins to move with him or her at a constant distance.
+struct Escort {
+  int vehicle = 0;
+  double gap_m = 2.0;                  ///< ahead of the vehicle along its path; negative: behind
+  double side_m = 0.0;                 ///< to the left of that path
+  double begin_s = 0.0, end_s = 30.0;  ///< since the start; before and after: stands there
+  bool cart = false;                   ///< a vehicle of nobody's fleet instead of a person
+
+  template <class V>
+  void visit(V& v) {
+    v("vehicle", vehicle, 0, kVehiclesMax - 1, "index of the vehicle it goes with");
+    v("gap_m", gap_m, -100.0, 100.0, "ahead along the vehicle's path, negative: behind");
+    v("side_m", side_m, -20.0, 20.0, "to the left of that path");
+    v("begin_s", begin_s, 0.0, 36000.0, "stands until then");
+    v("end_s", end_s, 0.0, 36000.0, "and from then on");
+    v("cart", cart, "a vehicle of nobody's fleet instead of a person");
+  }
+};
+
+/// People: trunk and legs as upright cylinders, a ball for the head. Only rays see them.
 class Pedestrians {
  public:
   /// Nobody.
@@ -17,7 +44,10 @@ class Pedestrians {
 
   /// @param route  must outlive this
   /// @param free_width_m  room on each side of the route
-  Pedestrians(const Route& route, int count, double free_width_m, std::uint64_t seed);
+  Pedestrians(const Route& route, const Crowd& crowd, double free_width_m, std::uint64_t seed);
+
+  /// One more, who goes where `trajectory` leads; it must outlive this.
+  void add_escort(const Escort& escort, const Trajectory& trajectory, double body_height_m);
 
   /// Moves everybody to t_s after the start.
   void place_at(double t_s);
@@ -25,21 +55,39 @@ class Pedestrians {
   /// Shortens `hit` if somebody stands in the way of the ray.
   void cast(const geometry::Vec3& origin, const geometry::Vec3& direction, Hit& hit) const;
 
-  [[nodiscard]] bool empty() const { return people_.empty(); }
+  [[nodiscard]] bool empty() const { return people_.empty() && escorts_.empty(); }
 
   /// Where they stand: for checks and pictures.
   [[nodiscard]] std::vector<geometry::Vec3> positions() const;
 
  private:
-  struct Person {
-    double middle_m, reach_m, speed_mps, phase_s, side_m;  // walk along the route
+  struct Body {
     geometry::Vec3 feet = geometry::Vec3::Zero();
     geometry::Vec2 leg_left = geometry::Vec2::Zero();
     geometry::Vec2 leg_right = geometry::Vec2::Zero();
   };
 
+  struct Person : Body {
+    double middle_m, reach_m, speed_mps, phase_s, side_m;  // walk along the route
+    bool crosses = false;
+  };
+
+  struct Companion : Body {
+    Escort escort;
+    const Trajectory* trajectory;
+    double body_height_m;
+    geometry::SE3 T_world_cart;
+  };
+
+  void place(Companion& companion, double t_s) const;
+  static void put(Body& body, const geometry::Vec3& feet, const geometry::Vec3& ahead,
+                  double walked_m);
+  static void cast_body(const Body& body, const geometry::Vec3& origin,
+                        const geometry::Vec3& direction, Hit& hit);
+
   const Route* route_ = nullptr;
   std::vector<Person> people_;
+  std::vector<Companion> escorts_;
 };
 
 }  // namespace rali::sim

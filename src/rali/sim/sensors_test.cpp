@@ -98,7 +98,7 @@ TEST(LidarSensor, edges_give_some_points_between_the_surfaces) {
 
 TEST(Pedestrians, stand_in_the_way_of_rays_and_walk) {
   const Route route({{-20, 0, 0}, {20, 0, 0}}, 0.5);
-  Pedestrians people(route, 5, 1.0, 3);
+  Pedestrians people(route, {5, 0, 0}, 1.0, 3);
   people.place_at(0.0);
   const Vec3 before = people.positions()[0];
   Hit hit;

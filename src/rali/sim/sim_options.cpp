@@ -38,6 +38,10 @@ sensor::Calibration measured_by_hand(const sensor::Calibration& truth, const Sim
   return c;
 }
 
+Crowd crowd_of(const SimOptions& options) {
+  return {options.pedestrians, options.standing_people, options.crossing_people};
+}
+
 Status check_options(const SimOptions& options) {
   SimOptions o = options;
   RangeCheck check;
@@ -46,6 +50,9 @@ Status check_options(const SimOptions& options) {
   o.imu.visit(check);
   check("duration_s", o.duration_s, 0.0, 36000.0, "");
   check("pedestrians", o.pedestrians, 0.0, 1000.0, "");
+  check("standing_people", o.standing_people, 0.0, 1000.0, "");
+  check("crossing_people", o.crossing_people, 0.0, 1000.0, "");
+  for (Escort& e : o.escorts) e.visit(check);
   check("calibration_error_m", o.calibration_error_m, 0.0, 1.0, "");
   check("calibration_error_deg", o.calibration_error_deg, 0.0, 45.0, "");
   check.choice("scene", o.scene, kSceneNames, "");

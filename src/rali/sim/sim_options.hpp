@@ -1,10 +1,13 @@
 #pragma once
 
+#include <vector>
+
 #include "rali/base/result.hpp"
 #include "rali/sensor/calibration.hpp"
 #include "rali/sim/imu_model.hpp"
 #include "rali/sim/lidar_sensor.hpp"
 #include "rali/sim/motion.hpp"
+#include "rali/sim/pedestrians.hpp"
 #include "rali/sim/world.hpp"
 
 namespace rali::sim {
@@ -15,7 +18,10 @@ struct SimOptions {
   std::uint64_t seed = 1;  ///< changes place, motion and noise
   Lidar lidar = Lidar::kRs16;
   double duration_s = 0.0;  ///< 0: the whole route; longer: standing at its end
-  int pedestrians = 0;
+  int pedestrians = 0;      ///< who walk to and fro along the route
+  int standing_people = 0;  ///< beside it
+  int crossing_people = 0;  ///< from side to side of it
+  std::vector<Escort> escorts;
   Time start = Time::from_ns(1'700'000'000'000'000'000);
   bool with_lidar = true;
   bool with_imu = true;
@@ -26,6 +32,9 @@ struct SimOptions {
   LidarOptions ranging;
   ImuOptions imu;
 };
+
+/// The people of these options.
+[[nodiscard]] Crowd crowd_of(const SimOptions& options);
 
 /// Every number within the range that visit() declares. Errors (kUsage) name the option.
 [[nodiscard]] Status check_options(const SimOptions& options);

@@ -11,7 +11,7 @@ struct Simulation::Impl {
         caster(world.mesh),
         route(world.route, world.rounding_m),
         trajectory(make_trajectory(route, o.motion, o.seed)),
-        people(Pedestrians(route, o.pedestrians, world.free_width_m, o.seed)),
+        people(Pedestrians(route, crowd_of(o), world.free_width_m, o.seed)),
         lidar(o.lidar, o.ranging, o.seed),
         imu(o.imu, o.seed),
         calibration_true(sensor_mounting(o.imu_apart)),
@@ -25,7 +25,8 @@ struct Simulation::Impl {
   sensor::ImuSample next_imu() {
     const double t_s = imu_time_s();
     ++imu_count;
-    const MotionState state = trajectory.at(t_s);
+    MotionState state = trajectory.at(t_s);
+    state.a_world_mps2 += trajectory.felt_jolt_mps2(t_s, 1.0 / options.imu.rate_hz);
     const Time t = options.start + Duration::from_s(t_s);
     return imu.measure(ideal_imu(t, state, calibration_true.T_body_imu), state.v_world_mps.norm());
   }

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "rali/geometry/se3.hpp"
+#include "rali/sim/jolts.hpp"
 
 namespace rali::sim {
 
@@ -29,12 +31,26 @@ class Trajectory {
 
   /// One more control point: the motion goes on for another spacing_s. What at() gave before
   /// stays as it was.
-  void append(const Control& control) { controls_.push_back(control); }
+  void append(const Control& control);
+
+  /// From now on the body steps by these offsets. The derivatives of at() stay those of the smooth
+  /// motion.
+  void add_jolts(const Jolts& jolts);
 
   /// State t_s seconds after the start; t_s is clamped to [0, duration_s()].
   [[nodiscard]] MotionState at(double t_s) const;
   /// Pose only; cheaper.
   [[nodiscard]] geometry::SE3 pose_at(double t_s) const;
+
+  /// Acceleration of the steps alone that an inertial sensor feels at t_s, averaged over the
+  /// sample that ends there [m/s^2, world].
+  [[nodiscard]] geometry::Vec3 felt_jolt_mps2(double t_s, double sample_s) const;
+
+  /// Horizontal distance travelled after t_s.
+  [[nodiscard]] double distance_m(double t_s) const;
+
+  /// When that distance has been travelled; the last time of a standstill there.
+  [[nodiscard]] double time_at_distance_s(double distance_m) const;
 
   [[nodiscard]] double duration_s() const;
   /// Length of the driven way [m].
@@ -47,9 +63,13 @@ class Trajectory {
   };
 
   [[nodiscard]] Place place(double t_s) const;
+  [[nodiscard]] geometry::SE3 smooth_pose_at(const Place& place) const;
+  [[nodiscard]] geometry::Vec6 jolt_at(double t_s) const;
 
   std::vector<Control> controls_;
+  std::vector<double> travelled_m_;  ///< along the control points, horizontally
   double spacing_s_;
+  std::optional<Jolts> jolts_;
 };
 
 }  // namespace rali::sim

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -39,6 +40,7 @@ struct RoundPlan {
   int anchor = -1;  ///< index of a vehicle; -1: nobody has to stand
   /// By vehicle: corners of its way on the ground, from where it stands; empty: it stands.
   std::vector<std::vector<geometry::Vec3>> routes;
+  std::optional<double> pause_s = {};  ///< standing before it; not given: as FleetOptions says
 };
 
 /// A place and the ways through it. World frame: z up, the route starts near the origin.

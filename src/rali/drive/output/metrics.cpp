@@ -181,7 +181,12 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
   json["warnings"] = Json::array();
   for (const Finding& f : summary.findings) {
     if (f.severity == Severity::kInfo) continue;
-    json["warnings"].push_back({{"id", f.id}, {"vehicle", f.vehicle}, {"text", sentence(f)}});
+    Json warning{{"id", f.id}, {"vehicle", f.vehicle}, {"text", sentence(f)}};
+    if (f.t.ns > 0) {
+      warning["t_begin_s"] = number(f.t.s(), 6);
+      warning["t_end_s"] = number(std::max(f.t, f.t_end).s(), 6);
+    }
+    json["warnings"].push_back(std::move(warning));
   }
   // Texts may hold bytes of topic names that are no UTF-8: replaced, never thrown at.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';

@@ -38,7 +38,7 @@ namespace rali::scenario {
 /// "{key: value, ...}" of fields, without those that are empty.
 [[nodiscard]] std::string encode_fields(const config::FieldList& fields, std::size_t prefix);
 
-/// A list of groups of keys, each a struct with visit() and a member `where`.
+/// A list of groups of keys, each a struct with visit(); its member `where`, if any, is set.
 template <class T>
 [[nodiscard]] config::CustomTarget list_of(std::vector<T>& items) {
   config::CustomTarget target;
@@ -55,7 +55,7 @@ template <class T>
       if (auto status = config::apply_map(child, key + '.', "", fields, origins); !status) {
         return status;
       }
-      item.where = child.where;
+      if constexpr (requires { item.where; }) item.where = child.where;
       items.push_back(std::move(item));
     }
     return {};

@@ -84,7 +84,13 @@ Result<SceneRound> round_of(const Node& node, const std::string& key, int vehicl
     return config::not_allowed(node, key, "{anchor: v1, routes: {v2: [[x, y], ...]}}");
   }
   for (const Node& child : node.children) {
-    if (child.key == "anchor") {
+    if (child.key == "pause_s") {
+      constexpr double kLongest_s = 3600.0;
+      const auto pause = config::number_or(round.pause_s, "auto", 0.0, kLongest_s);
+      if (auto status = pause.decode(child, key + ".pause_s"); !status) {
+        return tl::make_unexpected(status.error());
+      }
+    } else if (child.key == "anchor") {
       if (child.kind == Node::Kind::kScalar && child.text == "none") continue;
       const auto anchor = vehicle_of(child.text, child.where, vehicles);
       if (!anchor) return tl::make_unexpected(anchor.error());
@@ -105,7 +111,7 @@ Result<SceneRound> round_of(const Node& node, const std::string& key, int vehicl
     } else {
       return fail(ErrorCode::kUsage, child.key_where,
                   fmt::format("unknown key '{}'", child.key.substr(0, 80)),
-                  config::suggestion(child.key, {"anchor", "routes"}));
+                  config::suggestion(child.key, {"anchor", "routes", "pause_s"}));
     }
   }
   const auto anchor = static_cast<std::size_t>(std::max(round.anchor, 0));
@@ -133,8 +139,10 @@ CustomTarget rounds_field(SceneSetup& setup) {
   target.encode = [&setup] {
     std::string text = "[";
     for (const SceneRound& round : setup.rounds) {
-      text += fmt::format("{}{{anchor: {}, routes: {{", text.size() > 1 ? ", " : "",
+      text += fmt::format("{}{{anchor: {}, ", text.size() > 1 ? ", " : "",
                           round.anchor < 0 ? "none" : vehicle_name(round.anchor));
+      if (round.pause_s) text += fmt::format("pause_s: {}, ", *round.pause_s);
+      text += "routes: {";
       bool first = true;
       for (std::size_t i = 0; i < round.routes.size(); ++i) {
         if (round.routes[i].empty()) continue;
@@ -192,6 +200,9 @@ FieldList scene_fields(SceneSetup& setup, const std::string& folder) {
   v.custom("rounds", rounds_field(setup), "who stands and who drives where; empty: as the routes");
   v("duration_s", o.duration_s, 0.0, 36000.0, "0: all rounds");
   v("pedestrians", o.pedestrians, 0, 1000, "people who walk along the route");
+  v("standing_people", o.standing_people, 0, 1000, "people who stand beside it");
+  v("crossing_people", o.crossing_people, 0, 1000, "people who walk from side to side of it");
+  v.custom("escorts", list_of(o.escorts), "who goes along with a vehicle");
   v.choice("lidar", o.lidar, sim::kLidarNames, "the sensor");
   v("with_imu", o.with_imu, "the vehicles have an inertial sensor");
   v("imu_apart", o.imu_apart, "it is turned by 90 deg and 10 cm beside the body");

@@ -57,6 +57,7 @@ struct SceneVehicle {
 /// A round as it stands in scene.yaml, vehicles by number.
 struct SceneRound {
   int anchor = -1;
+  std::optional<double> pause_s;  ///< standing before it; not given: pause_s of the scene
   std::vector<std::vector<geometry::Vec3>> routes;  ///< by vehicle
   std::vector<std::string> route_where;             ///< by vehicle
   std::string where;

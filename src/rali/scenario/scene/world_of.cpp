@@ -207,6 +207,7 @@ class FleetPlacer {
       if (auto status = check_named(given); !status) return status;
       sim::RoundPlan round;
       round.anchor = given.anchor;
+      round.pause_s = given.pause_s;
       round.routes.resize(at.size());
       for (std::size_t i = 0; i < std::min(at.size(), given.routes.size()); ++i) {
         if (given.routes[i].empty()) continue;

@@ -127,8 +127,8 @@ Result<std::vector<RoundTimes>> drive_rounds(FleetMotion& fleet, const World& wo
   std::vector<RoundTimes> times;
   stand(fleet, rest_s);
   for (std::size_t k = 0; k < world.rounds.size(); ++k) {
-    if (k > 0) stand(fleet, pause_s);
     const RoundPlan& round = world.rounds[k];
+    if (k > 0) stand(fleet, round.pause_s.value_or(pause_s));
     RoundTimes t{round.anchor, fleet.time_s(), 0.0};
     for (int v = 0; v < fleet.vehicles(); ++v) {
       const auto i = static_cast<std::size_t>(v);

@@ -60,8 +60,11 @@ struct FleetSimulation::Impl {
         radio(o.radio, o.vehicle.seed),
         ranging(ExchangePlan::of_antennas(o.vehicles, o.antennas, o.ranges ? o.uwb.rate_hz : 0.0)),
         links(ExchangePlan::of_links(o.vehicles, o.radio_link ? o.radio.rate_hz : 0.0)) {
-    if (walk && o.vehicle.pedestrians > 0) {
-      people = Pedestrians(*walk, o.vehicle.pedestrians, world.free_width_m, o.vehicle.seed);
+    if (walk) people = Pedestrians(*walk, crowd_of(o.vehicle), world.free_width_m, o.vehicle.seed);
+    for (const Escort& escort : o.vehicle.escorts) {
+      if (escort.vehicle >= o.vehicles) continue;
+      people.add_escort(escort, motion.rover(escort.vehicle).trajectory(),
+                        o.vehicle.motion.body_height_m);
     }
     for (int v = 0; v < o.vehicles; ++v) {
       antennas.push_back(mount_antennas(o, v));

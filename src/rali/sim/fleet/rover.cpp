@@ -40,6 +40,7 @@ Rover::Rover(const MotionOptions& options, const VehicleStart& start, std::uint6
       ground_(start.p_world_m),
       yaw_(start.yaw_rad),
       trajectory_(standing_still(options, start)) {
+  if (const Jolts jolts(options_.jolts, seed); !jolts.empty()) trajectory_.add_jolts(jolts);
   if (options_.carrier != Carrier::kCart) sway_.emplace(options_.carrier == Carrier::kDrone, seed);
 }
 

@@ -30,7 +30,8 @@ double VehicleSensors::next_scan_s() const {
 sensor::ImuSample VehicleSensors::take_imu() {
   const double t_s = next_imu_s();
   ++imu_count_;
-  const MotionState state = trajectory_->at(t_s);
+  MotionState state = trajectory_->at(t_s);
+  state.a_world_mps2 += trajectory_->felt_jolt_mps2(t_s, 1.0 / options_.imu.rate_hz);
   const Time t = options_.start + Duration::from_s(t_s);
   return imu_.measure(ideal_imu(t, state, true_.T_body_imu), state.v_world_mps.norm());
 }

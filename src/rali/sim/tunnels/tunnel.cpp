@@ -13,6 +13,42 @@ namespace {
 
 constexpr double kLead_m = 4.0;  ///< of tunnel behind the start and beyond the end
 
+/// Bend and gradient of one piece of the axis.
+struct Piece {
+  double end_m, curvature_per_m, gradient;
+};
+
+std::vector<Piece> draw_pieces(const TunnelOptions& o, Rng& rng) {
+  std::vector<Piece> pieces;
+  for (double s = 0.0; s < o.length_m;) {
+    s += o.piece_m * rng.uniform(0.5, 1.5);
+    const double curvature = o.curvature_per_m + o.piece_curvature_per_m * rng.uniform(-1.0, 1.0);
+    pieces.push_back({s, curvature, o.gradient + o.piece_gradient * rng.uniform(-1.0, 1.0)});
+  }
+  return pieces;
+}
+
+/// Points every metre along pieces; bend and gradient change over kBlend_m, as on roads.
+std::vector<Vec3> axis_of_pieces(const TunnelOptions& o, Rng& rng) {
+  constexpr double kBlend_m = 12.0;
+  const std::vector<Piece> pieces = draw_pieces(o, rng);
+  std::vector<Vec3> points{Vec3(-kLead_m, 0.0, 0.0)};
+  double yaw = 0.0;
+  double curvature = 0.0;
+  double gradient = 0.0;
+  std::size_t k = 0;
+  for (double s = 1.0; s <= o.length_m; s += 1.0) {
+    while (k + 1 < pieces.size() && pieces[k].end_m < s) ++k;
+    curvature += (pieces[k].curvature_per_m - curvature) / kBlend_m;
+    gradient += (pieces[k].gradient - gradient) / kBlend_m;
+    // The start is straight and level, so that vehicles begin at the origin along x.
+    if (s <= 2.0 * kLead_m) curvature = gradient = 0.0;
+    yaw += curvature;
+    points.push_back(points.back() + Vec3(std::cos(yaw), std::sin(yaw), gradient));
+  }
+  return points;
+}
+
 /// Points of the axis every metre; the first lies kLead_m behind the origin.
 std::vector<Vec3> axis_points(const TunnelOptions& o) {
   const int n = static_cast<int>(std::ceil(o.length_m));
@@ -42,11 +78,39 @@ double niche_depth(const TubePoint& q, double every_m) {
   return left == (q.left_m > 0.0) ? kDepth_m : 0.0;
 }
 
+/// Switch cabinets and the like at either wall.
+void add_cabinets(const TunnelOptions& o, const Route& axis, Builder& build) {
+  constexpr double kHeight_m = 1.1;
+  if (o.cabinet_every_m <= 0.0) return;
+  Rng& rng = build.rng();
+  double s = 0.5 * o.cabinet_every_m;
+  for (; s < axis.length_m() - kLead_m; s += o.cabinet_every_m * rng.uniform(0.8, 1.2)) {
+    const double yaw = axis.yaw_at(s);
+    const double side = rng.uniform() < 0.5 ? -1.0 : 1.0;
+    const Vec3 along(std::cos(yaw), std::sin(yaw), 0.0);
+    const Vec3 outward = side * Vec3(-std::sin(yaw), std::cos(yaw), 0.0);
+    const double width = rng.uniform(0.6, 1.2);
+    const double depth = rng.uniform(0.25, 0.45);
+    const double inside = 0.5 * o.width_m - depth;
+    const Vec3 foot = axis.point_at(s) + inside * outward - 0.5 * width * along;
+    const Vec3 up(0.0, 0.0, kHeight_m);
+    const auto face = [&](const Vec3& corner, const Vec3& u, const Vec3& v) {
+      build.rough_quad(corner, u, v, 2.0, 0.0, 1.0, 0, 0.5);
+    };
+    face(foot, width * along, up);
+    face(foot, depth * outward, up);
+    face(foot + width * along, depth * outward, up);
+    face(foot + up, width * along, depth * outward);
+  }
+}
+
 }  // namespace
 
 Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
   constexpr double kTurnMost_rad = 5.5;
-  const double turn = std::abs(o.curvature_per_m) * o.length_m;
+  const double bend =
+      std::abs(o.curvature_per_m) + (o.piece_m > 0.0 ? o.piece_curvature_per_m : 0.0);
+  const double turn = bend * o.length_m;
   const double radius = turn > 0.0 ? o.length_m / turn : 1e9;
   if (turn > kTurnMost_rad || radius < o.width_m) {
     return fail(ErrorCode::kUsage, "tunnel",
@@ -56,7 +120,7 @@ Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
   World world;
   Builder build(world.mesh, rng);
   const std::uint64_t seed = rng.next();
-  const Route axis(axis_points(o), 2.0);
+  const Route axis(o.piece_m > 0.0 ? axis_of_pieces(o, rng) : axis_points(o), 2.0);
   const double half = 0.5 * o.width_m;
   const double cell = o.niche_every_m > 0.0 ? 0.4 : 0.8;
   add_tube(build.mesh(), axis, {half, o.wall_height_m}, cell, 40, o.reflectivity,
@@ -64,6 +128,7 @@ Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
              const double rough = q.floor ? 0.0 : o.roughness_m * rock_noise(q.p, 1.2, seed);
              return rough + niche_depth(q, o.niche_every_m);
            });
+  add_cabinets(o, axis, build);
   if (o.closed_ends) {
     const double size = half + o.wall_height_m + 0.5;
     add_tube_end(build, axis.point_at(0.0), axis.yaw_at(0.0), size, seed, 0.0);

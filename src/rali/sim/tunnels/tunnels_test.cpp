@@ -64,6 +64,45 @@ TEST(Tunnel, niches_are_where_they_are_asked_for) {
   EXPECT_NEAR(width_at(10.0), 5.0F, 0.03);
 }
 
+TEST(Tunnel, pieces_bend_and_rise_within_what_is_asked) {
+  TunnelOptions o;
+  o.length_m = 600.0;
+  o.piece_m = 80.0;
+  o.piece_curvature_per_m = 1.0 / 260.0;
+  o.piece_gradient = 0.035;
+  const World world = tunnel_world(o, Rng(4, "test")).value();
+  const Route route(world.route, world.rounding_m);
+  EXPECT_NEAR(route.length_m(), 592.0, 4.0);
+  double bend = 0.0;
+  double rise = 0.0;
+  for (double s = 5.0; s < 585.0; s += 1.0) {
+    bend = std::max(bend, std::abs(route.curvature_at(s)));
+    rise = std::max(rise, std::abs(route.slope_at(s)));
+  }
+  EXPECT_LT(bend, 1.1 / 260.0);
+  EXPECT_GT(bend, 0.4 / 260.0);
+  EXPECT_LT(rise, 0.036);
+  EXPECT_GT(rise, 0.012);
+}
+
+TEST(Tunnel, cabinets_stand_at_the_walls_and_leave_the_lane_free) {
+  TunnelOptions o;
+  o.length_m = 200.0;
+  o.roughness_m = 0.0;
+  o.cabinet_every_m = 20.0;
+  const World world = tunnel_world(o, Rng(2, "test")).value();
+  const RayCaster caster(world.mesh);
+  int narrow = 0;
+  for (double x = 0.0; x < 190.0; x += 0.1) {
+    for (const double side : {-1.0, 1.0}) {
+      const float range_m = caster.cast({x, 0.0, 0.6}, {0.0, side, 0.0}, 10.0).range_m;
+      EXPECT_GT(range_m, 2.0F);
+      narrow += range_m < 2.3F ? 1 : 0;
+    }
+  }
+  EXPECT_GT(narrow, 9 * 5);  // nine cabinets or so, none narrower than half a metre
+}
+
 TEST(Tunnel, one_that_bites_its_tail_is_refused) {
   TunnelOptions o;
   o.length_m = 700.0;
