@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "rali/scenario/scene/scene_setup.hpp"
+#include "ranges.hpp"
+
+namespace rali::campaign {
+
+/// A stretch of time, in seconds since the start of the simulation.
+struct Span {
+  double begin_s = 0.0, end_s = 0.0;
+
+  [[nodiscard]] bool contains(double t_s) const { return t_s >= begin_s && t_s < end_s; }
+};
+
+/// What goes wrong with the ranges of a whole fleet, besides the radio model's own errors.
+struct RangeFaults {
+  double stamp_shift_s = 0.0;  ///< added to the stamps: positive is late
+  std::vector<Span> missing;
+  std::vector<Span> frozen;  ///< every pair repeats the value it had at the begin
+  std::vector<Span> biased;
+  double biased_m = 0.0;
+  std::vector<Span> obstructed;  ///< an exponential excess is added
+  double obstructed_m = 0.0;     ///< its mean
+};
+
+/// A start pose as the user gives it.
+struct GivenPrior {
+  int vehicle = 0, relative_to = 0;
+  geometry::Vec3 error_m = geometry::Vec3::Zero();  ///< against the truth
+  double error_deg = 0.0;
+  double sigma_m = 0.2, sigma_deg = 3.0;
+};
+
+/// Noise figures as the user gives them.
+struct ClaimedNoise {
+  double accel_mps2_rthz = 0.0, gyro_radps_rthz = 0.0;
+};
+
+/// One recording of the campaign: the simulation and what a user would write about it.
+struct Case {
+  std::uint64_t seed = 0;
+  scenario::SceneSetup setup;
+  std::string scene;  ///< name in ranges.yaml
+  std::string plan;   ///< of a fleet; empty: one vehicle
+  double duration_s = 60.0;
+  bool in_motion = false, in_turn = false;  ///< how the recording begins
+  double stop_s = 0.0;                      ///< standing on the way, in all
+  std::optional<ClaimedNoise> noise;
+  double time_offset_s = 0.0;  ///< added to the stamps of the inertial sensor
+  std::vector<Span> lidar_missing, imu_missing;
+  RangeFaults ranges;
+  std::string prior_kind;  ///< good, wrong, none
+  std::vector<GivenPrior> priors;
+  std::set<std::string> features;  ///< what it contains, for the table
+
+  [[nodiscard]] bool has_imu() const { return setup.fleet.vehicle.with_imu; }
+};
+
+/// Everything of a case follows from its seed and the ranges.
+[[nodiscard]] Case draw_case(const Ranges& ranges, std::uint64_t seed);
+
+}  // namespace rali::campaign

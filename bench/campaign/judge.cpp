@@ -1,0 +1,243 @@
+#include "judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include <Eigen/Cholesky>
+
+#include "rali/assess/run_tables.hpp"
+#include "rali/eval/alignment.hpp"
+#include "rali/io/files/tum.hpp"
+
+namespace rali::campaign {
+
+using geometry::Mat3;
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+
+namespace {
+
+constexpr double kError_m = 0.3;
+constexpr double kSigmas = 4.0;
+constexpr double kLong_s = 2.0;
+constexpr double kNear_s = 5.0;      // a finding within so much of the failure is about it
+constexpr double kWholeRatio = 0.2;  // a finding over more of the run says nothing of a place
+constexpr double kNeesStep_s = 5.0;
+constexpr double kTruthGap_s = 0.1;
+
+/// Poses of a file with their covariances of the position, in the file's frame.
+struct Estimates {
+  eval::PoseList poses;
+  std::vector<Mat3> position;  ///< covariance
+};
+
+std::optional<Estimates> read(const std::string& path_without_ending) {
+  const auto tum = io::read_tum(path_without_ending + ".tum");
+  if (!tum || tum->poses.empty()) return std::nullopt;
+  Estimates out;
+  std::vector<Time> stamps;
+  for (const io::StampedPose& p : tum->poses) {
+    out.poses.push_back({p.t, p.T});
+    stamps.push_back(p.t);
+  }
+  const auto covariances = assess::read_covariances(path_without_ending + ".cov.csv", out.poses);
+  for (std::size_t i = 0; i < out.poses.size(); ++i) {
+    Mat3 P = Mat3::Identity() * 1e-12;
+    if (covariances) P = (*covariances)[i].bottomRightCorner<3, 3>();
+    out.position.push_back(P);
+  }
+  return out;
+}
+
+/// Compares with the truth when the estimate's frame lies at T_world_frame.
+TrackScore score(const Estimates& estimates, const Track& track, const SE3& T_world_frame,
+                 Time t_begin) {
+  TrackScore out;
+  double squares = 0.0;
+  double nees = 0.0;
+  int nees_count = 0;
+  std::optional<Time> t_nees;
+  std::optional<double> bad_since_s;
+  double last_s = 0.0;
+  const auto close = [&](double at_s) {
+    if (bad_since_s && at_s - *bad_since_s > kLong_s) {
+      out.failures_s.emplace_back(*bad_since_s, at_s);
+    }
+    bad_since_s.reset();
+  };
+  for (std::size_t i = 0; i < estimates.poses.size(); ++i) {
+    const eval::StampedPose& pose = estimates.poses[i];
+    const auto truth = eval::pose_at(track.truth, pose.t, kTruthGap_s);
+    if (!truth) continue;
+    const double t_s = seconds_between(t_begin, pose.t);
+    const Vec3 e = T_world_frame.R.transpose() * (truth->p - T_world_frame * pose.T.p);
+    const double error_m = e.norm();
+    const Mat3& P = estimates.position[i];
+    const Vec3 u = error_m > 1e-9 ? Vec3(e / error_m) : Vec3::UnitX();
+    const double sigma_m = std::sqrt(std::max(0.0, u.dot(P * u)));
+    ++out.poses;
+    squares += error_m * error_m;
+    out.max_m = std::max(out.max_m, error_m);
+    out.end_m = error_m;
+    out.sigma_max_m = std::max(out.sigma_max_m, std::sqrt(P.diagonal().maxCoeff()));
+    const bool bad = error_m > kError_m && error_m > kSigmas * sigma_m;
+    // Written so that what is not a number is bad.
+    if (bad || !std::isfinite(error_m)) {
+      if (!bad_since_s) bad_since_s = t_s;
+    } else {
+      close(t_s);
+    }
+    last_s = t_s;
+    if (t_nees && seconds_between(*t_nees, pose.t) < kNeesStep_s) continue;
+    t_nees = pose.t;
+    const double x = e.dot(P.ldlt().solve(e)) / 3.0;
+    if (i > 0 && std::isfinite(x)) {
+      nees += x;
+      ++nees_count;
+    }
+  }
+  close(last_s);
+  if (out.poses > 0) out.rmse_m = std::sqrt(squares / static_cast<double>(out.poses));
+  if (nees_count > 0) out.nees_position = nees / nees_count;
+  return out;
+}
+
+/// The frame of the estimate in the world when both agree at the first pose.
+std::optional<SE3> frame_at_first(const Estimates& estimates, const Track& track) {
+  for (const eval::StampedPose& pose : estimates.poses) {
+    if (const auto truth = eval::pose_at(track.truth, pose.t, kTruthGap_s)) {
+      return *truth * pose.T.inverse();
+    }
+  }
+  return std::nullopt;
+}
+
+bool is_pose_finding(const Finding& f) {
+  static const std::set<std::string> ids = {"odometry.diverged", "odometry.pose_doubtful",
+                                            "monitor.contradiction", "odometry.contradiction"};
+  return f.severity != Severity::kInfo && ids.contains(f.id);
+}
+
+bool covers(const Finding& f, const SilentFailure& failure, const Recording& recording) {
+  if (!is_pose_finding(f) || f.vehicle != failure.vehicle || f.t.ns == 0) return false;
+  const double begin_s = seconds_between(recording.t_begin(), f.t);
+  const double end_s = f.t_end.ns > 0 ? seconds_between(recording.t_begin(), f.t_end) : begin_s;
+  const double run_s = seconds_between(recording.t_begin(), recording.t_end());
+  if (end_s - begin_s > kWholeRatio * run_s) return false;
+  return begin_s <= failure.end_s + kNear_s && end_s >= failure.begin_s - kNear_s;
+}
+
+/// Adds what failed and was not said.
+void add_silent(const TrackScore& track, const std::string& vehicle, const char* trajectory,
+                const Recording& recording, const FindingList& findings, RunScore& out) {
+  for (const auto& [begin_s, end_s] : track.failures_s) {
+    SilentFailure failure{vehicle, trajectory, begin_s, end_s, track.max_m, track.sigma_max_m};
+    const bool said = std::any_of(findings.begin(), findings.end(),
+                                  [&](const Finding& f) { return covers(f, failure, recording); });
+    if (!said) out.silent.push_back(failure);
+  }
+}
+
+std::string file(const drive::MapSummary& summary, const char* kind, const std::string& vehicle) {
+  return summary.out_dir + '/' + kind + '/' + vehicle;
+}
+
+/// Live poses are in map: of a group the frame of its first vehicle holds for all.
+std::optional<SE3> map_frame(const Recording& recording, const drive::MapSummary& summary,
+                             const std::vector<VehicleId>& group, const char* kind, bool best_fit) {
+  eval::PairList pairs;
+  std::optional<SE3> first;
+  for (const VehicleId id : group) {
+    const Track& track = recording.tracks()[id.value];
+    const auto estimates = read(file(summary, kind, track.name));
+    if (!estimates) continue;
+    if (!first) first = frame_at_first(*estimates, track);
+    if (!best_fit && first) return first;
+    for (const eval::StampedPose& pose : estimates->poses) {
+      if (const auto truth = eval::pose_at(track.truth, pose.t, kTruthGap_s)) {
+        pairs.push_back({pose.t, pose.T, *truth, pairs.size()});
+      }
+    }
+  }
+  // Positions on one line leave the rotation about it open.
+  const auto aligned = eval::align(pairs, eval::Alignment::kSe3);
+  return aligned ? std::optional<SE3>(*aligned) : first;
+}
+
+}  // namespace
+
+RunScore judge_run(const Recording& recording, const drive::MapSummary& summary) {
+  RunScore out;
+  out.solvable = judge_solvable(recording);
+  out.gaps = summary.gaps;
+  out.groups = std::max<std::size_t>(1, summary.fleet.groups.size());
+  out.ranges = summary.ranges.total;
+  out.ranges_used = summary.ranges.used();
+  std::set<std::string> said;
+  for (const Finding& f : summary.findings) {
+    if (f.severity != Severity::kInfo) said.insert(f.id);
+  }
+  out.said.assign(said.begin(), said.end());
+  for (std::size_t v = 0; v < recording.tracks().size(); ++v) {
+    const Track& track = recording.tracks()[v];
+    VehicleScore score_v;
+    score_v.name = track.name;
+    score_v.distance_m = track.distance_m;
+    score_v.diverged_s = summary.vehicles[v].diverged_s;
+    for (const Finding& f : summary.findings) {
+      score_v.pose_findings += is_pose_finding(f) && f.vehicle == track.name ? 1 : 0;
+    }
+    out.lost = out.lost || score_v.diverged_s > 0.0;
+    if (const auto odometry = read(file(summary, "odometry", track.name))) {
+      if (const auto T = frame_at_first(*odometry, track)) {
+        score_v.odometry = score(*odometry, track, *T, recording.t_begin());
+        add_silent(*score_v.odometry, track.name, "odometry", recording, summary.findings, out);
+      }
+    }
+    out.vehicles.push_back(std::move(score_v));
+  }
+  std::vector<std::vector<VehicleId>> groups = summary.fleet.groups;
+  if (groups.empty()) {
+    for (std::size_t v = 0; v < recording.tracks().size(); ++v) {
+      groups.push_back({VehicleId{static_cast<std::uint16_t>(v)}});
+    }
+  }
+  double squares = 0.0;
+  double poses = 0.0;
+  std::size_t largest = 0;
+  for (const std::vector<VehicleId>& group : groups) {
+    largest = std::max(largest, group.size());
+  }
+  for (const std::vector<VehicleId>& group : groups) {
+    const auto T_live = map_frame(recording, summary, group, "live", false);
+    const auto T_final = map_frame(recording, summary, group, "trajectory", true);
+    const auto T_first = map_frame(recording, summary, group, "trajectory", false);
+    for (const VehicleId id : group) {
+      const Track& track = recording.tracks()[id.value];
+      VehicleScore& v = out.vehicles[id.value];
+      if (const auto live = read(file(summary, "live", track.name)); live && T_live) {
+        v.live = score(*live, track, *T_live, recording.t_begin());
+        add_silent(*v.live, track.name, "live", recording, summary.findings, out);
+      }
+      if (const auto path = read(file(summary, "trajectory", track.name)); path && T_final) {
+        v.final = score(*path, track, *T_final, recording.t_begin());
+        if (T_first) {
+          v.final->nees_position = score(*path, track, *T_first, recording.t_begin()).nees_position;
+        }
+        add_silent(*v.final, track.name, "final", recording, summary.findings, out);
+        if (group.size() == largest) {
+          squares += v.final->rmse_m * v.final->rmse_m * static_cast<double>(v.final->poses);
+          poses += static_cast<double>(v.final->poses);
+        }
+      }
+    }
+  }
+  if (poses > 0.0) out.fleet_rmse_m = std::sqrt(squares / poses);
+  return out;
+}
+
+}  // namespace rali::campaign
