@@ -11,6 +11,7 @@
 #include "rali/degeneracy/evidence.hpp"
 #include "rali/degeneracy/report.hpp"
 #include "rali/geometry/se3.hpp"
+#include "rali/imu/motion_noise.hpp"
 #include "rali/imu/preintegration.hpp"
 #include "rali/odometry/keyframe.hpp"
 #include "rali/odometry/side_filter.hpp"
@@ -30,6 +31,7 @@ struct ScanResult {
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();  ///< in the IMU
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();  ///< in the IMU
+  imu::NoiseDensity inertial_noise;  ///< of the inertial data, as measured while driving
   bool inertial = false;  ///< gravity and biases are known, the pose rests on inertial data too
   geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus
   geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, without prior

@@ -41,7 +41,8 @@ std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
   step.covariance = result.covariance;
   step.lidar_information = result.lidar_information;
   if (last_ && result.inertial) {
-    step.inertial = preintegrate(*last_, node.t, {result.gyro_bias_radps, result.accel_bias_mps2});
+    step.inertial = preintegrate(*last_, node.t, {result.gyro_bias_radps, result.accel_bias_mps2},
+                                 result.inertial_noise);
   }
   const auto used = std::find_if(imu_.begin(), imu_.end(),
                                  [&](const sensor::ImuSample& s) { return s.t > node.t; });
@@ -53,13 +54,11 @@ std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
 }
 
 std::optional<graph::InertialFactor> PathRecorder::preintegrate(
-    Time from, Time to, const imu::InertialBias& bias) const {
-  const odometry::ImuNoiseSettings& n = settings_.odometry.imu_noise;
-  imu::Preintegration sum(
-      bias, {n.gyro_radps_rthz * n.vibration_factor, n.accel_mps2_rthz * n.vibration_factor});
+    Time from, Time to, const imu::InertialBias& bias, const imu::NoiseDensity& noise) const {
+  imu::Preintegration sum(bias, {noise.gyro_radps_rthz, noise.accel_mps2_rthz});
   const double span_s = (to - from).s();
   if (sum.add_stream(imu_, from, to) < 0.9 * span_s) return std::nullopt;
-  return inertial_factor(sum, n, settings_.calibration.T_body_imu);
+  return inertial_factor(sum, settings_.odometry.imu_noise, settings_.calibration.T_body_imu);
 }
 
 }  // namespace rali::vehicle

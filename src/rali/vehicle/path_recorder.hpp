@@ -36,8 +36,8 @@ class PathRecorder {
 
  private:
   [[nodiscard]] bool wants(const odometry::ScanResult& result, bool keyframe) const;
-  [[nodiscard]] std::optional<graph::InertialFactor> preintegrate(Time from, Time to,
-                                                                  const imu::InertialBias&) const;
+  [[nodiscard]] std::optional<graph::InertialFactor> preintegrate(
+      Time from, Time to, const imu::InertialBias& bias, const imu::NoiseDensity& noise) const;
 
   VehicleSettings settings_;
   std::vector<sensor::ImuSample> imu_;  ///< since the last node

@@ -50,6 +50,20 @@ Mat6 covariance_of(const Mat6& information) {
   return 0.5 * (covariance + covariance.transpose());
 }
 
+/// Data sheets are taken for what they are, unless the paper is followed to the letter.
+ImuNoiseSettings noise_of(const OdometrySettings& settings) {
+  ImuNoiseSettings noise = settings.imu_noise;
+  if (settings.paper.literal) return noise;
+  const imu::NoiseDensity density =
+      imu::prior_noise({noise.vibration_factor * noise.gyro_radps_rthz,
+                        noise.vibration_factor * noise.accel_mps2_rthz},
+                       settings.robust.motion_noise);
+  noise.gyro_radps_rthz = density.gyro_radps_rthz;
+  noise.accel_mps2_rthz = density.accel_mps2_rthz;
+  noise.vibration_factor = 1.0;
+  return noise;
+}
+
 class PaperOdometry final : public Odometry {
  public:
   PaperOdometry(const OdometrySettings& settings, const sensor::Calibration& calibration,
@@ -57,7 +71,7 @@ class PaperOdometry final : public Odometry {
       : settings_(settings.paper.resolved()),
         T_body_lidar_(calibration.T_body_lidar),
         has_imu_(has_imu),
-        guess_(settings.imu_noise, calibration.T_body_imu, settings_.velocity_gain,
+        guess_(noise_of(settings), calibration.T_body_imu, settings_.velocity_gain,
                settings_.bias_gain),
         submap_(2.0 * settings_.downsample_m, settings_.map_normal_max_deg * kDegree,
                 settings_.n_kf, settings_.keyframes_kept_max),

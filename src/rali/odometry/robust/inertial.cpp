@@ -1,8 +1,10 @@
 #include "rali/odometry/robust/inertial.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "rali/base/assert.hpp"
+#include "rali/imu/kinematics.hpp"
 
 namespace rali::odometry {
 
@@ -26,11 +28,44 @@ void InertialBuffer::add(const ImuSample& sample) {
   // A recording whose LiDAR stays away must not fill the memory.
   constexpr std::size_t kSamplesMax = 100'000;
   if (samples_.size() >= kSamplesMax) samples_.pop_front();
+  watch_clipping(sample);
   samples_.push_back(sample);
+}
+
+/// Exactly the largest value so far, three times in a row: noisy sensors never repeat it by chance.
+/// One that repeats values all the time has no noise, or few bits, and tells nothing so.
+void InertialBuffer::watch_clipping(const ImuSample& sample) {
+  constexpr double kGyroLeast_radps = 0.2;
+  constexpr double kAccelLeast_mps2 = 10.5;
+  constexpr int kInARow = 3;
+  constexpr double kRepeatsMost = 0.5;
+  bool clipped = false;
+  const auto watch = [&](Axis& axis, double value, double before, double least) {
+    const double size = std::abs(value);
+    const bool again = !samples_.empty() && value == before;
+    axis.in_a_row = again ? axis.in_a_row + 1 : 1;
+    const bool at_most = size > least && size >= axis.most;
+    if (!at_most || !again) axis.repeats += 0.01 * ((again ? 1.0 : 0.0) - axis.repeats);
+    clipped |= at_most && axis.in_a_row >= kInARow && axis.repeats < kRepeatsMost;
+    axis.most = std::max(axis.most, size);
+  };
+  const ImuSample& before = samples_.empty() ? sample : samples_.back();
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    watch(axes_[i], sample.gyro_radps[k], before.gyro_radps[k], kGyroLeast_radps);
+    watch(axes_[i + 3], sample.accel_mps2[k], before.accel_mps2[k], kAccelLeast_mps2);
+  }
+  if (clipped) clipped_.push_back(sample.t);
+}
+
+bool InertialBuffer::is_clipped(Time begin, Time end) const {
+  const auto after = std::lower_bound(clipped_.begin(), clipped_.end(), begin);
+  return after != clipped_.end() && *after <= end;
 }
 
 void InertialBuffer::drop_before(Time t) {
   while (samples_.size() >= 2 && samples_[1].t <= t) samples_.pop_front();
+  while (!clipped_.empty() && clipped_.front() < t) clipped_.pop_front();
 }
 
 ImuSample InertialBuffer::at(Time t) const {
@@ -64,16 +99,28 @@ double InertialBuffer::longest_gap_s(Time begin, Time end) const {
   return std::max(longest, (end - last).s());
 }
 
-void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end,
-                    const ImuNoiseSettings& noise, std::vector<TimedPose>& poses) {
-  ProcessNoise q;
-  q.gyro_walk = noise.gyro_walk_radps2_rthz;
-  q.accel_walk = noise.accel_walk_mps3_rthz;
+namespace {
+
+/// The times at which the samples between two times change, the last one included.
+std::vector<Time> stops_between(const InertialBuffer& buffer, Time begin, Time end) {
   std::vector<Time> stops;
-  for (const ImuSample& s : buffer.between(state.t + Duration{1}, t_end)) stops.push_back(s.t);
-  if (stops.empty() || stops.back() < t_end) stops.push_back(t_end);
+  for (const ImuSample& s : buffer.between(begin + Duration{1}, end)) stops.push_back(s.t);
+  if (stops.empty() || stops.back() < end) stops.push_back(end);
+  return stops;
+}
+
+}  // namespace
+
+void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end,
+                    const ProcessNoise& noise, std::vector<TimedPose>& poses) {
+  // What a sensor at the end of its range leaves out: a vehicle turns and brakes by about as much
+  // again.
+  constexpr double kClippedGyro_radps_rthz = 0.3;
+  constexpr double kClippedAccel_mps2_rthz = 1.0;
+  ProcessNoise q = noise;
+  const bool clipped = buffer.is_clipped(state.t, t_end);
   ImuSample a = buffer.at(state.t);
-  for (const Time t : stops) {
+  for (const Time t : stops_between(buffer, state.t, t_end)) {
     const ImuSample b = buffer.at(t);
     const double dt_s = (t - state.t).s();
     const Vec3 gyro = 0.5 * (a.gyro_radps + b.gyro_radps);
@@ -81,13 +128,33 @@ void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end
     const double excess = std::abs(accel.norm() - state.g_odom_mps2.norm());
     const double jolt = excess > kJoltAccel_mps2 ? kJoltFactor : 1.0;
     const double gap = std::max(1.0, dt_s / kStepMax_s);
-    q.gyro_radps_rthz = noise.gyro_radps_rthz * noise.vibration_factor * gap;
-    q.accel_mps2_rthz = noise.accel_mps2_rthz * noise.vibration_factor * jolt * gap;
+    q.gyro_radps_rthz = noise.gyro_radps_rthz * gap;
+    q.accel_mps2_rthz = noise.accel_mps2_rthz * jolt * gap;
+    if (clipped) {
+      q.gyro_radps_rthz = std::max(q.gyro_radps_rthz, kClippedGyro_radps_rthz);
+      q.accel_mps2_rthz = std::max(q.accel_mps2_rthz, kClippedAccel_mps2_rthz);
+    }
     propagate_inertial(state, gyro, accel, dt_s, q);
     state.t = t;
     poses.push_back({t, state.T_odom_body});
     a = b;
   }
+}
+
+InertialIntegral integrate_from(const FilterState& state, const InertialBuffer& buffer,
+                                Time t_end) {
+  imu::KinematicState k{{state.T_odom_body.R, Vec3::Zero()}, Vec3::Zero()};
+  ImuSample a = buffer.at(state.t);
+  Time t = state.t;
+  for (const Time stop : stops_between(buffer, state.t, t_end)) {
+    const ImuSample b = buffer.at(stop);
+    imu::integrate(k, 0.5 * (a.gyro_radps + b.gyro_radps) - state.gyro_bias_radps,
+                   0.5 * (a.accel_mps2 + b.accel_mps2) - state.accel_bias_mps2, state.g_odom_mps2,
+                   (stop - t).s());
+    t = stop;
+    a = b;
+  }
+  return {k.v_odom_mps, k.T_odom_body.p, state.T_odom_body.R.transpose() * k.T_odom_body.R};
 }
 
 }  // namespace rali::odometry

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <vector>
 
@@ -29,14 +30,41 @@ class InertialBuffer {
   /// Longest stretch without a sample within [begin, end], in seconds.
   [[nodiscard]] double longest_gap_s(Time begin, Time end) const;
 
+  /// True if a sample in [begin, end] stands at the end of its sensor's range: the vehicle turned
+  /// or accelerated by more than it says.
+  [[nodiscard]] bool is_clipped(Time begin, Time end) const;
+
  private:
+  /// Of one axis: its largest value, and how often values repeat exactly.
+  struct Axis {
+    double most = 0.0;
+    double repeats = 1.0;  ///< ratio of values that repeat the one before
+    int in_a_row = 0;
+  };
+
+  void watch_clipping(const sensor::ImuSample& sample);
+
   std::deque<sensor::ImuSample> samples_;
+  std::deque<Time> clipped_;
+  std::array<Axis, 6> axes_;  ///< gyro, accelerometer
 };
 
 /// Propagates to t_end sample by sample; measured values are averaged over each interval, because
 /// a sample at its start lags by half an interval when the vehicle jolts. Appends the pose after
 /// each step to `poses`.
 void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end,
-                    const ImuNoiseSettings& noise, std::vector<TimedPose>& poses);
+                    const ProcessNoise& noise, std::vector<TimedPose>& poses);
+
+/// The integral of inertial data alone from one time to another: velocity and displacement that
+/// force and gravity add, in odom, and the rotation from the first body to the second.
+struct InertialIntegral {
+  geometry::Vec3 dv_mps = geometry::Vec3::Zero();
+  geometry::Vec3 dp_m = geometry::Vec3::Zero();
+  geometry::Mat3 dR = geometry::Mat3::Identity();
+};
+
+/// @param state  attitude, biases and gravity at state.t, where the integral begins
+[[nodiscard]] InertialIntegral integrate_from(const FilterState& state,
+                                              const InertialBuffer& buffer, Time t_end);
 
 }  // namespace rali::odometry

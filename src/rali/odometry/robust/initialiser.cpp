@@ -19,7 +19,6 @@ using sensor::ImuSample;
 namespace {
 
 constexpr double kRestSpeedSigma_mps = 0.01;
-constexpr double kBiasSigmaShare = 0.2;  // of the accelerometer bias, of its bound
 
 /// Scans of the track within the last window_s.
 std::vector<TrackedPose> tail(const std::vector<TrackedPose>& track, double window_s) {
@@ -90,9 +89,9 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   guess.accel_bias_mps2 =
       (all.accel_mean_mps2.norm() - settings.gravity_mps2) * all.accel_mean_mps2.normalized();
   const double mean_var = blocks.accel_sd_mps2.cwiseAbs2().maxCoeff() / blocks.samples;
-  guess.bias_gravity_covariance = bias_gravity_covariance(
-      track.back().T_odom_body.R, guess.g_odom_mps2,
-      kBiasSigmaShare * settings.accel_bias_bound_mps2, mean_var * Mat3::Identity());
+  guess.bias_gravity_covariance =
+      bias_gravity_covariance(track.back().T_odom_body.R, guess.g_odom_mps2,
+                              settings.accel_bias_sigma_mps2, mean_var * Mat3::Identity());
   guess.velocity_covariance = kRestSpeedSigma_mps * kRestSpeedSigma_mps * Mat3::Identity() +
                               displacement / (duration_s * duration_s);
   return guess;
@@ -226,8 +225,7 @@ std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& trac
   guess.g_odom_mps2 = settings.gravity_mps2 * (plausible ? g : g_guess).normalized();
   const double late_sigma = kGravitySigmaLate_rad * settings.gravity_mps2;
   guess.bias_gravity_covariance = bias_gravity_covariance(
-      track.back().T_odom_body.R, guess.g_odom_mps2,
-      kBiasSigmaShare * settings.accel_bias_bound_mps2,
+      track.back().T_odom_body.R, guess.g_odom_mps2, settings.accel_bias_sigma_mps2,
       plausible ? Mat3(4.0 * g_cov) : Mat3(late_sigma * late_sigma * Mat3::Identity()));
   guess.v_odom_mps = fit.x.segment<3>(3) + guess.g_odom_mps2 * duration_s + force.dv.back();
   Eigen::Matrix<double, 3, 9> J = Eigen::Matrix<double, 3, 9>::Zero();

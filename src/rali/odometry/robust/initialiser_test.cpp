@@ -251,7 +251,8 @@ TEST(PropagateOver, ends_at_the_time_asked_for_and_leaves_a_pose_per_step) {
   FilterState s;
   s.v = Vec3(1.0, 0.0, 0.0);
   std::vector<TimedPose> poses;
-  propagate_over(s, b, Time::from_s(0.055), {}, poses);
+  constexpr ProcessNoise kNoise{3e-3, 0.03, 1e-5, 1e-4};
+  propagate_over(s, b, Time::from_s(0.055), kNoise, poses);
   EXPECT_EQ(s.t, Time::from_s(0.055));
   ASSERT_EQ(poses.size(), 6U);
   EXPECT_EQ(poses.back().t, s.t);
@@ -259,7 +260,7 @@ TEST(PropagateOver, ends_at_the_time_asked_for_and_leaves_a_pose_per_step) {
   EXPECT_NEAR(geometry::so3_log(s.T_odom_body.R).z(), 0.055, 1e-9);
   // A gap is crossed with the last sample and much more doubt than without it.
   FilterState gap = s;
-  propagate_over(gap, b, Time::from_s(1.0), {}, poses);
+  propagate_over(gap, b, Time::from_s(1.0), kNoise, poses);
   EXPECT_NEAR(gap.T_odom_body.p.x(), 1.0, 1e-6);
   EXPECT_GT(gap.P(kVel, kVel), 100.0 * s.P(kVel, kVel));
 }

@@ -26,11 +26,15 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   if (held_ && !imu_.empty()) {
     if (auto result = hold(scan)) return *result;
   }
+  const bool follows = inertial_ && !imu_.empty() && last_posterior_.t < scan.t_end;
+  const InertialIntegral felt =
+      follows ? integrate_from(last_posterior_, imu_, scan.t_end) : InertialIntegral{};
   predict(scan.t_end);
   // Without inertial data the sweep is undistorted with a guessed velocity: again with the
   // velocity that came out, if it is another one.
   constexpr int kRoundsWithoutImu = 3;
   const UpdateResult done = update(scan, inertial_ ? 1 : kRoundsWithoutImu);
+  if (follows) measure_noise(done, felt);
   if (inertial_) constrain(done, findings);
   judge(done, findings);
   // A young map has few planes: it must grow before it can be asked for many.
@@ -42,62 +46,16 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
     remember_start(scan, done);
     try_initialise(findings);
   }
-  held_ = inertial_ && trusted && standstill_.update(state_, imu_, blind_axis());
+  const double gyro_noise = rest_noise().gyro_radps_rthz;
+  if (inertial_ && trusted && standstill_.update(state_, imu_, blind_axis(), gyro_noise)) {
+    begin_hold(findings);
+  }
   if (inertial_) imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
   map_.prune(state_.T_odom_body.p);
+  last_posterior_ = state_;
   const ScanResult result = result_of(scan, done);
   poses_.clear();
   return result;
-}
-
-/// Standing still: the pose stays as it is, whatever the noise of the next scans, as long as the
-/// LiDAR agrees. Nothing is inserted: minutes of the same view must not wear the map out.
-std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
-  constexpr double kMoved_m = 0.03;
-  constexpr double kMoved_rad = 0.006;
-  FilterState trial = state_;
-  const FilterState before = state_;
-  propagate_held(state_, imu_, scan.t_end, noise_);
-  const SweepMotion still(calibration_.T_body_lidar);
-  still.apply(scan, sampler_.update_indices(), points_);
-  matcher_.set_points(points_, calibration_.T_body_lidar.p);
-  // A prior wide enough to show motion, should there be some.
-  trial.P.topLeftCorner<6, 6>().diagonal().head<3>().array() += 1e-4;
-  trial.P.topLeftCorner<6, 6>().diagonal().tail<3>().array() += 1e-2;
-  const UpdateResult seen =
-      update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_, axes_, blind_, true);
-  const geometry::Vec6 step = geometry::boxminus(trial.T_odom_body, before.T_odom_body);
-  const bool moved = seen.matches >= settings_.update.matches_min &&
-                     (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
-  // A person who walks by a blind corridor looks like motion; a start is felt as well.
-  constexpr int kScansToBelieve = 5;
-  moved_scans_ = moved ? moved_scans_ + 1 : 0;
-  if (moved_scans_ >= kScansToBelieve || !standstill_.update(state_, imu_, blind_axis())) {
-    // Motion shows late: what the pose missed since the window began is made up for.
-    held_ = false;
-    state_ = held_states_.empty() ? before : held_states_.front();
-    held_states_.clear();
-    moved_scans_ = 0;
-    standstill_.reset();
-    return std::nullopt;
-  }
-  held_states_.push_back(before);
-  const Time keep = state_.t - Duration::from_s(standstill_.window_s());
-  while (held_states_.front().t < keep) held_states_.pop_front();
-  imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
-  t_last_good_ = state_.t;
-  return result_of(scan, seen);
-}
-
-void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) {
-  bool known = done.matches >= settings_.update.matches_min;
-  for (std::size_t k = 0; k < 3; ++k) {
-    known = known && done.directions[k].category == degeneracy::Category::kFull;
-  }
-  const Vec3 w =
-      imu_.empty() ? Vec3::Zero() : Vec3(imu_.at(state_.t).gyro_radps - state_.gyro_bias_radps);
-  constraints_.update(state_, w, map_, known);
-  bound_biases(findings);
 }
 
 /// Goes on to t_end; `poses_` holds the way since the end of the last sweep.
@@ -108,7 +66,7 @@ void RobustOdometry::predict(Time t_end) {
   poses_.back().T_odom_body = state_.T_odom_body;
   if (t_end <= state_.t) return;
   if (inertial_ && !imu_.empty()) {
-    propagate_over(state_, imu_, t_end, noise_, poses_);
+    propagate_over(state_, imu_, t_end, process_noise(), poses_);
     return;
   }
   if (has_imu_ && !imu_.empty()) turn_with_gyro(t_end);
@@ -140,6 +98,7 @@ SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
 
 UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
   const FilterState predicted = state_;
+  T_predicted_ = predicted.T_odom_body;
   const Vec3 p_body_lidar = calibration_.T_body_lidar.p;
   UpdateResult done;
   SE3 start = state_.T_odom_body;
@@ -151,6 +110,7 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     state_ = predicted;
     done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, blind_, inertial_);
     if (k == 0 && !inertial_) look_around(predicted, done);
+    if (inertial_) allow_jolt(predicted, done);
     start = state_.T_odom_body;
     if ((state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01) break;
   }
@@ -208,30 +168,6 @@ Mat6 RobustOdometry::covariance(const UpdateResult& update) {
   return drift_.update(state_.T_odom_body, epoch, local, matched ? share : Mat6::Identity());
 }
 
-void RobustOdometry::bound_biases(FindingList& findings) {
-  const InitialisationSettings& init = settings_.initialisation;
-  const double gyro = state_.gyro_bias_radps.norm();
-  const double accel = state_.accel_bias_mps2.norm();
-  const bool out = gyro > init.gyro_bias_bound_radps || accel > init.accel_bias_bound_mps2;
-  if (out && !bias_reported_) {
-    Finding f;
-    f.id = "odometry.bias_bound";
-    f.severity = Severity::kWarning;
-    f.t = state_.t;
-    f.text = fmt::format("inertial bias at its bound: gyro {:.3f} rad/s, accelerometer {:.2f} m/s2",
-                         gyro, accel);
-    f.effect = "speed and tilt may be wrong";
-    f.remedy = "Check units, extrinsics and time offset with rali doctor.";
-    findings.push_back(f);
-    bias_reported_ = true;
-  }
-  if (gyro > init.gyro_bias_bound_radps)
-    state_.gyro_bias_radps *= init.gyro_bias_bound_radps / gyro;
-  if (accel > init.accel_bias_bound_mps2) {
-    state_.accel_bias_mps2 *= init.accel_bias_bound_mps2 / accel;
-  }
-}
-
 /// Good, weak (few matches), predicted (none), or diverged (for too long, or impossible).
 void RobustOdometry::judge(const UpdateResult& update, FindingList& findings) {
   constexpr double kLost_s = 2.0;
@@ -256,6 +192,7 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   out.state = track_state_;
   out.at_rest = held_;
   out.inertial = inertial_;
+  out.inertial_noise = motion_noise_.density();
   if (inertial_) {
     out.gyro_bias_radps = state_.gyro_bias_radps;
     out.accel_bias_mps2 = state_.accel_bias_mps2;

@@ -2,6 +2,7 @@
 
 #include "rali/base/settings.hpp"
 #include "rali/degeneracy/information.hpp"
+#include "rali/imu/motion_noise.hpp"
 #include "rali/imu/rest.hpp"
 #include "rali/odometry/robust/coarse_search.hpp"
 #include "rali/odometry/robust/drift.hpp"
@@ -37,6 +38,7 @@ struct UpdateSettings {
   double tilt_sigma_rad = 0.0015;
   double straight_m = 0.3;
   double shift_slope = 0.02;
+  double jolt_nis = 40.0;
 
   template <class V>
   void visit(V& v) {
@@ -49,6 +51,7 @@ struct UpdateSettings {
       "roll and pitch that a scan cannot know: leaves room for gravity");
     v("straight_m", straight_m, 0.0, 1000.0, "ranges may shift the pose so far along a passage");
     v("shift_slope", shift_slope, 0.0, 1.0, "and beyond it is off across by so much per metre");
+    v("jolt_nis", jolt_nis, 10.0, 1e6, "LiDAR and prediction differ by so much: a jolt was missed");
   }
 };
 
@@ -77,8 +80,8 @@ struct InitialisationSettings {
   double rest_travel_max_m = 0.10;
   double still_accel_sd_max_mps2 = 0.2;
   double still_speed_sigma_mps = 0.05;
-  double gyro_bias_bound_radps = 0.05;
-  double accel_bias_bound_mps2 = 0.5;
+  double gyro_bias_sigma_radps = 0.015;
+  double accel_bias_sigma_mps2 = 0.15;
   double gravity_mps2 = 9.81;
 
   template <class V>
@@ -91,8 +94,10 @@ struct InitialisationSettings {
     v("still_accel_sd_max_mps2", still_accel_sd_max_mps2, 0.0, 10.0,
       "spread of samples below which wheels do not turn: blind directions stand");
     v("still_speed_sigma_mps", still_speed_sigma_mps, 1e-3, 10.0, "sigma of the speed then");
-    v("gyro_bias_bound_radps", gyro_bias_bound_radps, 1e-4, 1.0, "larger biases are refused");
-    v("accel_bias_bound_mps2", accel_bias_bound_mps2, 1e-3, 5.0, "larger biases are refused");
+    v("gyro_bias_sigma_radps", gyro_bias_sigma_radps, 1e-5, 1.0,
+      "turn-on bias of the gyro, 1 sigma; beyond 3 sigma it is noise");
+    v("accel_bias_sigma_mps2", accel_bias_sigma_mps2, 1e-4, 5.0,
+      "turn-on bias of the accelerometer, 1 sigma; beyond 3 sigma it is noise");
     v("gravity_mps2", gravity_mps2, 9.7, 9.9, "norm of gravity");
   }
 };
@@ -142,6 +147,7 @@ struct RobustSettings {
   ConstraintSettings constraints;
   KeyframeSettings keyframe;
   DriftSettings drift;
+  imu::MotionNoiseSettings motion_noise;
 
   template <class V>
   void visit(V& v) {
@@ -156,6 +162,7 @@ struct RobustSettings {
     v.group("constraints", constraints, "how ground vehicles move");
     v.group("keyframe", keyframe, "which sweeps are kept");
     v.group("drift", drift, "how the error grows with the way");
+    v.group("motion_noise", motion_noise, "noise of inertial data while driving");
   }
 };
 

@@ -10,23 +10,33 @@
 namespace rali::odometry {
 
 /// Decides from inertial samples, the filter's speed and the LiDAR's poses whether the vehicle
-/// stands (algorithms 2.6). Where the LiDAR cannot see the motion, nothing is proven.
+/// stands (algorithms 2.6).
+///
+/// Two ways lead there. A vehicle that drives shakes its inertial sensor; once both are known, what
+/// the sensor measures at standstill and how much more it measures while driving, the sensor alone
+/// proves standstill, whatever the LiDAR seems to see. Until then, or where driving cannot be told
+/// from standing, speed and travel must be small where the LiDAR knows them.
 class StandstillDetector {
  public:
-  StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest,
-                     const ImuNoiseSettings& noise)
-      : constraints_(constraints), rest_(rest), noise_(noise) {}
+  StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest)
+      : constraints_(constraints), rest_(rest) {}
 
-  /// What the sensor measures while the wheels stand. Known, it proves rest where the LiDAR is
-  /// blind: wheels that roll shake.
+  /// What the sensor measures while the wheels stand.
   void learn(const imu::ImuStatistics& at_rest);
 
   /// Call after each scan. @param blind_axis unit direction in odom along which the LiDAR cannot
-  /// see motion, if there is one. @return true while the vehicle stands.
+  /// see motion, if there is one. @param gyro_radps_rthz density of the gyro's noise.
+  /// @return true while the vehicle stands.
   bool update(const FilterState& state, const InertialBuffer& imu,
-              const std::optional<geometry::Vec3>& blind_axis = std::nullopt);
+              const std::optional<geometry::Vec3>& blind_axis, double gyro_radps_rthz);
 
-  void reset() { recent_.clear(); }
+  /// The last update() was decided by the inertial sensor alone.
+  [[nodiscard]] bool certain() const { return certain_; }
+
+  void reset() {
+    recent_.clear();
+    stands_since_.reset();
+  }
 
   [[nodiscard]] double window_s() const { return constraints_.rest_after_s; }
 
@@ -37,18 +47,27 @@ class StandstillDetector {
   };
 
   [[nodiscard]] bool wheels_stand(const imu::ImuStatistics& raw) const;
+  [[nodiscard]] bool driving_shakes() const;
+  [[nodiscard]] bool moves_visibly(const FilterState& state, const geometry::Mat3& seen) const;
+  [[nodiscard]] bool turns(const FilterState& state, const imu::ImuStatistics& blocks,
+                           double gyro_radps_rthz) const;
+  void learn_driving(const FilterState& state, const imu::ImuStatistics& raw);
+  void learn_standing(Time t, bool stands, const imu::ImuStatistics& raw);
 
   ConstraintSettings constraints_;
   imu::RestSettings rest_;
-  ImuNoiseSettings noise_;
   std::optional<imu::ImuStatistics> at_rest_;
+  /// Spread that most windows of driving exceed, accelerometer and gyro, norms.
+  double driving_accel_mps2_ = 0.0, driving_gyro_radps_ = 0.0;
   std::deque<Moment> recent_;
+  std::optional<Time> stands_since_, drives_since_;
+  bool certain_ = false;
 };
 
 /// Propagation while the pose is held: attitude and position stay, velocity and biases evolve.
 /// Followed by "velocity is zero" and "the gyro measures its bias", it learns the biases without
 /// touching what is known about the pose.
 void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end,
-                    const ImuNoiseSettings& noise);
+                    const ProcessNoise& noise);
 
 }  // namespace rali::odometry

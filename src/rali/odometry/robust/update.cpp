@@ -133,6 +133,31 @@ void set_posterior(FilterState& state, const FilterState& predicted, const Mat6&
   state.P_side.topRows<3>() = (J * state.P_side.topRows<3>()).eval();
 }
 
+/// What the LiDAR alone says, against the prediction. A weak prior stands for all that it does not
+/// see: there it says "as predicted, to a metre", which no prediction contradicts.
+void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& result) {
+  constexpr double kOpen_m = 1.0;
+  constexpr double kOpen_rad = 0.3;
+  constexpr double kKnown_m = 0.02;
+  constexpr double kKnown_rad = 0.003;
+  Mat6 I = result.information;
+  I.diagonal().head<3>().array() += 1.0 / (kOpen_rad * kOpen_rad);
+  I.diagonal().tail<3>().array() += 1.0 / (kOpen_m * kOpen_m);
+  const Mat6 R = I.inverse();
+  result.lidar_shift = R * y;
+  const Mat6 S = 0.5 * (P66 + P66.transpose()) + R;
+  result.nis = result.lidar_shift.dot(S.partialPivLu().solve(result.lidar_shift));
+  result.known.setZero();
+  result.rotation_known = true;
+  for (const degeneracy::DirectionInfo& info : std::span(result.directions).first<3>()) {
+    if (info.sigma > kKnown_m) continue;
+    result.known += info.direction_odom * info.direction_odom.transpose();
+  }
+  for (const degeneracy::DirectionInfo& info : std::span(result.directions).last<3>()) {
+    result.rotation_known = result.rotation_known && info.sigma < kKnown_rad;
+  }
+}
+
 void tell_fit(const LidarSystem& system, const Matcher& matcher, UpdateResult& result) {
   result.fit = system.weight_sum / static_cast<double>(matcher.size());
   if (system.weight_sum > 0.0) {
@@ -156,6 +181,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   delta.head<6>() = geometry::boxminus(start, predicted.T_odom_body);
   add_error(state, delta);
   LidarSystem system;
+  Vec6 y_lidar = Vec6::Zero();
   bool rematch = true;
   for (int k = 0; k < settings.update.iterations_max; ++k) {
     if (k < 2 || rematch) {
@@ -181,7 +207,8 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     const Vec6 before = delta.head<6>();
     move_to_prior(before.head<3>(), system);
     const Mat6 A = Mat6::Identity() + system.I * P66;
-    const Vec6 y = A.partialPivLu().solve(system.I * before - system.b);
+    y_lidar = system.I * before - system.b;
+    const Vec6 y = A.partialPivLu().solve(y_lidar);
     delta = predicted.P.leftCols<6>() * y;
     const Untouched untouched(result.directions, R_odom_v);
     untouched.clear_rows(delta);
@@ -199,6 +226,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   }
   set_posterior(state, predicted, system.I, Untouched(result.directions, R_odom_v),
                 delta.segment<3>(kTheta));
+  compare_with_prediction(y_lidar, P66, result);
   tell_fit(system, matcher, result);
   return result;
 }

@@ -22,6 +22,12 @@ struct UpdateResult {
   degeneracy::Axes axes = degeneracy::Axes::Identity();
   std::array<degeneracy::DirectionInfo, 6> directions;
   std::array<bool, 3> sees{};  ///< translations of which this scan alone tells something
+  /// Where the LiDAR alone has the pose, from the prediction (boxplus); zero where it does not
+  /// know.
+  geometry::Vec6 lidar_shift = geometry::Vec6::Zero();
+  geometry::Mat3 known = geometry::Mat3::Zero();  ///< projector on the translations it knows well
+  bool rotation_known = false;
+  double nis = 0.0;  ///< of lidar_shift against the covariance of the prediction
 };
 
 /// Moves the state to where prior and LiDAR agree (iterated Kalman filter in information form;

@@ -37,9 +37,11 @@ class RobustOdometry final : public Odometry, private SideFilter {
         map_(settings.robust.map),
         keyframer_(settings.robust.keyframe),
         drift_(settings.robust.drift),
-        standstill_(settings.robust.constraints, settings.robust.initialisation.rest,
-                    settings.imu_noise),
-        constraints_(settings.robust.constraints) {}
+        standstill_(settings.robust.constraints, settings.robust.initialisation.rest),
+        constraints_(settings.robust.constraints),
+        motion_noise_({settings.imu_noise.vibration_factor * settings.imu_noise.gyro_radps_rthz,
+                       settings.imu_noise.vibration_factor * settings.imu_noise.accel_mps2_rthz},
+                      settings.robust.motion_noise) {}
 
   void add_imu(const sensor::ImuSample& sample) override {
     if (has_imu_) imu_.add(sample);
@@ -106,9 +108,16 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void insert(const sensor::LidarScan& scan);
   void insert_points(const geometry::SE3& T_odom_body);
   std::optional<ScanResult> hold(const sensor::LidarScan& scan);
+  void begin_hold(FindingList& findings);
+  void end_hold(const FilterState& before);
   void constrain(const UpdateResult& done, FindingList& findings);
+  [[nodiscard]] ProcessNoise process_noise() const;
+  [[nodiscard]] ProcessNoise rest_noise() const;
+  void measure_noise(const UpdateResult& seen, const InertialIntegral& felt);
+  void allow_jolt(const FilterState& predicted, UpdateResult& done);
   [[nodiscard]] geometry::Mat6 covariance(const UpdateResult& update);
-  void bound_biases(FindingList& findings);
+  void refuse_biases(const geometry::Vec3& gyro_before, const geometry::Vec3& accel_before,
+                     FindingList& findings);
   void judge(const UpdateResult& update, FindingList& findings);
   void restart(FindingList& findings);
   void begin_map();
@@ -134,11 +143,15 @@ class RobustOdometry final : public Odometry, private SideFilter {
   Drift drift_;
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
+  imu::MotionNoise motion_noise_;
+  double noise_boost_ = 1.0;              ///< while inertial data contradict the LiDAR
+  FilterState last_posterior_;            ///< after the last scan
+  geometry::SE3 T_predicted_;             ///< for the newest scan
   bool held_ = false;                     ///< the vehicle stands
   int moved_scans_ = 0;                   ///< in a row, while held, that the LiDAR saw motion
   bool quiet_start_ = false;              ///< nothing has shown motion since the first scan
   bool start_moved_ = false;              ///< the LiDAR shows motion where it knows
-  std::deque<FilterState> held_states_;   ///< of the last moments of holding
+  std::deque<FilterState> held_states_;   ///< of the last moments of standing
   std::vector<BodyPoints> start_points_;  ///< of the first scans, until gravity is known
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();

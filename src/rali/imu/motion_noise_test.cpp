@@ -1,0 +1,127 @@
+#include "rali/imu/motion_noise.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+#include "rali/geometry/so3.hpp"
+
+namespace rali::imu {
+namespace {
+
+using geometry::Mat3;
+using geometry::Vec3;
+
+Vec3 normal3(Rng& rng) {
+  const double x = rng.normal();
+  const double y = rng.normal();
+  const double z = rng.normal();
+  return {x, y, z};
+}
+
+/// A vehicle whose inertial sensor is as wrong as told, and a LiDAR of so much noise.
+struct Drive {
+  double accel_mps2_rthz = 0.03, gyro_radps_rthz = 3e-3;
+  double lidar_m = 0.002, lidar_rad = 3e-4;
+  Vec3 bias_mps2 = Vec3::Zero();
+  double period_s = 0.1;
+  Mat3 known = Mat3::Identity();
+
+  MotionNoise run(const NoiseDensity& claimed, double span_s) const {
+    MotionNoise meter(claimed, {});
+    Rng rng(5, "drive");
+    constexpr double kSample_s = 0.005;
+    Vec3 p = Vec3::Zero();
+    Vec3 v(1.0, 0.0, 0.0);
+    for (double t = 0.0; t < span_s; t += period_s) {
+      MotionStep step;
+      step.t = Time::from_ns(static_cast<std::int64_t>(t * 1e9) + 1);
+      Vec3 turn = Vec3::Zero();
+      for (double s = 0.0; s < period_s - 1e-9; s += kSample_s) {
+        const Vec3 truth(0.3 * std::sin(t + s), 0.2 * std::cos(2.0 * (t + s)), 0.0);
+        const Vec3 felt = truth + bias_mps2 + accel_mps2_rthz / std::sqrt(kSample_s) * normal3(rng);
+        step.dp_m += step.dv_mps * kSample_s + 0.5 * kSample_s * kSample_s * felt;
+        step.dv_mps += kSample_s * felt;
+        p += v * kSample_s + 0.5 * kSample_s * kSample_s * truth;
+        v += kSample_s * truth;
+        turn += kSample_s * gyro_radps_rthz / std::sqrt(kSample_s) * normal3(rng);
+      }
+      step.dR = geometry::so3_exp(turn);
+      step.R_odom_body = geometry::so3_exp(lidar_rad * normal3(rng));
+      step.p_odom_m = p + lidar_m * normal3(rng);
+      step.known = known;
+      step.rotation_known = true;
+      meter.add(step);
+    }
+    return meter;
+  }
+};
+
+TEST(PriorNoise, what_a_vehicle_is_like_counts_more_than_a_data_sheet) {
+  const NoiseDensity low = prior_noise({1e-5, 1e-4}, {});
+  const NoiseDensity high = prior_noise({1e-2, 0.1}, {});
+  EXPECT_GT(low.accel_mps2_rthz, 0.01);
+  EXPECT_LT(high.accel_mps2_rthz, 0.05);
+  EXPECT_GT(low.gyro_radps_rthz, 1e-3);
+  EXPECT_LT(high.gyro_radps_rthz, 1e-2);
+  const NoiseDensity same = prior_noise({3e-3, 0.03}, {});
+  EXPECT_NEAR(same.accel_mps2_rthz, 0.03, 1e-12);
+  EXPECT_NEAR(same.gyro_radps_rthz, 3e-3, 1e-12);
+}
+
+TEST(MotionNoise, finds_the_noise_whatever_was_claimed) {
+  for (const double truth : {0.02, 0.06, 0.2}) {
+    for (const double claimed : {1e-4, 0.03, 1.0}) {
+      Drive drive;
+      drive.accel_mps2_rthz = truth;
+      drive.gyro_radps_rthz = 0.1 * truth;
+      const NoiseDensity used = drive.run({0.1 * claimed, claimed}, 30.0).density();
+      EXPECT_NEAR(std::log(used.accel_mps2_rthz / truth), 0.0, 0.35) << truth << ' ' << claimed;
+      EXPECT_NEAR(std::log(used.gyro_radps_rthz / (0.1 * truth)), 0.0, 0.35);
+    }
+  }
+}
+
+TEST(MotionNoise, takes_neither_biases_nor_the_lidar_for_noise) {
+  Drive drive;
+  drive.accel_mps2_rthz = 0.01;
+  drive.bias_mps2 = {0.2, -0.1, 0.05};
+  EXPECT_LT(drive.run({3e-3, 0.03}, 60.0).density().accel_mps2_rthz, 0.02);
+  drive.bias_mps2.setZero();
+  drive.lidar_m = 0.006;
+  EXPECT_LT(drive.run({3e-3, 0.03}, 60.0).density().accel_mps2_rthz, 0.03);
+}
+
+TEST(MotionNoise, works_with_two_scans_a_second) {
+  Drive drive;
+  drive.period_s = 0.5;
+  drive.accel_mps2_rthz = 0.1;
+  const NoiseDensity used = drive.run({1e-5, 1e-4}, 60.0).density();
+  EXPECT_NEAR(std::log(used.accel_mps2_rthz / 0.1), 0.0, 0.5);
+}
+
+TEST(MotionNoise, learns_nothing_along_what_the_lidar_does_not_see) {
+  Drive drive;
+  drive.accel_mps2_rthz = 0.5;
+  drive.known.setZero();
+  const MotionNoise meter = drive.run({3e-3, 0.03}, 30.0);
+  EXPECT_NEAR(meter.density().accel_mps2_rthz, 0.03, 1e-12);
+  EXPECT_EQ(meter.accel().count, 0.0);
+}
+
+TEST(MotionNoise, one_jolt_changes_little) {
+  const Drive drive;
+  const double calm = drive.run({3e-3, 0.03}, 20.0).density().accel_mps2_rthz;
+  MotionNoise meter = drive.run({3e-3, 0.03}, 20.0);
+  MotionStep jolt;
+  jolt.t = Time::from_ns(20'000'000'001);
+  jolt.known = Mat3::Identity();
+  jolt.rotation_known = true;
+  jolt.p_odom_m = {100.0, 0.0, 0.0};
+  meter.add(jolt);
+  EXPECT_LT(meter.density().accel_mps2_rthz, 2.0 * calm);
+}
+
+}  // namespace
+}  // namespace rali::imu

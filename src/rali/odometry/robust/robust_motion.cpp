@@ -1,0 +1,205 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+#include "rali/odometry/robust/internal/robust_filter.hpp"
+
+namespace rali::odometry::internal {
+
+using geometry::Mat3;
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+using sensor::LidarScan;
+
+ProcessNoise RobustOdometry::process_noise() const {
+  ProcessNoise noise;
+  const imu::NoiseDensity& measured = motion_noise_.density();
+  noise.gyro_radps_rthz = noise_boost_ * measured.gyro_radps_rthz;
+  noise.accel_mps2_rthz = noise_boost_ * measured.accel_mps2_rthz;
+  noise.gyro_walk = noise_.gyro_walk_radps2_rthz;
+  noise.accel_walk = noise_.accel_walk_mps3_rthz;
+  return noise;
+}
+
+/// At standstill only the sensor itself is left, whatever driving adds.
+ProcessNoise RobustOdometry::rest_noise() const {
+  ProcessNoise noise = process_noise();
+  noise.gyro_radps_rthz =
+      std::min(noise.gyro_radps_rthz, settings_.motion_noise.gyro_typical_radps_rthz);
+  noise.accel_mps2_rthz =
+      std::min(noise.accel_mps2_rthz, settings_.motion_noise.accel_typical_mps2_rthz);
+  return noise;
+}
+
+/// Holds what the LiDAR alone saw since the last scan against what inertial data say.
+void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialIntegral& felt) {
+  if (seen.matches < settings_.update.matches_min) return motion_noise_.interrupt();
+  const SE3 T_lidar = geometry::boxplus(T_predicted_, seen.lidar_shift);
+  imu::MotionStep step;
+  step.t = state_.t;
+  step.R_odom_body = T_lidar.R;
+  step.p_odom_m = T_lidar.p;
+  step.known = seen.known;
+  step.rotation_known = seen.rotation_known;
+  step.dv_mps = felt.dv_mps;
+  step.dp_m = felt.dp_m;
+  step.dR = felt.dR;
+  motion_noise_.add(step);
+  constexpr double kForget = 0.99;
+  noise_boost_ = 1.0 + kForget * (noise_boost_ - 1.0);
+}
+
+/// A joint between tiles or a tyre that slips moves the body within one sample of an inertial
+/// sensor, which then knows nothing of it. Where the LiDAR sees much more than the prediction
+/// leaves room for, such a step is allowed for, as large as it takes; biases stay out of it.
+void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done) {
+  constexpr double kSpeed_mps = 0.1;
+  constexpr double kStep_m = 0.005;
+  constexpr double kTurn_rad = 0.003;
+  constexpr double kGrowth = 4.0;
+  constexpr double kMost = 256.0;
+  const double span_s = std::max(1e-3, (predicted.t - last_posterior_.t).s());
+  for (double size = 1.0; size <= kMost && done.nis > settings_.update.jolt_nis; size *= kGrowth) {
+    FilterState wider = predicted;
+    const double v2 = size * kSpeed_mps * kSpeed_mps;
+    const Mat3& known = done.known;
+    wider.P.block<3, 3>(kTheta, kTheta) += size * kTurn_rad * kTurn_rad * Mat3::Identity();
+    wider.P.block<3, 3>(kVel, kVel) += v2 * known;
+    wider.P.block<3, 3>(kPos, kVel) += 0.5 * span_s * v2 * known;
+    wider.P.block<3, 3>(kVel, kPos) += 0.5 * span_s * v2 * known;
+    wider.P.block<3, 3>(kPos, kPos) +=
+        (span_s * span_s * v2 / 3.0 + size * kStep_m * kStep_m) * known;
+    const Mat3 known_before = known;
+    const SE3 start = state_.T_odom_body;
+    state_ = wider;
+    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, blind_, true);
+    if (done.known.trace() + 0.5 < known_before.trace()) break;
+  }
+}
+
+/// Standing still: the pose stays as it is, whatever the noise of the next scans, as long as the
+/// LiDAR agrees. Nothing is inserted: minutes of the same view must not wear the map out.
+std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
+  constexpr double kMoved_m = 0.03;
+  constexpr double kMoved_rad = 0.006;
+  FilterState trial = state_;
+  const FilterState before = state_;
+  propagate_held(state_, imu_, scan.t_end, rest_noise());
+  const SweepMotion still(calibration_.T_body_lidar);
+  still.apply(scan, sampler_.update_indices(), points_);
+  matcher_.set_points(points_, calibration_.T_body_lidar.p);
+  // A prior wide enough to show motion, should there be some.
+  trial.P.topLeftCorner<6, 6>().diagonal().head<3>().array() += 1e-4;
+  trial.P.topLeftCorner<6, 6>().diagonal().tail<3>().array() += 1e-2;
+  const UpdateResult seen =
+      update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_, axes_, blind_, true);
+  const geometry::Vec6 step = geometry::boxminus(trial.T_odom_body, before.T_odom_body);
+  const bool moved = seen.matches >= settings_.update.matches_min &&
+                     (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
+  // A person who walks by a blind corridor looks like motion; a start is felt as well.
+  constexpr int kScansToBelieve = 5;
+  moved_scans_ = moved ? moved_scans_ + 1 : 0;
+  const bool stands = standstill_.update(state_, imu_, blind_axis(), rest_noise().gyro_radps_rthz);
+  // What moves while the inertial sensor proves standstill is not the vehicle.
+  if (!stands || (moved_scans_ >= kScansToBelieve && !standstill_.certain())) {
+    end_hold(before);
+    return std::nullopt;
+  }
+  held_states_.push_back(before);
+  const Time keep = state_.t - Duration::from_s(standstill_.window_s());
+  while (held_states_.front().t < keep) held_states_.pop_front();
+  imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
+  t_last_good_ = state_.t;
+  last_posterior_ = state_;
+  return result_of(scan, seen);
+}
+
+/// Motion shows late: what the pose missed since the window began is made up for, by going on from
+/// there. What ranges have taught about other radios since then stays.
+void RobustOdometry::end_hold(const FilterState& before) {
+  held_ = false;
+  SideStates side = std::move(state_.side);
+  state_ = held_states_.empty() ? before : held_states_.front();
+  state_.side = std::move(side);
+  held_states_.clear();
+  last_posterior_ = state_;
+  moved_scans_ = 0;
+  motion_noise_.interrupt();
+  standstill_.reset();
+}
+
+/// The pose is held from now on. A speed that the filter has although the wheels stand was drawn
+/// from what the LiDAR took for motion, or from nothing.
+void RobustOdometry::begin_hold(FindingList& findings) {
+  constexpr double kFast_mps = 0.3;
+  constexpr double kSigma_mps = 0.01;
+  held_ = true;
+  motion_noise_.interrupt();
+  if (!standstill_.certain()) return;
+  if (state_.v.norm() > kFast_mps) {
+    Finding f;
+    f.id = "odometry.contradiction";
+    f.severity = Severity::kWarning;
+    f.t = state_.t - Duration::from_s(standstill_.window_s());
+    f.t_end = state_.t;
+    f.text = fmt::format(
+        "the inertial sensor is at rest while the pose moves at {:.1f} m/s: standstill is taken",
+        state_.v.norm());
+    f.effect = "the poses before it may be off";
+    findings.push_back(f);
+  }
+  state_.v.setZero();
+  decorrelate(state_, kVel, 3);
+  state_.P.diagonal().segment<3>(kVel).setConstant(kSigma_mps * kSigma_mps);
+}
+
+void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) {
+  bool known = done.matches >= settings_.update.matches_min;
+  for (std::size_t k = 0; k < 3; ++k) {
+    known = known && done.directions[k].category == degeneracy::Category::kFull;
+  }
+  const Vec3 w =
+      imu_.empty() ? Vec3::Zero() : Vec3(imu_.at(state_.t).gyro_radps - state_.gyro_bias_radps);
+  constraints_.update(state_, w, map_, known);
+  refuse_biases(last_posterior_.gyro_bias_radps, last_posterior_.accel_bias_mps2, findings);
+}
+
+/// A bias that would have to be larger than any such sensor has explains a contradiction, not a
+/// bias: it stays, and the noise is taken for larger until the contradiction is gone.
+void RobustOdometry::refuse_biases(const Vec3& gyro_before, const Vec3& accel_before,
+                                   FindingList& findings) {
+  constexpr double kSigmas = 3.0;
+  constexpr double kBoost = 1.2;
+  constexpr double kBoostMost = 10.0;
+  const InitialisationSettings& init = settings_.initialisation;
+  const auto leaves = [](const Vec3& now, const Vec3& before, double limit) {
+    return now.norm() > limit && now.norm() > before.norm();
+  };
+  const bool gyro =
+      leaves(state_.gyro_bias_radps, gyro_before, kSigmas * init.gyro_bias_sigma_radps);
+  const bool accel =
+      leaves(state_.accel_bias_mps2, accel_before, kSigmas * init.accel_bias_sigma_mps2);
+  if (!gyro && !accel) return;
+  if (gyro) state_.gyro_bias_radps = gyro_before;
+  if (accel) state_.accel_bias_mps2 = accel_before;
+  noise_boost_ = std::min(kBoostMost, kBoost * noise_boost_);
+  if (bias_reported_) return;
+  bias_reported_ = true;
+  Finding f;
+  f.id = "odometry.bias_refused";
+  f.severity = Severity::kWarning;
+  f.t = state_.t;
+  f.text = fmt::format(
+      "LiDAR and inertial data contradict each other by more than a bias: {} would pass {:.3f} {}",
+      gyro ? "the gyro's" : "the accelerometer's",
+      kSigmas * (gyro ? init.gyro_bias_sigma_radps : init.accel_bias_sigma_mps2),
+      gyro ? "rad/s" : "m/s2");
+  f.effect = "inertial data count less while it lasts";
+  f.remedy = "Check units, extrinsics and time offset with rali doctor.";
+  findings.push_back(f);
+}
+
+}  // namespace rali::odometry::internal
