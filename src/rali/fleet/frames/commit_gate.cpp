@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Eigenvalues>
 
@@ -64,6 +65,30 @@ Decision decide_at_size(const HypothesisSet& set, const CommitInputs& inputs,
   return d;
 }
 
+/// The cheapest hypothesis in which the user's start pose holds.
+std::optional<std::size_t> with_prior(const HypothesisSet& set, const InitSettings& settings) {
+  for (std::size_t k = 0; k < set.all.size(); ++k) {
+    if (set.all[k].prior_chi2 < settings.prior.wrong_chi2) return k;
+  }
+  return std::nullopt;
+}
+
+/// A start pose that was measured puts two vehicles into one frame as well as it was measured;
+/// ranges and scans sharpen that. Only another answer that is certain without it speaks against it.
+Decision decide_with_prior(const HypothesisSet& set, Decision d, const InitSettings& settings) {
+  const std::optional<std::size_t> held = with_prior(set, settings);
+  if (!held) return d;
+  // Another answer is better: by what would decide between any two if it is known, by what a start
+  // pose may be off at most if it is not.
+  const double most = d.ready ? settings.commit.gap_chi2 : settings.prior.wrong_chi2;
+  if (*held > 0 && set.gap(*held) > most) return d;
+  if (!d.ready) d.by = DecidedBy::kPrior;
+  d.ready = d.at_once = true;
+  d.chosen = *held;
+  d.advice = Advice::kEnough;
+  return d;
+}
+
 }  // namespace
 
 std::string_view decided_by_text(DecidedBy by) {
@@ -88,8 +113,11 @@ bool fit_is_plausible(double fit_chi2, int dof, const CommitSettings& settings) 
   return !low && fit < 1.0 + (settings.fit_max - 1.0) * wider;
 }
 
-Decision decide(const HypothesisSet& set, const Observability& seen, const CommitInputs& inputs,
-                const InitSettings& settings) {
+namespace {
+
+/// What ranges and scans say, the user's start pose being one voice among them.
+Decision decide_by_all(const HypothesisSet& set, const Observability& seen,
+                       const CommitInputs& inputs, const InitSettings& settings) {
   Decision d;
   d.advice = seen.advice;
   d.gap_chi2 = std::numeric_limits<double>::infinity();
@@ -98,9 +126,6 @@ Decision decide(const HypothesisSet& set, const Observability& seen, const Commi
   if (set.all.size() > 1) d.gap_chi2 = set.gap(1);
   d.odds = std::exp(-0.5 * d.gap_chi2);
   d.fit = best.solution.dof > 0 ? best.solution.fit_chi2 / best.solution.dof : 0.0;
-  if (settings.commit.rule == CommitRule::kAtSize) {
-    return decide_at_size(set, inputs, settings, d);
-  }
   d.by = origin(set, settings);
   if (d.advice != Advice::kEnough) return d;
   if (inputs.keyframes < settings.commit.min_keyframes) {
@@ -117,12 +142,25 @@ Decision decide(const HypothesisSet& set, const Observability& seen, const Commi
   return d;
 }
 
+}  // namespace
+
+Decision decide(const HypothesisSet& set, const Observability& seen, const CommitInputs& inputs,
+                const InitSettings& settings) {
+  if (settings.commit.rule == CommitRule::kAtSize) {
+    Decision d;
+    d.advice = seen.advice;
+    return set.all.empty() ? d : decide_at_size(set, inputs, settings, d);
+  }
+  Decision d = decide_by_all(set, seen, inputs, settings);
+  return set.has_prior ? decide_with_prior(set, d, settings) : d;
+}
+
 bool CommitGate::evaluate(Time t, const Decision& decision, const FrameHypothesis* best) {
   if (!decision.ready || best == nullptr) {
     reset();
     return false;
   }
-  if (settings_.commit.rule == CommitRule::kAtSize) return true;
+  if (settings_.commit.rule == CommitRule::kAtSize || decision.at_once) return true;
   const double moved_m = (last_T_b_a_ * best->pivot_a_m - best->place_b_m()).norm();
   const double turned_rad = std::abs(wrapped(last_T_b_a_.yaw_rad - best->T_b_a.yaw_rad));
   const SearchSettings& near = settings_.search;

@@ -36,6 +36,9 @@ struct Decision {
   double gap_chi2 = 0.0;  ///< of the second; infinite if there is none
   double odds = 0.0;      ///< of the second against the best
   double fit = 0.0;       ///< chi2 per degree of freedom of the best
+  /// The user's start pose decides: no second opinion is waited for.
+  bool at_once = false;
+  std::size_t chosen = 0;  ///< which hypothesis is committed
 };
 
 /// Whether the fit is as good as its sigmas say: chi2/dof within [fit_min, fit_max]. With fewer

@@ -140,8 +140,9 @@ bool FrameSolver::look(Time t, const Group& a, const Group& b) {
     link.seen = observability(link.set, settings_);
   }
   link.decision = decide(link.set, link.seen, inputs(a.frames, b.frames), settings_);
-  return link.gate.evaluate(t, link.decision,
-                            link.set.all.empty() ? nullptr : &link.set.all.front());
+  const FrameHypothesis* chosen =
+      link.set.all.empty() ? nullptr : &link.set.all[link.decision.chosen];
+  return link.gate.evaluate(t, link.decision, chosen);
 }
 
 void FrameSolver::evaluate(Time t) {
@@ -177,7 +178,8 @@ void FrameSolver::join(std::size_t a, std::size_t b) {
     into.by[key] = prior ? DecidedBy::kPrior : by;
   }
   into.frames.keys.insert(into.frames.keys.end(), from.keys.begin(), from.keys.end());
-  into.frames.T_ref_odom = link->second.set.all.front().solution.values.T_ref_odom;
+  const std::size_t chosen = link->second.decision.chosen;
+  into.frames.T_ref_odom = link->second.set.all[chosen].solution.values.T_ref_odom;
   solve(into, true);
   groups_.erase(groups_.begin() + static_cast<std::ptrdiff_t>(a));
   std::erase_if(links_, [&](const auto& item) {

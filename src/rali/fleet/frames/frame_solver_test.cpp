@@ -142,10 +142,40 @@ TEST(FrameSolver, takes_a_prior_that_decides_and_says_that_it_did) {
     solver.evaluate(Time::from_s(2.0 * static_cast<double>(i)));
     sharp.evaluate(Time::from_s(2.0 * static_cast<double>(i)));
   }
-  // 5 deg of the user are not enough for a heading to 2 deg, 1 deg is.
-  EXPECT_FALSE(solver.placed(w.keys[1]));
+  // A start pose is as good as it was measured: the frame is joined, and states its heading so.
+  ASSERT_TRUE(solver.placed(w.keys[1]));
+  const double yaw_sigma = std::sqrt(solver.frames().groups.front().covariance(0, 0));
+  EXPECT_GT(yaw_sigma, 2.0 * kDegree);
+  EXPECT_LT(yaw_sigma, 5.5 * kDegree);
+  EXPECT_LT(std::sqrt(sharp.frames().groups.front().covariance(0, 0)), 1.1 * kDegree);
   EXPECT_EQ(sharp.text(w.keys[1], kNames), "ben: in the frame of ann, decided by the prior");
   EXPECT_LT(error_m(w, sharp, 0, 1), 0.5);
+}
+
+TEST(FrameSolver, a_prior_alone_joins_at_once_without_a_single_range) {
+  World w;
+  w.add(1, YawPose{}, {{0, 0}});
+  w.add(2, {0.4, Vec3(4, 3, 0)}, {{0, 0}});
+  FrameSolver solver(InitSettings{}, w.keys[0]);
+  solver.add_evidence(prior_evidence(w.keys[1], w.keys[0], {0.4, Vec3(4, 3, 0)}, {}));
+  solver.evaluate(Time::from_s(0.1));
+  EXPECT_TRUE(solver.placed(w.keys[1]));
+  EXPECT_EQ(solver.text(w.keys[1], kNames), "ben: in the frame of ann, decided by the prior");
+}
+
+TEST(FrameSolver, ranges_that_deny_a_prior_keep_the_vehicles_apart) {
+  World w;
+  w.add(1, YawPose{}, {{0, 0}});
+  w.add(2, {0.4, Vec3(4, 3, 0)}, along({{0, 0}, {15, 0}}, 0.5));
+  InitSettings settings;
+  settings.prior.yaw_deg = 3.0;
+  settings.prior.xyz_m = 0.2;
+  FrameSolver solver(settings, w.keys[0]);
+  // Wrong by 10 m: no place within its sigmas fits the ranges.
+  solver.add_evidence(prior_evidence(w.keys[1], w.keys[0], {0.4, Vec3(14, 3, 0)}, settings));
+  for (std::size_t i = 0; i < 31; ++i) w.range(i, 0, 1, solver);
+  solver.evaluate(Time::from_s(60.0));
+  EXPECT_FALSE(solver.placed(w.keys[1]));
 }
 
 TEST(FrameSolver, other_names_give_the_same_frames) {
