@@ -109,6 +109,26 @@ void pass(const Submap& target, const SE3& start, const AlignSettings& s, const 
 
 }  // namespace
 
+namespace {
+
+/// The first passes look for partners far away and slide along what no plane holds. What is known
+/// across was then found elsewhere: back to where the start has it along those directions.
+/// @return how far it had slid
+double slide_back(const std::array<degeneracy::DirectionInfo, 6>& directions, const SE3& start,
+                  SE3& T) {
+  double slid_m = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (directions[k].information > 0.0) continue;
+    const Vec3& d = directions[k].direction_odom;
+    const double along_m = d.dot(T.p - start.p);
+    T.p -= along_m * d;
+    slid_m = std::max(slid_m, std::abs(along_m));
+  }
+  return slid_m;
+}
+
+}  // namespace
+
 bool Registration::full_rank() const {
   return converged && std::all_of(directions.begin(), directions.end(), [](const auto& d) {
            return d.category == degeneracy::Category::kFull;
@@ -130,9 +150,18 @@ Registration align(const Submap& target, const Submap& source, const SE3& start,
   pass(target, start, s, {s.middle_m, s.middle_m, false}, partners, T);
   partners.set_source(source.planes(), std::numeric_limits<int>::max());
   pass(target, start, s, {s.middle_m, 0.5 * s.middle_m, true}, partners, T);
-  partners.find(target, T, {s.middle_m, 0.5 * s.middle_m, true});
-  System system = partners.accumulate(target, T);
-  out.directions = clean(partners, T.R, s.aware, system);
+  System system;
+  const auto look = [&] {
+    partners.find(target, T, {s.middle_m, 0.5 * s.middle_m, true});
+    system = partners.accumulate(target, T);
+    out.directions = clean(partners, T.R, s.aware, system);
+  };
+  look();
+  constexpr double kSlid_m = 0.05;
+  if (slide_back(out.directions, start, T) > kSlid_m) {
+    pass(target, start, s, {s.middle_m, 0.5 * s.middle_m, true}, partners, T);
+    look();
+  }
   const double path_m = std::max(target.path_m(), source.path_m());
   finish(system, std::hypot(s.shared_sigma_m, s.shared_per_m * path_m), s, out);
   out.T_target_source = {geometry::so3_normalised(T.R), T.p};
