@@ -151,6 +151,51 @@ TEST(Evaluation, blind_errors_and_nees_come_from_the_tables_of_the_run) {
   EXPECT_FALSE(e->vehicles[0].rows[10].along_blind_m);
 }
 
+/// A quarter circle that climbs by 0.4 m in the estimate and by nothing in the truth.
+std::string climbing() {
+  return tum(100, 0.1, 101, [](double t) { return at(0, 0, 0.04 * t) * on_curve(t); });
+}
+
+std::optional<double> drift_in_height(const TestFolder& f, const EvaluationOptions& options = {}) {
+  const auto e = evaluated(f, options);
+  EXPECT_TRUE(e) << (e ? "" : e.error().message());
+  return e ? e->vehicles[0].trajectory.drift->z_m : std::nullopt;
+}
+
+TEST(Evaluation, height_is_compared_only_if_gravity_has_levelled_the_estimate) {
+  const TestFolder f;
+  make_folders(f);
+  f.write("truth/v1.tum", tum(100, 0.01, 1001, [](double t) { return on_curve(t); }));
+  const std::string levelled = "# " + io::frame_line(true) + '\n';
+  f.write("out/trajectory/v1.tum", levelled + climbing());
+  ASSERT_TRUE(drift_in_height(f));
+  EXPECT_NEAR(*drift_in_height(f), 0.4, 1e-6);
+  f.write("out/trajectory/v1.tum", "# " + io::frame_line(false) + '\n' + climbing());
+  EXPECT_FALSE(drift_in_height(f)) << "without inertial data z is not up";
+  const auto e = evaluated(f);
+  ASSERT_TRUE(e);
+  EXPECT_NE(evaluation_table(*e).find("  in height [m]                        -\n"),
+            std::string::npos)
+      << evaluation_table(*e);
+  const auto json = nlohmann::json::parse(evaluation_json(*e, {}));
+  EXPECT_TRUE(json["vehicles"]["v1"]["trajectory"]["drift_z_m"].is_null());
+}
+
+TEST(Evaluation, height_of_a_foreign_trajectory_is_compared_if_its_user_says_that_it_is_level) {
+  const TestFolder f;
+  make_folders(f);
+  f.write("truth/v1.tum", tum(100, 0.01, 1001, [](double t) { return on_curve(t); }));
+  f.write("out/trajectory/v1.tum", climbing());
+  EvaluationOptions options;
+  EXPECT_FALSE(drift_in_height(f, options)) << "no header says that z is up";
+  options.align = eval::Alignment::kYaw;
+  EXPECT_TRUE(drift_in_height(f, options));
+  options.align = eval::Alignment::kNone;
+  EXPECT_TRUE(drift_in_height(f, options));
+  f.write("out/trajectory/v1.tum", "# " + io::frame_line(false) + '\n' + climbing());
+  EXPECT_FALSE(drift_in_height(f, options)) << "the file says that it is not";
+}
+
 TEST(Evaluation, truth_of_a_prism_is_carried_to_the_body) {
   const TestFolder f;
   make_folders(f);

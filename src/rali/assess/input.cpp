@@ -37,9 +37,12 @@ bool exists(const std::string& path) {
   return fs::exists(path, ignored);
 }
 
-Result<eval::PoseList> read_poses(const std::string& path, std::vector<std::string>& warnings) {
+/// @param levelled  gets what the header says of its frame; nullptr: nobody asks
+Result<eval::PoseList> read_poses(const std::string& path, std::vector<std::string>& warnings,
+                                  std::optional<bool>* levelled = nullptr) {
   const Result<io::TumFile> tum = io::read_tum(path);
   if (!tum) return tl::make_unexpected(tum.error());
+  if (levelled != nullptr) *levelled = io::is_levelled(tum->header);
   eval::PoseList poses;
   poses.reserve(tum->poses.size());
   for (const io::StampedPose& pose : tum->poses) poses.push_back({pose.t, pose.T});
@@ -53,8 +56,9 @@ Result<eval::PoseList> read_poses(const std::string& path, std::vector<std::stri
   return poses;
 }
 
-Status read_track(const std::string& stem, Track& track, std::vector<std::string>& warnings) {
-  Result<eval::PoseList> poses = read_poses(stem + ".tum", warnings);
+Status read_track(const std::string& stem, Track& track, std::vector<std::string>& warnings,
+                  std::optional<bool>* levelled = nullptr) {
+  Result<eval::PoseList> poses = read_poses(stem + ".tum", warnings, levelled);
   if (!poses) return tl::make_unexpected(poses.error());
   track.poses = std::move(*poses);
   if (!exists(stem + ".cov.csv")) return {};
@@ -68,7 +72,7 @@ Status read_vehicle(const std::string& out, VehicleInput& vehicle,
                     std::vector<std::string>& warnings) {
   vehicle.file = out + "/trajectory/" + vehicle.name + ".tum";
   const std::string stem = out + "/trajectory/" + vehicle.name;
-  if (Status s = read_track(stem, vehicle.trajectory, warnings); !s) return s;
+  if (Status s = read_track(stem, vehicle.trajectory, warnings, &vehicle.levelled); !s) return s;
   const std::string odometry = out + "/odometry/" + vehicle.name;
   if (exists(odometry + ".tum")) {
     if (Status s = read_track(odometry, vehicle.odometry, warnings); !s) return s;
@@ -186,7 +190,7 @@ Result<RunInput> read_run(const std::string& path) {
   VehicleInput vehicle;
   vehicle.name = fs::path(path).stem().string();
   vehicle.file = path;
-  Result<eval::PoseList> poses = read_poses(path, run.warnings);
+  Result<eval::PoseList> poses = read_poses(path, run.warnings, &vehicle.levelled);
   if (!poses) return tl::make_unexpected(poses.error());
   vehicle.trajectory.poses = std::move(*poses);
   run.vehicles.push_back(std::move(vehicle));

@@ -26,6 +26,8 @@ struct VehicleInput {
   std::vector<geometry::Vec3> blind_map;
   eval::PoseList truth;  ///< T_world_body; empty if there is none
   std::string file, truth_file;
+  /// Whether gravity levelled the trajectory's frame, where its file says so.
+  std::optional<bool> levelled;
   double time_offset_s = 0.0;  ///< that rali map added to the LiDAR's stamps (metrics.json)
 };
 

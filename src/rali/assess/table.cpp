@@ -23,6 +23,7 @@ struct Column {
 struct Row {
   std::string label;
   std::function<std::string(const TrackScore&)> text;
+  bool always = false;  ///< also where it is known of no vehicle
 };
 
 /// Enough digits to compare, no more: 0.0123, 1.23, 12.3.
@@ -64,10 +65,12 @@ void add_drift(std::vector<Row>& rows) {
                     if (!s.drift || !(s.drift->way_m > 0.0)) return std::string(kNotKnown);
                     return fmt::format("{:.2f}", 100.0 * s.drift->final_m / s.drift->way_m);
                   }});
-  rows.push_back({"  in height [m]", [](const TrackScore& s) {
+  rows.push_back({"  in height [m]",
+                  [](const TrackScore& s) {
                     const bool known = s.drift && s.drift->z_m;
                     return known ? metres(*s.drift->z_m) : std::string(kNotKnown);
-                  }});
+                  },
+                  true});
 }
 
 void add_blind(std::vector<Row>& rows) {
@@ -121,7 +124,7 @@ std::vector<Row> rows_of(const EvaluationOptions& options, bool alone) {
   return rows;
 }
 
-/// Rows that say nothing of any vehicle are left out.
+/// Rows that hold no figure of any vehicle are left out, unless their absence is a result.
 std::string block(const std::string& title, const std::vector<Column>& columns,
                   const std::vector<Row>& rows) {
   std::string text = fmt::format("{:<30}", title);
@@ -129,7 +132,7 @@ std::string block(const std::string& title, const std::vector<Column>& columns,
   text += '\n';
   for (const Row& row : rows) {
     std::string line = fmt::format("{:<30}", row.label);
-    bool known = false;
+    bool known = row.always;
     for (const Column& column : columns) {
       const std::string cell = row.text(*column.score);
       known = known || cell != kNotKnown;

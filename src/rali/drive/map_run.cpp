@@ -204,6 +204,7 @@ void MapRun::join_fleet() {
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     join_path(summary_.fleet, VehicleId{static_cast<std::uint16_t>(i)}, runs_[i]);
   }
+  share_levels(summary_.fleet, runs_);
 }
 
 Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {

@@ -89,7 +89,8 @@ struct VehicleSummary {
   Time t_sigma_max;
   double diverged_s = 0.0;
   geometry::SE3 T_map_odom;
-  double tilt_sigma_rad = 0.0;  ///< of T_map_odom about the horizontal axes
+  bool levelled = false;        ///< map: by gravity, of this vehicle or of one that shares it
+  double tilt_sigma_rad = 0.0;  ///< of T_map_odom about the horizontal axes; NaN: not known
 };
 
 /// True if all vehicles share one frame.

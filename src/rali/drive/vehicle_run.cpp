@@ -66,6 +66,8 @@ Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& finding
       gravity_ = *gravity;
     } else if (const auto* made = std::get_if<vehicle::FactMade>(&output)) {
       facts_.push_back(made->fact);
+      const auto* step = std::get_if<fleet::Increment>(&made->fact->body);
+      knows_gravity_ |= step != nullptr && step->levelled;
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
       findings.push_back(*finding);
       findings.back().vehicle = name_;
@@ -144,7 +146,8 @@ Status VehicleRun::finish() {
   held_m_ = way.held_m;
   T_map_odom_ = T_map_odom_joint_.value_or(frame_so_far());
   const geometry::Vec3 g_odom = gravity_ ? gravity_->g_odom_mps2 : kDown_mps2;
-  if (gravity_ && g_odom.norm() > 0.0) {
+  levelled_ |= knows_gravity_;
+  if (knows_gravity_ && gravity_ && g_odom.norm() > 0.0) {
     const geometry::Vec3 down = g_odom.normalized();
     const geometry::Mat3 across = geometry::Mat3::Identity() - down * down.transpose();
     const double variance = (across * gravity_->covariance * across).trace();
@@ -163,6 +166,7 @@ void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.blind_share = path_m_ > 0.0 ? blind_m_ / path_m_ : 0.0;
   summary.blind_held_share = blind_m_ > 0.0 ? held_m_ / blind_m_ : 0.0;
   summary.T_map_odom = T_map_odom_;
+  summary.levelled = levelled_;
   summary.tilt_sigma_rad = tilt_sigma_rad_;
   summary.keyframes = static_cast<std::size_t>(std::count_if(
       keyframes_.begin(), keyframes_.end(), [](const KeyframeRecord& k) { return !k.diverged; }));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -56,6 +57,15 @@ class VehicleRun {
   /// Valid after finish().
   [[nodiscard]] const geometry::SE3& T_map_odom() const { return T_map_odom_; }
 
+  [[nodiscard]] MapFrame map_frame() const { return {T_map_odom_, levelled_}; }
+
+  /// Whether the vehicle's own inertial data have shown where gravity points.
+  [[nodiscard]] bool knows_gravity() const { return knows_gravity_; }
+
+  /// The frame of the results is levelled by a vehicle that shares it.
+  void share_level() { levelled_ = true; }
+
+  /// NaN where gravity is not known.
   [[nodiscard]] double tilt_sigma_rad() const { return tilt_sigma_rad_; }
 
   [[nodiscard]] double path_m() const { return path_m_; }
@@ -88,7 +98,8 @@ class VehicleRun {
   std::vector<KeyframeRecord> keyframes_;
   std::optional<vehicle::GravityEstimate> gravity_;
   geometry::SE3 T_map_odom_;
-  double tilt_sigma_rad_ = 0.0;
+  bool knows_gravity_ = false, levelled_ = false;
+  double tilt_sigma_rad_ = std::numeric_limits<double>::quiet_NaN();
   double path_m_ = 0.0, blind_m_ = 0.0, held_m_ = 0.0;
   std::size_t ranges_ = 0, ranges_used_ = 0;
   KeyframeCorrections corrections_;

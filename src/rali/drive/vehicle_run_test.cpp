@@ -1,10 +1,13 @@
 #include "rali/drive/vehicle_run.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <numbers>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "rali/drive/output/joint_path.hpp"
 #include "rali/io/files/test_folder.hpp"
 #include "rali/io/files/tum.hpp"
 
@@ -85,9 +88,38 @@ TEST(VehicleRun, writes_what_came_and_reads_keyframes_back) {
   }));
   EXPECT_EQ(seen, 1U) << "the diverged keyframe is cut from the map";
 
-  const std::string text = trajectory_text(run->poses(), run->T_map_odom(), "v1");
+  const std::string text = trajectory_text(run->poses(), run->map_frame(), "v1");
   EXPECT_NE(text.find("# cut from 1.200000000: diverged"), std::string::npos);
   EXPECT_EQ(io::parse_tum(text, "trajectory")->poses.size(), 2U);
+}
+
+TEST(VehicleRun, frame_is_levelled_only_by_a_vehicle_that_knows_gravity) {
+  const io::TestFolder folder;
+  std::vector<VehicleRun> runs;
+  for (const bool inertial : {false, true, false}) {
+    Result<VehicleRun> run =
+        VehicleRun::start(fmt::format("v{}", runs.size() + 1), folder.path(), nullptr);
+    ASSERT_TRUE(run);
+    fleet::Increment step;
+    step.levelled = inertial;
+    FindingList findings;
+    const vehicle::FactMade made{std::make_shared<const fleet::Fact>(fleet::Fact{{}, {}, step})};
+    const vehicle::GravityEstimate down{
+        VehicleId{0}, Time::from_s(1.0), {0.0, 0.0, -9.81}, geometry::Mat3::Zero()};
+    ASSERT_TRUE(run->take({pose_at(1.0, 0.0), made, down}, findings));
+    runs.push_back(std::move(*run));
+  }
+  fleet::FleetEstimate estimate;
+  estimate.groups = {{VehicleId{0}, VehicleId{1}}, {VehicleId{2}}};
+  share_levels(estimate, runs);
+  for (VehicleRun& run : runs) ASSERT_TRUE(run.finish());
+  EXPECT_TRUE(runs[0].map_frame().levelled) << "v2 levels the frame that they share";
+  EXPECT_TRUE(runs[1].map_frame().levelled);
+  EXPECT_FALSE(runs[2].map_frame().levelled) << "a default of -z is no measurement";
+  EXPECT_TRUE(std::isnan(runs[2].tilt_sigma_rad()));
+  EXPECT_EQ(runs[1].tilt_sigma_rad(), 0.0);
+  const std::string text = trajectory_text(runs[2].poses(), runs[2].map_frame(), "v3");
+  EXPECT_EQ(io::is_levelled(io::parse_tum(text, "v3.tum")->header), false);
 }
 
 TEST(VehicleRun, leaves_readable_odometry_without_an_orderly_end) {

@@ -33,6 +33,16 @@ void join_path(const fleet::FleetEstimate& estimate, VehicleId vehicle, VehicleR
   if (!path.keyframes.empty()) run.join(path.T_map_odom, std::move(path.keyframes));
 }
 
+void share_levels(const fleet::FleetEstimate& estimate, std::vector<VehicleRun>& runs) {
+  for (const std::vector<VehicleId>& group : estimate.groups) {
+    const bool levelled = std::any_of(group.begin(), group.end(),
+                                      [&](VehicleId id) { return runs[id.value].knows_gravity(); });
+    for (const VehicleId id : group) {
+      if (levelled) runs[id.value].share_level();
+    }
+  }
+}
+
 void add_absent(std::size_t vehicles, fleet::FleetEstimate& estimate) {
   for (std::size_t i = 0; i < vehicles; ++i) {
     const VehicleId id{static_cast<std::uint16_t>(i)};

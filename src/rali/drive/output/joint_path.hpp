@@ -18,6 +18,9 @@ struct JointPath {
 /// estimate leaves the vehicle to itself.
 void join_path(const fleet::FleetEstimate& estimate, VehicleId vehicle, VehicleRun& run);
 
+/// One vehicle that knows gravity levels the frame of all that share it.
+void share_levels(const fleet::FleetEstimate& estimate, std::vector<VehicleRun>& runs);
+
 /// Gives vehicles that told nothing of a path a group of their own, with the reason.
 void add_absent(std::size_t vehicles, fleet::FleetEstimate& estimate);
 

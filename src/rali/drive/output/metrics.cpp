@@ -61,6 +61,7 @@ Json vehicle_json(const VehicleSummary& v) {
   json["sigma_max_m"] = number(v.sigma_max_m);
   json["diverged_s"] = number(v.diverged_s, 3);
   json["T_map_odom"] = pose(v.T_map_odom);
+  json["T_map_odom"]["levelled"] = v.levelled;
   json["T_map_odom"]["tilt_sigma_rad"] = number(v.tilt_sigma_rad, 9);
   json["T_body_lidar"] = pose(v.input.T_body_lidar);
   const LidarTimeOffset& offset = v.input.lidar_time_offset;

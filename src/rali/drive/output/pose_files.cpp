@@ -84,17 +84,18 @@ Status OdometryFiles::close() {
   return first ? second : first;
 }
 
-std::string trajectory_text(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_odom,
+std::string trajectory_text(const std::vector<PoseRecord>& poses, const MapFrame& frame,
                             const std::string& vehicle) {
   std::string text;
-  for (const std::string& line : tum_header("map", "body of " + vehicle))
-    text += "# " + line + '\n';
+  std::vector<std::string> header = tum_header("map", "body of " + vehicle);
+  header.insert(header.begin() + 1, io::frame_line(frame.levelled));
+  for (const std::string& line : header) text += "# " + line + '\n';
   bool cut = false;
   for (const PoseRecord& pose : poses) {
     const bool diverged = pose.quality == vehicle::PoseQuality::kDiverged;
     if (diverged && !cut) text += "# cut from " + io::format_stamp(pose.t) + ": diverged\n";
     cut = diverged;
-    if (!diverged) text += io::tum_line({pose.t, T_map_odom * pose.T_odom_body}) + '\n';
+    if (!diverged) text += io::tum_line({pose.t, frame.T_map_odom * pose.T_odom_body}) + '\n';
   }
   return text;
 }

@@ -55,10 +55,15 @@ class OdometryFiles {
   io::CsvWriter covariances_;
 };
 
+/// Where the results of a vehicle lie.
+struct MapFrame {
+  geometry::SE3 T_map_odom;
+  bool levelled = false;  ///< by gravity, of this vehicle or of one that shares the frame
+};
+
 /// Text of trajectory/<v>.tum: T_map_body of each pose, diverged stretches left out and named.
 [[nodiscard]] std::string trajectory_text(const std::vector<PoseRecord>& poses,
-                                          const geometry::SE3& T_map_odom,
-                                          const std::string& vehicle);
+                                          const MapFrame& frame, const std::string& vehicle);
 [[nodiscard]] std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
                                                      const geometry::SE3& T_map_odom);
 

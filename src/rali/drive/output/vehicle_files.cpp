@@ -102,7 +102,7 @@ Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir,
   }
   const std::string trajectory = out_dir + "/trajectory/" + run.name();
   Status status = io::write_file_atomic(trajectory + ".tum",
-                                        trajectory_text(run.poses(), run.T_map_odom(), run.name()));
+                                        trajectory_text(run.poses(), run.map_frame(), run.name()));
   if (!status) return status;
   status = io::write_file_atomic(trajectory + ".cov.csv",
                                  trajectory_covariance_text(run.poses(), run.T_map_odom()));

@@ -18,6 +18,9 @@
 namespace rali::io {
 namespace {
 
+constexpr std::string_view kLevelled = "frame levelled by gravity: z is up";
+constexpr std::string_view kNotLevelled = "frame not levelled by gravity: z is up only roughly";
+
 Eigen::Quaterniond with_positive_w(const geometry::Mat3& R) {
   Eigen::Quaterniond q(R);
   q.normalize();
@@ -99,6 +102,16 @@ Result<TumWriter> TumWriter::create(const std::string& path,
 }
 
 Status TumWriter::add(const StampedPose& pose) { return file_.add(tum_line(pose) + "\n", pose.t); }
+
+std::string frame_line(bool levelled) { return std::string(levelled ? kLevelled : kNotLevelled); }
+
+std::optional<bool> is_levelled(const std::vector<std::string>& header) {
+  for (const std::string& line : header) {
+    if (line == kLevelled) return true;
+    if (line == kNotLevelled) return false;
+  }
+  return std::nullopt;
+}
 
 Result<TumFile> parse_tum(std::string_view text, const std::string& name) {
   TumFile file;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +48,12 @@ struct TumFile {
   std::vector<std::string> header;  ///< lines of comment without "#"
   FindingList findings;             ///< time going back, a cut last line
 };
+
+/// Line of a trajectory's header that says whether gravity has levelled its frame.
+[[nodiscard]] std::string frame_line(bool levelled);
+
+/// What frame_line says in a header; nothing where the header has no such line.
+[[nodiscard]] std::optional<bool> is_levelled(const std::vector<std::string>& header);
 
 /// Reads a trajectory; blanks, tabs or commas between the numbers. Quaternions are normalised;
 /// what is farther than 1 % from unit length is refused. Errors: kInput with file and line.

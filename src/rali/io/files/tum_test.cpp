@@ -106,5 +106,15 @@ TEST(Tum, reads_the_real_trajectories) {
   EXPECT_EQ(read_tum(real_data("lio_samples/continuous/traj.txt"))->poses.size(), 2380U);
 }
 
+TEST(Tum, the_header_says_whether_gravity_has_levelled_the_frame) {
+  for (const bool levelled : {true, false}) {
+    const auto file =
+        parse_tum("# T_map_body\n# " + frame_line(levelled) + "\n1 0 0 0 0 0 0 1\n", "v1.tum");
+    ASSERT_TRUE(file);
+    EXPECT_EQ(is_levelled(file->header), levelled);
+  }
+  EXPECT_FALSE(is_levelled({"timestamp tx ty tz qx qy qz qw"})) << "others do not say it";
+}
+
 }  // namespace
 }  // namespace rali::io
