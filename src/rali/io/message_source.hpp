@@ -18,10 +18,10 @@ namespace rali::io {
 
 struct Topic {
   std::string name;
-  std::string type;        ///< as in the file, e.g. "sensor_msgs/PointCloud2" or ".../msg/..."
+  std::string type;  ///< as in the file, e.g. "sensor_msgs/PointCloud2" or ".../msg/..."
   wire::Encoding encoding = wire::Encoding::kOther;
-  std::string encoding_name;  ///< as in the file
-  std::string definition;  ///< message definition text if the file has it
+  std::string encoding_name;              ///< as in the file
+  std::string definition;                 ///< message definition text if the file has it
   std::optional<std::uint64_t> messages;  ///< count, where an index tells
 };
 
@@ -40,8 +40,8 @@ struct SourceHealth {
   std::uint64_t bytes_lost = 0;        ///< after the last whole record of a cut file
   bool truncated = false;
   bool unindexed = false;
-  std::string compression;   ///< "none", "lz4", "bz2", "zstd", "mixed"
-  FindingList findings;      ///< one sentence each, with file and offset
+  std::string compression;  ///< "none", "lz4", "bz2", "zstd", "mixed"
+  FindingList findings;     ///< one sentence each, with file and offset
 };
 
 /// A container of messages (ROS 1 bag, MCAP, rosbag2) read as a stream in the order of the file.
@@ -67,7 +67,14 @@ class MessageSource {
 
   /// First and last record time if an index or summary tells without reading all.
   [[nodiscard]] virtual std::optional<std::pair<Time, Time>> span() const = 0;
+
+  /// Whether the parts of the file follow each other in record time, to kOrderSlackS; empty if no
+  /// index tells.
+  [[nodiscard]] virtual std::optional<bool> in_order() const = 0;
 };
+
+/// Parts of a file (chunks, splits) may overlap by so much and are in order still [s].
+inline constexpr double kOrderSlackS = 0.5;
 
 /// Opens a recording of any kind by its content (never by its extension alone): ROS 1 bag, MCAP,
 /// rosbag2 folder, .db3, .db3.zstd. What is not a recording is refused with a sentence that says

@@ -1,6 +1,7 @@
 #include "rali/io/containers/bag_index.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -14,8 +15,11 @@ constexpr std::string_view kChunkMark = "compression=";
 // "op", "size" and the lengths around "compression=" fit easily.
 constexpr std::uint32_t kChunkHeaderMax = 256;
 
+/// First and last time of each chunk, by its offset.
+using ChunkSpans = std::map<std::uint64_t, std::pair<Time, Time>>;
+
 /// Takes one chunk info record; false if damaged.
-bool add_chunk_info(const BagRecord& record, BagIndex& index) {
+bool add_chunk_info(const BagRecord& record, BagIndex& index, ChunkSpans& spans) {
   const auto offset = record.fields.u64("chunk_pos");
   const auto first = record.fields.time("start_time");
   const auto last = record.fields.time("end_time");
@@ -31,14 +35,15 @@ bool add_chunk_info(const BagRecord& record, BagIndex& index) {
   }
   index.chunks.emplace_back(*offset, messages);
   if (messages == 0) return true;
+  spans.emplace(*offset, std::make_pair(*first, *last));
   if (!index.span) index.span = {*first, *last};
   index.span->first = std::min(index.span->first, *first);
   index.span->second = std::max(index.span->second, *last);
   return true;
 }
 
-bool add_index_record(const BagRecord& record, BagIndex& index) {
-  if (record.fields.op() == BagOp::kChunkInfo) return add_chunk_info(record, index);
+bool add_index_record(const BagRecord& record, BagIndex& index, ChunkSpans& spans) {
+  if (record.fields.op() == BagOp::kChunkInfo) return add_chunk_info(record, index, spans);
   if (record.fields.op() != BagOp::kConnection) return false;
   auto connection = bag_connection(record);
   if (!connection) return false;
@@ -83,6 +88,7 @@ Result<BagFileHeader> read_bag_file_header(ByteSource& source, ByteWindow& windo
 Result<std::optional<BagIndex>> read_bag_index(ByteSource& source, ByteWindow& window,
                                                std::uint64_t offset, const ReadLimits& limits) {
   BagIndex index;
+  ChunkSpans spans;
   const std::uint64_t size = source.size();
   while (offset < size) {
     auto bytes = window.view(offset, 8);
@@ -96,10 +102,13 @@ Result<std::optional<BagIndex>> read_bag_index(ByteSource& source, ByteWindow& w
     if (!bytes) return tl::make_unexpected(bytes.error());
     Cursor cursor(*bytes);
     const auto record = read_bag_record(cursor);
-    if (!record || !add_index_record(*record, index)) return std::nullopt;
+    if (!record || !add_index_record(*record, index, spans)) return std::nullopt;
     offset += record_bytes;
   }
   std::sort(index.chunks.begin(), index.chunks.end());
+  std::vector<std::pair<Time, Time>> in_file_order;
+  for (const auto& chunk : spans) in_file_order.push_back(chunk.second);
+  index.in_order = spans_in_order(in_file_order);
   return index;
 }
 

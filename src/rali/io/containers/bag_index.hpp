@@ -18,6 +18,7 @@ struct BagIndex {
   std::map<std::uint32_t, std::uint64_t> counts;                ///< messages per connection
   std::vector<std::pair<std::uint64_t, std::uint64_t>> chunks;  ///< offset, messages; ascending
   std::optional<std::pair<Time, Time>> span;
+  bool in_order = true;  ///< the chunks follow each other in time
 };
 
 /// First record of a bag.

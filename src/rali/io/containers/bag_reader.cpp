@@ -59,6 +59,8 @@ class BagReader final : public MessageSource {
 
   std::optional<std::pair<Time, Time>> span() const override { return span_; }
 
+  std::optional<bool> in_order() const override { return in_order_; }
+
  private:
   Result<std::optional<TopRecord>> peek();
   Status take_index(const BagFileHeader& header);
@@ -82,6 +84,7 @@ class BagReader final : public MessageSource {
   ReaderState state_;
   std::map<std::uint32_t, std::size_t> topic_of_connection_;
   std::optional<std::pair<Time, Time>> span_;
+  std::optional<bool> in_order_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> chunk_counts_;
   std::uint64_t index_offset_ = 0;
 
@@ -124,6 +127,7 @@ Status BagReader::take_index(const BagFileHeader& header) {
     state_.add_count(topic, count == (*index)->counts.end() ? 0 : count->second);
   }
   span_ = (*index)->span;
+  in_order_ = (*index)->in_order;
   chunk_counts_ = std::move((*index)->chunks);
   return {};
 }

@@ -244,5 +244,23 @@ TEST(Bag, real_recordings_have_the_messages_their_readme_lists) {
   }
 }
 
+TEST(Bag, the_index_tells_whether_the_chunks_are_in_order_of_time) {
+  for (const bool back : {false, true}) {
+    MemorySink sink;
+    BagWriter writer(sink, {Compression::kNone, 1});
+    const auto imu = writer.add_connection("/imu", "sensor_msgs/Imu", "def", "u8 b");
+    for (int i = 0; i < 5; ++i) {
+      const Time t = Time::from_s(1e9 + (back ? 5 - i : i));
+      EXPECT_TRUE(writer.write(*imu, t, bytes_of("x")));
+    }
+    ASSERT_TRUE(writer.close());
+    const auto source = open_bag(memory_bytes(sink.bytes(), "v1.bag"));
+    ASSERT_TRUE(source);
+    EXPECT_EQ((*source)->in_order(), !back);
+  }
+  const Written open = small_bag(Compression::kNone, false);
+  EXPECT_EQ((*open_bag(memory_bytes(open.bytes, "v1.bag")))->in_order(), std::nullopt);
+}
+
 }  // namespace
 }  // namespace rali::io

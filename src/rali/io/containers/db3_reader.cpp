@@ -61,6 +61,9 @@ class Db3Reader final : public MessageSource {
 
   std::optional<std::pair<Time, Time>> span() const override { return span_; }
 
+  /// Rows are read in the order of their times.
+  std::optional<bool> in_order() const override { return true; }
+
  private:
   Status check_tables();
   Status take_topics();

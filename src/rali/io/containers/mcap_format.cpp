@@ -57,6 +57,16 @@ std::optional<McapChunkHeader> mcap_chunk(std::span<const std::byte> content) {
   return chunk;
 }
 
+std::optional<McapChunkIndex> mcap_chunk_index(std::span<const std::byte> content) {
+  Cursor cursor(content);
+  McapChunkIndex index;
+  index.first_ns = cursor.u64();
+  index.last_ns = cursor.u64();
+  index.offset = cursor.u64();
+  if (!cursor.ok()) return std::nullopt;
+  return index;
+}
+
 std::optional<McapStatistics> mcap_statistics(std::span<const std::byte> content) {
   Cursor cursor(content);
   McapStatistics statistics;
@@ -65,7 +75,7 @@ std::optional<McapStatistics> mcap_statistics(std::span<const std::byte> content
   statistics.channels = cursor.u32();
   cursor.u32();  // attachments
   cursor.u32();  // metadata
-  cursor.u32();  // chunks
+  statistics.chunks = cursor.u32();
   statistics.first_ns = cursor.u64();
   statistics.last_ns = cursor.u64();
   Cursor counts(cursor.bytes32());

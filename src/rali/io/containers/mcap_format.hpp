@@ -76,9 +76,17 @@ struct McapChunkHeader {
   std::size_t header_bytes = 0;
 };
 
+/// Where a chunk lies in the file and in time.
+struct McapChunkIndex {
+  std::uint64_t first_ns = 0;
+  std::uint64_t last_ns = 0;
+  std::uint64_t offset = 0;
+};
+
 struct McapStatistics {
   std::uint64_t messages = 0;
   std::uint32_t channels = 0;
+  std::uint32_t chunks = 0;
   std::uint64_t first_ns = 0;
   std::uint64_t last_ns = 0;
   std::vector<std::pair<std::uint16_t, std::uint64_t>> counts;  ///< channel, messages
@@ -89,6 +97,7 @@ struct McapStatistics {
 [[nodiscard]] std::optional<McapChannel> mcap_channel(std::span<const std::byte> content);
 [[nodiscard]] std::optional<McapMessageHeader> mcap_message(std::span<const std::byte> content);
 [[nodiscard]] std::optional<McapChunkHeader> mcap_chunk(std::span<const std::byte> content);
+[[nodiscard]] std::optional<McapChunkIndex> mcap_chunk_index(std::span<const std::byte> content);
 [[nodiscard]] std::optional<McapStatistics> mcap_statistics(std::span<const std::byte> content);
 
 }  // namespace rali::io

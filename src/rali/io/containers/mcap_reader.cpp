@@ -64,6 +64,8 @@ class McapReader final : public MessageSource {
 
   std::optional<std::pair<Time, Time>> span() const override { return span_; }
 
+  std::optional<bool> in_order() const override { return in_order_; }
+
  private:
   Status take_summary(bool& topics_known);
   Status prime();
@@ -87,6 +89,7 @@ class McapReader final : public MessageSource {
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, std::size_t> topic_of_channel_;
   std::optional<std::pair<Time, Time>> span_;
+  std::optional<bool> in_order_;
 
   std::uint64_t position_ = kMcapMagic.size();    ///< of the next record of the file
   std::uint64_t last_whole_ = kMcapMagic.size();  ///< end of the last whole record
@@ -118,6 +121,7 @@ Status McapReader::take_summary(bool& topics_known) {
   }
   for (McapSchema& schema : (*summary)->schemas) schemas_[schema.id] = std::move(schema);
   for (const McapChannel& channel : (*summary)->channels) add_channel(channel);
+  in_order_ = (*summary)->in_order();
   const auto& statistics = (*summary)->statistics;
   topics_known = statistics && statistics->channels <= topic_of_channel_.size();
   if (!statistics) return {};

@@ -61,6 +61,11 @@ bool take_record(const McapRecord& record, McapSummary& summary) {
     if (channel) summary.channels.push_back(std::move(*channel));
     return channel.has_value();
   }
+  if (record.op == McapOp::kChunkIndex) {
+    const auto chunk = mcap_chunk_index(record.content);
+    if (chunk) summary.chunks.push_back(*chunk);
+    return chunk.has_value();
+  }
   if (record.op == McapOp::kStatistics) {
     summary.statistics = mcap_statistics(record.content);
     return summary.statistics.has_value();
@@ -82,6 +87,21 @@ bool is_chunk(std::span<const std::byte> bytes) {
 }
 
 }  // namespace
+
+std::optional<bool> McapSummary::in_order() const {
+  // Messages outside chunks have no index.
+  const bool all = statistics && statistics->chunks == chunks.size() &&
+                   (statistics->messages == 0 || !chunks.empty());
+  if (!all) return std::nullopt;
+  std::vector<McapChunkIndex> by_offset = chunks;
+  std::sort(by_offset.begin(), by_offset.end(),
+            [](const auto& a, const auto& b) { return a.offset < b.offset; });
+  std::vector<std::pair<Time, Time>> spans;
+  for (const McapChunkIndex& chunk : by_offset) {
+    spans.emplace_back(time_of_ns(chunk.first_ns), time_of_ns(chunk.last_ns));
+  }
+  return spans_in_order(spans);
+}
 
 Result<std::optional<McapSummary>> read_mcap_summary(ByteSource& source, ByteWindow& window,
                                                      const ReadLimits& limits, std::string& why) {

@@ -16,6 +16,10 @@ struct McapSummary {
   std::vector<McapSchema> schemas;
   std::vector<McapChannel> channels;
   std::optional<McapStatistics> statistics;
+  std::vector<McapChunkIndex> chunks;
+
+  /// Whether the chunks follow each other in time; empty if not all of them are listed.
+  [[nodiscard]] std::optional<bool> in_order() const;
 };
 
 /// The summary; none if there is none, its CRC is wrong or anything in it does not add up. `why`

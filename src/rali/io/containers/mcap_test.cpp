@@ -251,6 +251,33 @@ TEST(Mcap, the_writer_refuses_what_the_format_cannot_hold) {
   EXPECT_FALSE(writer.write(*channel, Time{}, Time{}, {}));
 }
 
+/// One message a second in chunks of their own, at these seconds.
+std::optional<bool> in_order(const std::vector<int>& seconds, bool close = true) {
+  MemorySink sink;
+  McapWriter::Options options = with(Compression::kNone);
+  options.chunk_bytes = 1;
+  McapWriter writer(sink, options);
+  const auto channel = writer.add_channel(0, "/t", "json");
+  for (const int s : seconds) {
+    const Time t = Time::from_s(1e9 + s);
+    EXPECT_TRUE(writer.write(*channel, t, t, bytes_of("x")));
+  }
+  if (close) {
+    EXPECT_TRUE(writer.close());
+  }
+  const auto source = open_mcap(memory_bytes(sink.bytes(), "v1.mcap"));
+  EXPECT_TRUE(source);
+  return (*source)->in_order();
+}
+
+TEST(Mcap, the_index_tells_whether_the_chunks_are_in_order_of_time) {
+  EXPECT_EQ(in_order({0, 1, 2, 3}), true);
+  EXPECT_EQ(in_order({3, 2, 1, 0}), false);
+  EXPECT_EQ(in_order({0, 1, 3, 2}), false);
+  EXPECT_EQ(in_order({}), true);
+  EXPECT_EQ(in_order({0, 1, 2}, false), std::nullopt) << "no index: it has to be read";
+}
+
 TEST(Mcap, real_recordings_have_three_clouds_in_every_layout) {
   const std::string folder = std::string(RALI_DATA_DIR) + "/recordings/converted_pointcloud2/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no data pack at " << folder;

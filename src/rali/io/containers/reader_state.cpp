@@ -132,6 +132,16 @@ std::string ReaderState::read_so_far(std::uint64_t good_bytes, std::uint64_t exp
   return fmt::format("Read {:.1f} of about {:.0f} s", read_s, whole_s);
 }
 
+bool spans_in_order(std::span<const std::pair<Time, Time>> spans) {
+  double newest_s = -std::numeric_limits<double>::infinity();
+  for (const auto& [first, last] : spans) {
+    // As doubles: hostile times may lie further apart than a Duration holds.
+    if (newest_s - first.s() > kOrderSlackS) return false;
+    newest_s = std::max(newest_s, last.s());
+  }
+  return true;
+}
+
 Time time_of_ns(std::uint64_t ns) {
   constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
   return Time::from_ns(static_cast<std::int64_t>(std::min(ns, kMax)));

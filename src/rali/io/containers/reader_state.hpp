@@ -99,6 +99,9 @@ class ReaderState {
   std::uint64_t seen_messages_ = 0;
 };
 
+/// Whether parts of a file, in the order in which they lie there, follow each other in time.
+[[nodiscard]] bool spans_in_order(std::span<const std::pair<Time, Time>> spans);
+
 /// Nanoseconds since 1970 as recorders store them, clamped to Time.
 [[nodiscard]] Time time_of_ns(std::uint64_t ns);
 

@@ -21,9 +21,11 @@ Status SplitSource::start() {
   bool any = false;
   bool counts_known = true;
   bool span_known = true;
+  bool order_known = true, ordered = true;
+  std::vector<std::pair<Time, Time>> spans;
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     if (any && !parts_[i].cheap_to_open) {
-      counts_known = span_known = false;
+      counts_known = span_known = order_known = false;
       continue;
     }
     auto part = open_(parts_[i].path);
@@ -33,6 +35,9 @@ Status SplitSource::start() {
     }
     counts_known = look_into(**part) && counts_known;
     span_known = (*part)->span().has_value() && span_known;
+    order_known = (*part)->in_order().has_value() && order_known;
+    ordered = (*part)->in_order().value_or(true) && ordered;
+    if ((*part)->span()) spans.push_back(*(*part)->span());
     state_.met_compression((*part)->health().compression);
     state_.health.unindexed = state_.health.unindexed || (*part)->health().unindexed;
     if (i == 0) first_ = std::move(*part);
@@ -40,6 +45,8 @@ Status SplitSource::start() {
   }
   if (!any) return tl::make_unexpected(error);
   if (!span_known) span_.reset();
+  ordered = ordered && spans_in_order(spans);
+  if (!ordered || (order_known && span_known)) in_order_ = ordered;
   if (!counts_known) state_.forget_counts();
   before_ = state_.health;
   return {};

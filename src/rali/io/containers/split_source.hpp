@@ -47,6 +47,8 @@ class SplitSource final : public MessageSource {
 
   std::optional<std::pair<Time, Time>> span() const override { return span_; }
 
+  std::optional<bool> in_order() const override { return in_order_; }
+
  private:
   bool look_into(MessageSource& part);
   bool open_next();
@@ -58,6 +60,7 @@ class SplitSource final : public MessageSource {
   Open open_;
   std::function<bool(const Topic&)> keep_;
   std::optional<std::pair<Time, Time>> span_;
+  std::optional<bool> in_order_;
   std::size_t next_part_ = 0;
   std::uint64_t bytes_done_ = 0;
   std::uint64_t bytes_all_ = 0;
