@@ -140,6 +140,7 @@ std::string gaps_of(const VehicleSummary& vehicle) {
     parts.push_back(fmt::format("{:.1f} s without inertial data", gaps.imu_missing_s));
   }
   add(parts, gaps.late, "message", "late");
+  add(parts, gaps.empty_scans, "scan", "empty");
   add(parts, gaps.imu_invalid, "inertial sample", "not usable");
   add(parts, gaps.undecodable, "message", "unreadable");
   add(parts, gaps.bytes_lost, "byte", "lost at the end");

@@ -73,7 +73,10 @@ class FolderEvents final : public ReportedSource {
       damaged(s.error());
       return true;
     }
-    if (scan->size() == 0) return true;
+    if (scan->size() == 0) {
+      outlet_.push(std::move(scan));
+      return true;
+    }
     const Duration offset = Duration::from_s(options_.lidar_time_offset.value_s);
     scan->t_begin = scan->t_begin + offset;
     scan->t_end = scan->t_end + offset;
@@ -90,7 +93,8 @@ class FolderEvents final : public ReportedSource {
       } else if (waiting_->t > t) {
         return;
       } else {
-        if (last_imu_ && waiting_->t <= *last_imu_) {
+        // Rows out of order go to the ordering window, which sorts them or counts them as late.
+        if (last_imu_ && waiting_->t == *last_imu_) {
           ++report_.gaps.repeated;
         } else {
           last_imu_ = waiting_->t;

@@ -78,17 +78,59 @@ TEST(FolderEvents, say_why_no_cloud_can_be_read) {
   EXPECT_TRUE(holds(refusal(folder), "0.bin")) << refusal(folder);
 }
 
+void drain(ReportedSource& source) {
+  while (true) {
+    const auto event = source.next();
+    ASSERT_TRUE(event);
+    if (!event->has_value()) return;
+  }
+}
+
+TEST(FolderEvents, sort_inertial_rows_and_count_what_is_too_late_for_it) {
+  const io::TestFolder folder;
+  write_sweeps(folder);
+  std::string rows = imu_rows(99.8, 0.01, "0,0,0,0,0,9.81");
+  rows.insert(rows.find("100.5"), "99.855,0,0,0,0,0,9.81\n");   // 0.6 s late
+  rows.insert(rows.find("100.2"), "100.155,0,0,0,0,0,9.81\n");  // within the window
+  folder.write("imu.csv", rows);
+  const auto source = open_folder_events(folder.path(), "", InputOptions{});
+  ASSERT_TRUE(source) << source.error().message();
+  drain(**source);
+  const InputReport& report = (*source)->report();
+  EXPECT_EQ(report.gaps.late, 1U);
+  EXPECT_EQ(report.imu_samples, 82U) << "until 0.3 s after the last scan";
+  EXPECT_EQ(report.gaps.repeated, 0U);
+}
+
+TEST(FolderEvents, an_empty_cloud_is_a_missing_scan) {
+  const io::TestFolder folder;
+  for (int i = 0; i < 4; ++i) {
+    std::string pcd =
+        "VERSION .7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"
+        "WIDTH 720\nHEIGHT 1\nPOINTS 720\nDATA ascii\n";
+    for (int k = 0; k < 720; ++k) {
+      const double angle = 0.00872665 * k;
+      pcd += i == 2 ? "nan nan nan 0\n"
+                    : std::to_string(8.0 * std::cos(angle)) + ' ' +
+                          std::to_string(8.0 * std::sin(angle)) + " 0.2 1\n";
+    }
+    folder.write(std::to_string(i) + ".pcd", pcd);
+  }
+  const auto source = open_folder_events(folder.path(), "", InputOptions{});
+  ASSERT_TRUE(source) << source.error().message();
+  drain(**source);
+  EXPECT_EQ((*source)->report().gaps.empty_scans, 1U);
+  EXPECT_NEAR((*source)->report().gaps.missing_s, 0.1, 1e-6);
+  EXPECT_TRUE((*source)->report().gaps.damaged) << "exit code 3, as for a file that is cut";
+}
+
 TEST(FolderEvents, count_a_cut_sweep_as_damage) {
   const io::TestFolder folder;
   write_sweeps(folder);
   folder.write("2.bin", ring_of_points().substr(0, 16 * 400 + 5));
   const auto source = open_folder_events(folder.path(), "", InputOptions{});
   ASSERT_TRUE(source) << source.error().message();
-  for (;;) {
-    const auto event = (*source)->next();
-    ASSERT_TRUE(event);
-    if (!event->has_value()) break;
-  }
+  drain(**source);
   EXPECT_TRUE((*source)->report().gaps.damaged) << "a run with half a sweep ended with 0";
 }
 

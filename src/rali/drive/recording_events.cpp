@@ -66,8 +66,8 @@ class RecordingEvents final : public ReportedSource {
   void handle(const RecordedMessage& message) {
     if (message.file != file_) {
       file_ = message.file;
-      lidar_stamps_.begin_file();
-      imu_stamps_.begin_file();
+      lidar_stamps_.begin_file(chain_.clock_was_set(message.file));
+      imu_stamps_.begin_file(chain_.clock_was_set(message.file));
     }
     if (message.topic == probe_.topics.lidar && wire::is_cloud(message.kind)) {
       handle_cloud(message);
@@ -93,7 +93,7 @@ class RecordingEvents final : public ReportedSource {
     if (Status s = wire::decode_cloud(*view, probe_.format, options_.cloud, *scan); !s) {
       return damaged(message, s.error());
     }
-    if (scan->size() == 0) return;
+    if (scan->size() == 0) return outlet_.push(std::move(scan));
     const std::optional<Time> t_end =
         repair(lidar_stamps_, {scan->t_end, message.t_record}, message);
     if (!t_end) return;
@@ -160,7 +160,7 @@ class RecordingEvents final : public ReportedSource {
   RangeTopics range_topics_;
   std::vector<sensor::RangeSample> ranges_;  ///< of one message
   EventOutlet outlet_;
-  std::size_t file_ = 0;
+  std::optional<std::size_t> file_;  ///< of the last message
   bool exhausted_ = false, ended_ = false;
 };
 

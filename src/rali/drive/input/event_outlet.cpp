@@ -12,16 +12,26 @@ namespace {
 
 constexpr double kWithoutImuMin = 0.1;   ///< share of the sweeps worth a word
 constexpr double kWithoutImuMost = 0.5;  ///< more is no map with inertial data
+/// More inertial samples out of order leave gaps that integration notices.
+constexpr double kLateImuMax = 0.01;
 
 }  // namespace
 
 void EventOutlet::push(const sensor::ImuSample& sample) {
-  static_cast<void>(window_.push(sample.t, sample));
+  if (!window_.push(sample.t, sample)) ++late_imu_;
 }
 
 void EventOutlet::push(std::shared_ptr<const sensor::LidarScan> scan) {
+  if (scan->size() == 0) {  // its time may be anything: none of its points tells
+    ++empty_;
+    ++empty_at_end_;
+    return;
+  }
+  empty_at_end_ = 0;
+  if (!any_scan_) empty_at_start_ = empty_;
+  any_scan_ = true;
   const Time t = scan->t_end;
-  static_cast<void>(window_.push(t, std::move(scan)));
+  if (!window_.push(t, std::move(scan))) ++late_scans_;
 }
 
 void EventOutlet::push(const sensor::RangeSample& sample) { ranges_.emplace(sample.t, sample); }
@@ -126,13 +136,55 @@ void EventOutlet::close(InputReport& report) const {
     report.findings.push_back(std::move(*finding));
   }
   close_imu(report);
+  close_late(report);
+  close_empty(report);
+}
+
+void EventOutlet::close_late(InputReport& report) const {
   report.gaps.late = window_.late();
+  report.gaps.late_scans = late_scans_;
   if (report.gaps.late == 0) return;
+  const double imu_share =
+      static_cast<double>(late_imu_) /
+      static_cast<double>(std::max<std::uint64_t>(1, late_imu_ + report.imu_samples));
+  report.gaps.damaged |= late_scans_ > 0 || imu_share > kLateImuMax;
+  std::string what;
+  if (late_scans_ > 0) {
+    what = fmt::format("{} of {}", late_scans_, counted(late_scans_ + report.sweeps, "scan"));
+  }
+  if (late_imu_ > 0) {
+    what += fmt::format("{}{} of {}", what.empty() ? "" : " and ", late_imu_,
+                        counted(late_imu_ + report.imu_samples, "inertial sample"));
+  }
   Finding f;
   f.id = "D19";
   f.vehicle = report.vehicle;
-  f.text = fmt::format("{} more than 0.5 s late: left out", counted(report.gaps.late, "message"));
+  f.text = what + " came more than 0.5 s out of order of time: left out";
+  f.remedy = "Sort the recording by time and map it again.";
   f.value = static_cast<double>(report.gaps.late);
+  report.findings.push_back(std::move(f));
+}
+
+/// The sensor was there and saw nothing, or its driver failed: lost like a scan that is damaged.
+void EventOutlet::close_empty(InputReport& report) const {
+  // Before the time asked for nothing counts.
+  const std::uint64_t at_start = start_s_ > 0.0 ? 0 : empty_at_start_;
+  const std::uint64_t empty = empty_ - empty_at_start_ + at_start;
+  report.gaps.empty_scans = empty;
+  if (empty == 0) return;
+  report.gaps.damaged = true;
+  // Between two scans they are gaps already.
+  report.gaps.missing_s += static_cast<double>(at_start + empty_at_end_) * sweeps_.period_s();
+  Finding f;
+  f.id = "D05";
+  f.vehicle = report.vehicle;
+  f.topic = report.lidar_topic;
+  f.text = fmt::format(
+      "{} of {} hold no usable point (empty, NaN or beyond the range limits): "
+      "missing like scans that never came",
+      empty, counted(empty + report.sweeps, "scan"));
+  f.remedy = "See rali doctor.";
+  f.value = static_cast<double>(empty);
   report.findings.push_back(std::move(f));
 }
 

@@ -19,6 +19,7 @@ class EventOutlet {
       : start_s_(options.start_s), duration_s_(options.duration_s) {}
 
   void push(const sensor::ImuSample& sample);
+  /// Scans without a point too: they do not leave, but count as missing.
   void push(std::shared_ptr<const sensor::LidarScan> scan);
 
   /// Ranges wait beside the window: a radio with a wrong clock must not disturb the sensors. One
@@ -41,6 +42,8 @@ class EventOutlet {
 
  private:
   void close_imu(InputReport& report) const;
+  void close_late(InputReport& report) const;
+  void close_empty(InputReport& report) const;
   void count(const vehicle::Event& event, Time t, InputReport& report);
   /// The next sensor event within the time asked for becomes held_; false: none can leave yet.
   [[nodiscard]] bool hold_next();
@@ -58,6 +61,9 @@ class EventOutlet {
   GapWatch imu_{4.0, 0.05};
   std::uint64_t imu_at_last_sweep_ = 0;
   std::uint64_t sweeps_without_imu_ = 0;  ///< no sample since the sweep before
+  std::uint64_t late_scans_ = 0, late_imu_ = 0;
+  std::uint64_t empty_ = 0, empty_at_start_ = 0, empty_at_end_ = 0;  ///< scans without a point
+  bool any_scan_ = false;
   bool past_end_ = false;
 };
 

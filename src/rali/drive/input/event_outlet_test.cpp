@@ -21,6 +21,7 @@ std::shared_ptr<const sensor::LidarScan> scan_at(double t_s) {
   auto scan = std::make_shared<sensor::LidarScan>();
   scan->t_begin = Time::from_s(t_s - 0.1);
   scan->t_end = Time::from_s(t_s);
+  scan->push_back(1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0);
   return scan;
 }
 
@@ -76,6 +77,29 @@ TEST(EventOutlet, a_late_range_still_leaves_so_that_it_can_be_reported) {
   EXPECT_EQ(left(outlet, report), "") << "with the next event";
   outlet.finish();
   EXPECT_EQ(left(outlet, report), "r500 i2000 ");
+}
+
+TEST(EventOutlet, lost_scans_are_damage_and_few_late_inertial_samples_are_not) {
+  for (const bool scan_late : {false, true}) {
+    EventOutlet outlet(InputOptions{});
+    InputReport report;
+    for (int i = 0; i < 400; ++i) {
+      outlet.push(imu_at(1.0 + 0.01 * i));
+      (void)left(outlet, report);
+    }
+    outlet.push(imu_at(2.0));
+    if (scan_late) outlet.push(scan_at(2.0));
+    outlet.finish();
+    (void)left(outlet, report);
+    outlet.close(report);
+    EXPECT_EQ(report.gaps.late, scan_late ? 2U : 1U);
+    EXPECT_EQ(report.gaps.damaged, scan_late);
+    ASSERT_FALSE(report.findings.empty());
+    EXPECT_NE(report.findings.back().text.find(scan_late ? "1 of 1 scan and 1 of 401 inertial"
+                                                         : "1 of 401 inertial samples came"),
+              std::string::npos)
+        << report.findings.back().text;
+  }
 }
 
 TEST(EventOutlet, ranges_outside_the_time_asked_for_are_left_out) {

@@ -54,11 +54,13 @@ struct InputOptions {
 
 /// What was missing or left out of one vehicle's input. Counts of samples unless named otherwise.
 struct InputGaps {
-  std::uint64_t jumps = 0;     ///< clock jumps that were closed
-  double missing_s = 0.0;      ///< time without sweeps, beyond two sweep periods
-  double imu_missing_s = 0.0;  ///< time without inertial samples
-  std::uint64_t late = 0;      ///< came later than the ordering window
-  std::uint64_t repeated = 0;  ///< same stamp as the one before
+  std::uint64_t jumps = 0;        ///< clock jumps that were closed
+  double missing_s = 0.0;         ///< time without sweeps, beyond two sweep periods
+  double imu_missing_s = 0.0;     ///< time without inertial samples
+  std::uint64_t late = 0;         ///< came later than the ordering window
+  std::uint64_t late_scans = 0;   ///< of them
+  std::uint64_t empty_scans = 0;  ///< without a usable point: missing like those that never came
+  std::uint64_t repeated = 0;     ///< same stamp as the one before
   std::uint64_t nan_points = 0;
   std::uint64_t no_time_points = 0;  ///< points of sweeps without point times
   std::uint64_t imu_invalid = 0;     ///< NaN, infinite or absurd inertial samples

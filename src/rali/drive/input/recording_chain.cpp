@@ -5,8 +5,13 @@
 
 #include <fmt/format.h>
 
+#include "rali/drive/input/sorted_source.hpp"
+
 namespace rali::drive {
 namespace {
+
+/// A longer pause between two files is not one of the same drive.
+constexpr double kOneDriveS = 3600.0;
 
 bool is_static_tf(const io::Topic& topic, wire::MessageKind kind) {
   return kind == wire::MessageKind::kTf && topic.name.ends_with("tf_static");
@@ -27,26 +32,49 @@ RecordingChain::RecordingChain(std::vector<std::string> paths, const InputOption
       lidar_topic_(options.lidar_topic),
       imu_topic_(options.imu_topic),
       vehicle_(options.vehicle),
-      ranges_(options.ranges) {}
+      ranges_(options.ranges),
+      clock_set_(paths_.size(), false) {}
 
 Result<RecordingChain> RecordingChain::open(std::vector<std::string> paths,
                                             const InputOptions& options) {
   if (paths.empty()) return fail(ErrorCode::kUsage, options.vehicle, "no recording given");
   RecordingChain chain(std::move(paths), options);
+  chain.sort_files();
   if (Status status = chain.open_file(0); !status) return tl::make_unexpected(status.error());
   return chain;
 }
 
+/// Files of one drive that are given in the wrong order are sorted where their indexes tell when
+/// they were recorded. Two drives whose clocks do not know of each other stay as given.
+void RecordingChain::sort_files() {
+  if (paths_.size() < 2) return;
+  std::vector<std::pair<std::pair<Time, Time>, std::string>> files;
+  for (const std::string& path : paths_) {
+    const auto source = io::open_recording(path);
+    if (!source || !(*source)->span()) return;
+    files.emplace_back(*(*source)->span(), path);
+  }
+  const auto earlier = [](const auto& a, const auto& b) { return a.first < b.first; };
+  if (std::is_sorted(files.begin(), files.end(), earlier)) return;
+  std::stable_sort(files.begin(), files.end(), earlier);
+  for (std::size_t i = 1; i < files.size(); ++i) {
+    const double pause_s = files[i].first.first.s() - files[i - 1].first.second.s();
+    if (pause_s < -io::kOrderSlackS || pause_s > kOneDriveS) return;
+  }
+  for (std::size_t i = 0; i < files.size(); ++i) paths_[i] = files[i].second;
+  Finding f = file_finding(paths_.front(),
+                           "the recordings are not given in order of time; read "
+                           "in the order in which they were recorded");
+  f.vehicle = vehicle_;
+  found_.push_back(std::move(f));
+}
+
 Status RecordingChain::open_file(std::size_t index) {
-  Result<std::unique_ptr<io::MessageSource>> source = io::open_recording(paths_[index]);
-  if (!source) return tl::make_unexpected(source.error());
-  file_ = index;
-  source_ = std::move(*source);
-  seen_.clear();
   const auto wanted = [](const std::string& setting, const std::string& name) {
     return setting == "auto" || setting == name;
   };
-  source_->select(
+  Result<OrderedRecording> opened = open_in_order(
+      paths_[index],
       [lidar = lidar_topic_, imu = imu_topic_, ranges = ranges_, wanted](const io::Topic& topic) {
         const wire::MessageKind kind = wire::message_kind(topic.type);
         if (wire::is_cloud(kind)) return wanted(lidar, topic.name);
@@ -56,6 +84,11 @@ Status RecordingChain::open_file(std::size_t index) {
         }
         return is_static_tf(topic, kind);
       });
+  if (!opened) return tl::make_unexpected(opened.error());
+  file_ = index;
+  source_ = std::move(opened->source);
+  clock_set_[index] = opened->order == MessageOrder::kClockSet;
+  seen_.clear();
   return {};
 }
 
@@ -72,6 +105,8 @@ void RecordingChain::close_file(InputGaps& gaps, FindingList& findings) {
 }
 
 bool RecordingChain::next(RecordedMessage& out, InputGaps& gaps, FindingList& findings) {
+  findings.insert(findings.end(), found_.begin(), found_.end());
+  found_.clear();
   while (source_) {
     io::RawMessage raw;
     const Result<bool> got = source_->next(raw);

@@ -45,11 +45,15 @@ class RecordingChain {
   /// Index of the file being read.
   [[nodiscard]] std::size_t file() const { return file_; }
 
+  /// Whether the clock of the computer was set back in this file: no file after that being read.
+  [[nodiscard]] bool clock_was_set(std::size_t file) const { return clock_set_[file]; }
+
   [[nodiscard]] double progress() const;
 
  private:
   RecordingChain(std::vector<std::string> paths, const InputOptions& options);
 
+  void sort_files();
   [[nodiscard]] Status open_file(std::size_t index);
   void close_file(InputGaps& gaps, FindingList& findings);
 
@@ -59,6 +63,8 @@ class RecordingChain {
   std::size_t file_ = 0;
   std::unique_ptr<io::MessageSource> source_;
   std::vector<std::uint64_t> seen_;
+  std::vector<bool> clock_set_;  ///< of each file
+  FindingList found_;            ///< before the first message
 };
 
 }  // namespace rali::drive

@@ -80,12 +80,20 @@ Duration ClockShifts::agree(Duration shift, std::size_t* used) {
 StampRepair::StampRepair(StampRule rule, std::shared_ptr<ClockShifts> shifts)
     : rule_(rule), shifts_(std::move(shifts)) {}
 
-void StampRepair::begin_file() { file_begins_ = true; }
+void StampRepair::begin_file(bool clock_was_set) {
+  file_begins_ = true;
+  clock_was_set_ = clock_was_set;
+}
 
 void StampRepair::close_jumps(StampPair stamps) {
   const Duration by_header = step(last_.header, stamps.header);
   const Duration by_record = step(last_.record, stamps.record);
   const bool clocks_differ = std::abs(by_header.s() - by_record.s()) > kJumpS;
+  const bool goes_back = by_header.s() <= -kJumpS;
+  if (!clocks_differ && !goes_back) return;  // steady, or a pause of both
+  // Only a recorder that ran on testifies that a clock was set. Else the message is out of order,
+  // and its stamp is right.
+  if (goes_back && by_record.ns <= 0 && !clock_was_set_ && !file_begins_) return;
   const bool record_usable = by_record.ns > 0 && by_record.s() < 60.0;
   const bool header_plausible = by_header.s() > -kJumpS && by_header.s() < 60.0;
   const bool header_regular = by_header.s() > -kJumpS && by_header.s() < kJumpS;

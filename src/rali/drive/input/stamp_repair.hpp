@@ -55,7 +55,9 @@ class StampRepair {
   [[nodiscard]] std::optional<Time> repair(StampPair stamps);
 
   /// A new file begins: its first stamps need not follow the last ones smoothly.
-  void begin_file();
+  /// @param clock_was_set where header and record time go back together in it, the computer's
+  ///   clock was set; else such a message is out of order and keeps its stamp
+  void begin_file(bool clock_was_set = false);
 
   [[nodiscard]] std::uint64_t jumps() const { return jumps_; }
 
@@ -72,6 +74,7 @@ class StampRepair {
   std::size_t shifts_used_ = 0;
   bool started_ = false;
   bool file_begins_ = false;
+  bool clock_was_set_ = false;
   StampPair last_;
   Time last_out_;
   Duration shift_;   ///< added to the headers

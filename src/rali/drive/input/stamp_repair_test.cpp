@@ -67,11 +67,31 @@ TEST(StampRepair, closes_a_clock_that_is_set_forward_and_back_again) {
   EXPECT_NEAR(repair.last_jump_s(), -7200.0, 1e-6);
 }
 
-TEST(StampRepair, goes_back_by_the_period_where_both_clocks_went_back) {
+TEST(StampRepair, goes_back_by_the_period_where_the_clock_of_both_was_set) {
   StampRepair repair = by_header();
+  repair.begin_file(true);
   for (int i = 0; i < 20; ++i) (void)repair.repair(at(100.0 + 0.1 * i, 500.0 + 0.1 * i));
   const std::optional<Time> t = repair.repair(at(50.0, 450.0));
   EXPECT_NEAR(t->s(), 102.0, 0.02);
+}
+
+TEST(StampRepair, never_moves_a_message_that_is_only_out_of_order) {
+  StampRepair repair = by_header();
+  const std::vector<double> seconds = {100.0, 101.0, 250.0, 103.0, 99.0, 104.0, 90.0, 180.0};
+  for (const double s : seconds) EXPECT_EQ(repair.repair(at(s, s + 0.02)), Time::from_s(s)) << s;
+  // Converted files may have one record time for all.
+  StampRepair converted = by_header();
+  for (const double s : {100.0, 102.0, 99.5, 103.0, 98.0}) {
+    EXPECT_EQ(converted.repair(at(s, 7.0)), Time::from_s(s)) << s;
+  }
+  EXPECT_EQ(repair.jumps() + converted.jumps(), 0U);
+}
+
+TEST(StampRepair, leaves_a_long_pause_alone_too) {
+  StampRepair repair = by_header();
+  (void)repair.repair(at(100.0, 500.0));
+  (void)repair.repair(at(100.1, 500.1));
+  EXPECT_NEAR(repair.repair(at(220.1, 620.1))->s(), 220.1, 1e-9) << "the recorder was paused";
 }
 
 TEST(StampRepair, leaves_a_pause_of_both_clocks_alone) {

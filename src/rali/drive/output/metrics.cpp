@@ -46,6 +46,8 @@ Json gaps_json(const InputGaps& gaps) {
   json["imu_missing_s"] = number(gaps.imu_missing_s, 3);
   json["undecodable"] = gaps.undecodable;
   json["bytes_lost"] = gaps.bytes_lost;
+  json["late_scans"] = gaps.late_scans;
+  json["empty_scans"] = gaps.empty_scans;
   return json;
 }
 

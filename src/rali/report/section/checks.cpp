@@ -22,10 +22,12 @@ constexpr double kNeesFactorMax = 2.0;
 /// Less than this share within bounds that should hold 95 %: the same.
 constexpr double kWithin95Min = 0.85;
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kGapWords = {
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kGapWords = {
     {{"jumps", "jumps of the clock"},
      {"missing_s", "seconds without LiDAR"},
      {"late", "messages too late"},
+     {"late_scans", "of them scans"},
+     {"empty_scans", "scans without a usable point"},
      {"nan_points", "points without a number"},
      {"no_time_points", "points without a time"},
      {"imu_saturated", "IMU samples at the end of their range"},
