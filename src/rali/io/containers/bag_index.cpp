@@ -10,7 +10,6 @@
 namespace rali::io {
 namespace {
 
-constexpr std::size_t kSearchBlock = 1U << 20;
 constexpr std::string_view kChunkMark = "compression=";
 // "op", "size" and the lengths around "compression=" fit easily.
 constexpr std::uint32_t kChunkHeaderMax = 256;
@@ -113,24 +112,25 @@ Result<std::optional<BagIndex>> read_bag_index(ByteSource& source, ByteWindow& w
 }
 
 Result<std::optional<std::uint64_t>> find_bag_chunk(ByteSource& source, ByteWindow& window,
-                                                    std::uint64_t from) {
-  const std::uint64_t size = source.size();
-  while (from < size) {
-    const auto bytes = window.view(from, kSearchBlock);
-    if (!bytes) return tl::make_unexpected(bytes.error());
-    const std::string_view text = text_of(*bytes);
+                                                    std::uint64_t from, DamageSearch& search) {
+  while (true) {
+    const auto block = search.next(source, window, from);
+    if (!block) return tl::make_unexpected(block.error());
+    if (!*block) return std::nullopt;
+    const std::span<const std::byte> bytes = (*block)->bytes;
+    const std::string_view text = text_of(bytes);
     for (std::size_t hit = text.find(kChunkMark); hit != std::string_view::npos;
          hit = text.find(kChunkMark, hit + 1)) {
       for (std::size_t start = hit - std::min<std::size_t>(hit, kChunkHeaderMax); start < hit;
            ++start) {
-        if (is_chunk_header(bytes->subspan(start))) return from + start;
+        if (is_chunk_header(bytes.subspan(start))) return (*block)->offset + start;
       }
     }
-    if (from + bytes->size() >= size) break;
+    const std::uint64_t end = (*block)->offset + bytes.size();
+    if (end >= source.size()) return std::nullopt;
     // Blocks overlap by a header, so that none is missed at a seam.
-    from += bytes->size() - 2 * kChunkHeaderMax;
+    from = end - 2 * kChunkHeaderMax;
   }
-  return std::nullopt;
 }
 
 }  // namespace rali::io

@@ -43,6 +43,7 @@ struct BagFileHeader {
 /// damage.
 [[nodiscard]] Result<std::optional<std::uint64_t>> find_bag_chunk(ByteSource& source,
                                                                   ByteWindow& window,
-                                                                  std::uint64_t from);
+                                                                  std::uint64_t from,
+                                                                  DamageSearch& search);
 
 }  // namespace rali::io

@@ -207,8 +207,9 @@ Result<bool> BagReader::advance(RawMessage& out) {
     if (!cut_at_) last_whole_ = position_;
     return got;
   }
-  const Status status = state_.skip_damage(find_bag_chunk(*source_, window_, position_ + 1),
-                                           source_->size(), position_, cut_at_);
+  const Status status =
+      state_.skip_damage(find_bag_chunk(*source_, window_, position_ + 1, state_.search),
+                         source_->size(), position_, cut_at_);
   if (!status) return tl::make_unexpected(status.error());
   if (!readable || (*record)->op != BagOp::kChunk) return false;
   return take_record(**record, position_ - (*record)->data_offset, out);
@@ -341,8 +342,10 @@ void BagReader::finish() {
   }
   state_.health.truncated = true;
   state_.health.bytes_lost = source_->size() - std::min(last_whole_, source_->size());
-  state_.find(Severity::kWarning, "io.cut", cut_at_.value_or(source_->size()),
-              "record ends after the file. " + state_.read_so_far(last_whole_, index_offset_));
+  const std::uint64_t at = cut_at_.value_or(source_->size());
+  const auto why = state_.why_cut(*source_, window_, at);
+  state_.find(Severity::kWarning, "io.cut", at,
+              why.value_or("cannot be read on. ") + state_.read_so_far(last_whole_, index_offset_));
 }
 
 }  // namespace

@@ -41,6 +41,12 @@ class FileBytes final : public ByteSource {
     return {};
   }
 
+  std::uint64_t next_data(std::uint64_t offset) override {
+    const off_t data = ::lseek(fd_, static_cast<off_t>(offset), SEEK_DATA);
+    if (data >= 0) return static_cast<std::uint64_t>(data);
+    return errno == ENXIO ? size_ : offset;  // other file systems do not know holes
+  }
+
  private:
   tl::unexpected<Error> failed(std::uint64_t offset, const std::string& reason) const {
     return fail(ErrorCode::kMachine, name_ + ":offset " + std::to_string(offset),

@@ -25,6 +25,10 @@ class ByteSource {
   /// Fills `out` from `offset`. The caller keeps within size(); an Error is the machine's (disk,
   /// or the file shrank while being read).
   [[nodiscard]] virtual Status read(std::uint64_t offset, std::span<std::byte> out) = 0;
+
+  /// The first offset at or behind this one that is not in a hole of a sparse file (a hole reads as
+  /// zeros); size() if nothing follows.
+  [[nodiscard]] virtual std::uint64_t next_data(std::uint64_t offset) { return offset; }
 };
 
 /// Opens a regular file for reading; needs no right to write beside it. `name` stands for it in

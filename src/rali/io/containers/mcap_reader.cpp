@@ -226,8 +226,9 @@ Result<bool> McapReader::advance(RawMessage& out) {
     if (!cut_at_) last_whole_ = position_;
     return got;
   }
-  const Status status = state_.skip_damage(find_mcap_chunk(*source_, window_, position_ + 1),
-                                           source_->size(), position_, cut_at_);
+  const Status status =
+      state_.skip_damage(find_mcap_chunk(*source_, window_, position_ + 1, state_.search),
+                         source_->size(), position_, cut_at_);
   if (!status) return tl::make_unexpected(status.error());
   if (!readable || (*record)->op != McapOp::kChunk) return false;
   return take_record(**record, position_ - (*record)->content(), out);
@@ -356,10 +357,11 @@ void McapReader::finish() {
   }
   state_.health.truncated = true;
   state_.health.bytes_lost = source_->size() - std::min(last_whole_, source_->size());
-  state_.find(
-      Severity::kWarning, "io.cut", cut_at_.value_or(source_->size()),
-      (cut_at_ ? "record ends after the file. " : "the file ends before its last record. ") +
-          state_.read_so_far(last_whole_, 0));
+  const std::uint64_t at = cut_at_.value_or(source_->size());
+  const auto why = cut_at_ ? state_.why_cut(*source_, window_, at)
+                           : Result<std::string>("the file ends before its last record. ");
+  state_.find(Severity::kWarning, "io.cut", at,
+              why.value_or("cannot be read on. ") + state_.read_so_far(last_whole_, 0));
 }
 
 }  // namespace

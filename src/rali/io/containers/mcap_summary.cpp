@@ -1,6 +1,7 @@
 #include "rali/io/containers/mcap_summary.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "rali/io/containers/codec.hpp"
 #include "rali/io/containers/crc32.hpp"
@@ -153,20 +154,26 @@ Result<std::string> first_mcap_compression(ByteSource& source, ByteWindow& windo
 }
 
 Result<std::optional<std::uint64_t>> find_mcap_chunk(ByteSource& source, ByteWindow& window,
-                                                     std::uint64_t from) {
+                                                     std::uint64_t from, DamageSearch& search) {
   constexpr std::size_t kSeam = kMcapRecordHeaderBytes + McapChunkHeader::kBytesMax;
-  while (from < source.size()) {
-    const auto bytes = window.view(from, kBlock);
-    if (!bytes) return tl::make_unexpected(bytes.error());
-    for (std::size_t i = 0; i < bytes->size(); ++i) {
-      if ((*bytes)[i] != static_cast<std::byte>(McapOp::kChunk)) continue;
-      const std::size_t n = std::min(kSeam, bytes->size() - i);
-      if (is_chunk(bytes->subspan(i, n))) return from + i;
+  while (true) {
+    const auto block = search.next(source, window, from);
+    if (!block) return tl::make_unexpected(block.error());
+    if (!*block) return std::nullopt;
+    const std::span<const std::byte> bytes = (*block)->bytes;
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+      const void* hit =
+          std::memchr(bytes.data() + i, static_cast<int>(McapOp::kChunk), bytes.size() - i);
+      if (hit == nullptr) break;
+      i = static_cast<std::size_t>(static_cast<const std::byte*>(hit) - bytes.data());
+      if (is_chunk(bytes.subspan(i, std::min(kSeam, bytes.size() - i)))) {
+        return (*block)->offset + i;
+      }
     }
-    if (from + bytes->size() >= source.size()) break;
-    from += bytes->size() - kSeam;
+    const std::uint64_t end = (*block)->offset + bytes.size();
+    if (end >= source.size()) return std::nullopt;
+    from = end - kSeam;
   }
-  return std::nullopt;
 }
 
 Result<std::uint64_t> count_mcap_index(ByteSource& source, ByteWindow& window,

@@ -36,7 +36,8 @@ struct McapSummary {
 /// Offset of the first plausible chunk at or after `from`: its two lengths must agree.
 [[nodiscard]] Result<std::optional<std::uint64_t>> find_mcap_chunk(ByteSource& source,
                                                                    ByteWindow& window,
-                                                                   std::uint64_t from);
+                                                                   std::uint64_t from,
+                                                                   DamageSearch& search);
 
 /// Messages of a chunk as counted by the message indexes that start at `offset`, 0 if none.
 [[nodiscard]] Result<std::uint64_t> count_mcap_index(ByteSource& source, ByteWindow& window,

@@ -9,6 +9,8 @@ namespace rali::io {
 namespace {
 
 constexpr std::size_t kFindingsMax = 100;
+/// Zeros that are stored, not holes: read at a GB/s.
+constexpr std::uint64_t kZerosBytesMax = 256ULL << 20;
 
 // A size field that was hit by damage gives an estimate far from the truth; no more than this
 // many times the bytes read is believed.
@@ -130,6 +132,26 @@ std::string ReaderState::read_so_far(std::uint64_t good_bytes, std::uint64_t exp
   const double whole_s =
       read_s * static_cast<double>(expected_bytes) / static_cast<double>(good_bytes);
   return fmt::format("Read {:.1f} of about {:.0f} s", read_s, whole_s);
+}
+
+Result<std::string> ReaderState::why_cut(ByteSource& source, ByteWindow& window,
+                                         std::uint64_t cut_at) const {
+  if (cut_at >= source.size()) return std::string("record ends after the file. ");
+  const auto zeros = end_of_zeros(source, window, cut_at, kZerosBytesMax);
+  if (!zeros) return tl::make_unexpected(zeros.error());
+  if (*zeros == source.size()) {
+    return fmt::format(
+        "nothing but zeros to the end, {:.1f} MB (the disk or the computer failed "
+        "while recording, or the file was grown). ",
+        1e-6 * static_cast<double>(source.size() - cut_at));
+  }
+  if (search.gave_up()) {
+    return fmt::format(
+        "damaged, and nothing readable within {:.0f} MB behind it; the rest of the "
+        "file was not searched. ",
+        1e-6 * static_cast<double>(limits_.search_bytes));
+  }
+  return std::string("record ends after the file. ");
 }
 
 bool spans_in_order(std::span<const std::pair<Time, Time>> spans) {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "rali/io/containers/damage_search.hpp"
 #include "rali/io/message_source.hpp"
 
 namespace rali::io {
@@ -22,13 +23,14 @@ struct ReadLimits {
   std::uint64_t definition_bytes = 1ULL << 26;  ///< all message definitions together
   std::size_t topics = 100'000;
   std::uint64_t prime_bytes = 32ULL << 20;  ///< read ahead for topics where no index tells them
+  std::uint64_t search_bytes = 1ULL << 30;  ///< searched behind damage for what goes on
 };
 
 /// Topics, choice of topics, counts and findings: what the readers of all containers share.
 class ReaderState {
  public:
   ReaderState(std::string name, const ReadLimits& limits)
-      : name_(std::move(name)), limits_(limits) {}
+      : search(limits.search_bytes), name_(std::move(name)), limits_(limits) {}
 
   /// Index of the topic of this name, type and encoding, made if new; none when there are too
   /// many. Several publishers (connections, channels) of one topic become one Topic.
@@ -85,7 +87,12 @@ class ReaderState {
 
   [[nodiscard]] const ReadLimits& limits() const { return limits_; }
 
+  /// Why nothing follows at `cut_at`, as far as the bytes there tell.
+  [[nodiscard]] Result<std::string> why_cut(ByteSource& source, ByteWindow& window,
+                                            std::uint64_t cut_at) const;
+
   SourceHealth health;
+  DamageSearch search;  ///< behind all damage of the file together
 
  private:
   std::string name_;
