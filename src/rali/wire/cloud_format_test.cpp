@@ -305,7 +305,8 @@ TEST(CloudFormat, a_unit_set_by_hand_that_makes_sweeps_of_minutes_is_refused_wit
     const auto format = decide_cloud_format(views(seconds), options);
     ASSERT_FALSE(format.has_value());
     EXPECT_EQ(format.error().where, "lidar.point_time");
-    EXPECT_NE(format.error().what.find("spans 99.89 s in a sweep if it counts s"), std::string::npos)
+    EXPECT_NE(format.error().what.find("spans 99.89 s in a sweep if it counts s"),
+              std::string::npos)
         << format.error().what;
     EXPECT_FALSE(decide_cloud_format(views(endless), options).has_value());
   }
@@ -358,6 +359,35 @@ TEST(CloudFormat, clouds_without_xyz_and_empty_ones_are_refused_with_different_c
   clouds = three(CloudStyle::kXyzi);
   clouds[0].view.width = 0;  // passed over
   EXPECT_TRUE(decide_cloud_format(views(clouds), {}).has_value());
+}
+
+/// The same room in another unit.
+std::vector<PackedCloud> scaled(float factor) {
+  std::vector<PackedCloud> clouds;
+  for (int i = 0; i < 3; ++i) {
+    LidarScan scan = vlp16_sweep(kStart + Duration::from_s(0.1 * i));
+    for (std::vector<float>* v : {&scan.x_m, &scan.y_m, &scan.z_m}) {
+      for (float& value : *v) value *= factor;
+    }
+    clouds.push_back(pack_cloud(scan, "lidar", CloudStyle::kVelodyne));
+  }
+  return clouds;
+}
+
+TEST(CloudFormat, millimetres_and_centimetres_are_named_and_refused) {
+  for (const auto& [factor, unit] : std::vector<std::pair<float, std::string>>{
+           {1000.0F, "millimetres"}, {100.0F, "centimetres"}}) {
+    const auto clouds = scaled(factor);
+    const auto format = decide_cloud_format(views(clouds), {});
+    ASSERT_FALSE(format) << "nothing of it would be mapped";
+    EXPECT_EQ(format.error().code, ErrorCode::kInput);
+    EXPECT_NE(format.error().what.find("the unit is " + unit), std::string::npos)
+        << format.error().message();
+  }
+  EXPECT_TRUE(decide_cloud_format(views(scaled(3.0F)), {})) << "a large hall is no other unit";
+  CloudFormatOptions far;
+  far.range_m = {0.4, 100'000.0};
+  EXPECT_TRUE(decide_cloud_format(views(scaled(1000.0F)), far)) << "as the user says";
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "rali/wire/internal/return_choice.hpp"
 #include "rali/wire/internal/ring_choice.hpp"
 #include "rali/wire/internal/time_choice.hpp"
+#include "rali/wire/internal/unit_choice.hpp"
 
 namespace rali::wire {
 namespace {
@@ -68,6 +69,9 @@ Result<CloudFormat> decide_cloud_format(std::span<const CloudView> clouds,
   }
   const Result<FirstClouds> first = internal::look_at(clouds);
   if (!first) return tl::make_unexpected(first.error());
+  if (const Status unit = internal::check_unit(*first, options); !unit) {
+    return tl::make_unexpected(unit.error());
+  }
   CloudFormat format;
   format.x = first->x;
   format.y = first->y;
