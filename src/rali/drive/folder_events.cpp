@@ -167,17 +167,6 @@ class FolderEvents final : public ReportedSource {
   bool exhausted_ = false, ended_ = false;
 };
 
-/// Says why nothing of a folder can be read: the reason of its first file stands for all.
-tl::unexpected<Error> none_readable(const io::ScanFolder& folder) {
-  std::string why;
-  for (const Finding& f : folder.findings()) {
-    if (why.empty() && f.id == "scans.damaged") why = f.text;
-  }
-  return fail(ErrorCode::kInput, folder.path(),
-              fmt::format("none of its {} can be read", counted(folder.skipped(), "cloud")),
-              why.empty() ? "" : "The first: " + why + '.');
-}
-
 /// The first sweeps, decoded, with the format that was decided from them.
 Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
                                                    const InputOptions& options,
@@ -193,7 +182,7 @@ Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
     clouds.push_back(std::move(cloud));
     times.push_back(t);
   }
-  if (clouds.empty() && folder.skipped() > 0) return none_readable(folder);
+  if (clouds.empty() && folder.skipped() > 0) return tl::make_unexpected(folder.none_readable());
   std::vector<wire::CloudView> views;
   for (std::size_t i = 0; i < clouds.size(); ++i)
     views.push_back(clouds[i].view(times[i], "lidar"));

@@ -1,38 +1,22 @@
 #include "rali/drive/open_events.hpp"
 
-#include <algorithm>
-#include <filesystem>
-
 #include "rali/drive/folder_events.hpp"
 #include "rali/drive/recording_events.hpp"
+#include "rali/io/input_kind.hpp"
 
 namespace rali::drive {
-namespace {
-
-namespace fs = std::filesystem;
-
-/// A folder with a recording in it (rosbag2) is one; any other folder holds scans.
-bool is_scan_folder(const std::string& path) {
-  std::error_code error;
-  if (!fs::is_directory(path, error)) return false;
-  for (fs::directory_iterator it(path, error); !error && it != fs::directory_iterator();
-       it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    const bool recording = name == "metadata.yaml" || name.ends_with(".db3") ||
-                           name.ends_with(".db3.zstd") || name.ends_with(".mcap");
-    if (recording) return false;
-  }
-  return !error;
-}
-
-}  // namespace
 
 Result<std::unique_ptr<ReportedSource>> open_events(const VehicleJob& job) {
   if (job.open) return job.open(job.input);
   if (job.inputs.empty()) {
     return fail(ErrorCode::kUsage, "vehicles." + job.input.vehicle, "no recording given");
   }
-  const bool scans = std::any_of(job.inputs.begin(), job.inputs.end(), is_scan_folder);
+  bool scans = false;
+  for (const std::string& path : job.inputs) {
+    const Result<io::InputKind> kind = io::input_kind(path);
+    if (!kind) return tl::make_unexpected(kind.error());
+    scans |= *kind == io::InputKind::kScanFolder;
+  }
   if (!scans) {
     if (!job.imu_file.empty()) {
       return fail(ErrorCode::kUsage, job.imu_file, "--imu is for folders of scans",

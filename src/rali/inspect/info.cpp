@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <system_error>
 
-#include "rali/inspect/scan_folder.hpp"
 #include "rali/io/files/cloud_file.hpp"
-#include "rali/io/files/text.hpp"
+#include "rali/io/files/scan_folder.hpp"
+#include "rali/io/input_kind.hpp"
 #include "rali/io/message_source.hpp"
 #include "rali/wire/byte_reader.hpp"
 #include "rali/wire/decode.hpp"
@@ -166,20 +166,27 @@ Result<FileInfo> look_into_recording(const std::string& path) {
   return info;
 }
 
-Result<FileInfo> look_into_folder(const ScanFolder& folder, const std::string& path) {
+Result<FileInfo> look_into_folder(const std::string& path) {
+  Result<io::ScanFolder> folder = io::ScanFolder::open(path);
+  if (!folder) return tl::make_unexpected(folder.error());
   FileInfo info;
   info.path = path;
   info.kind = "folder of scans";
   info.bytes = size_of(path);
-  info.messages = folder.clouds.size();
-  info.notes.push_back(folder.times_file.empty() ? "no times.txt: 10 Hz is assumed"
-                                                 : "times.txt is there");
-  info.notes.push_back(folder.imu_file.empty() ? "no imu.csv: LiDAR alone" : "imu.csv is there");
-  const auto cloud = io::read_cloud_file(folder.clouds.front());
-  if (!cloud) return tl::make_unexpected(cloud.error());
-  info.compression = cloud->encoding;
-  info.cloud = describe_cloud(cloud->view(Time{}, ""), folder.clouds.front(), false);
-  info.findings = cloud->findings;
+  info.messages = folder->entries().size();
+  info.notes.push_back(folder->times_assumed() ? "no times.txt: 10 Hz is assumed"
+                                               : "times.txt is there");
+  info.notes.push_back(folder->imu_path() ? "imu.csv is there" : "no imu.csv: LiDAR alone");
+  io::CloudFile cloud;
+  Time t;
+  const Result<bool> any = folder->next(cloud, t);
+  if (!any) return tl::make_unexpected(any.error());
+  if (!*any) return tl::make_unexpected(folder->none_readable());
+  info.damaged = folder->skipped() > 0;
+  info.compression = cloud.encoding;
+  const std::string& first = folder->entries()[folder->skipped()].path;
+  info.cloud = describe_cloud(cloud.view(t, ""), first, false);
+  info.findings = folder->findings();
   return info;
 }
 
@@ -196,18 +203,19 @@ Result<FileInfo> look_into_cloud(const std::string& path) {
   return info;
 }
 
-bool is_cloud_name(const std::string& path) {
-  const std::string kind = io::lower_case(std::filesystem::path(path).extension().string());
-  return kind == ".pcd" || kind == ".ply" || kind == ".bin";
-}
-
 }  // namespace
 
 Result<FileInfo> look_into(const std::string& path) {
-  const auto folder = look_for_scans(path);
-  if (!folder) return tl::make_unexpected(folder.error());
-  if (!folder->clouds.empty()) return look_into_folder(*folder, path);
-  if (is_cloud_name(path)) return look_into_cloud(path);
+  const Result<io::InputKind> kind = io::input_kind(path);
+  if (!kind) return tl::make_unexpected(kind.error());
+  switch (*kind) {
+    case io::InputKind::kScanFolder:
+      return look_into_folder(path);
+    case io::InputKind::kCloud:
+      return look_into_cloud(path);
+    case io::InputKind::kRecording:
+      break;
+  }
   return look_into_recording(path);
 }
 

@@ -12,6 +12,7 @@
 #include "rali/cli/map_summary.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/load_fleet.hpp"
+#include "rali/io/input_kind.hpp"
 
 namespace rali::cli {
 namespace {
@@ -172,12 +173,15 @@ Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
 Status check_recordings(const config::FleetConfig& fleet) {
   for (const config::VehicleConfig& vehicle : fleet.vehicles) {
     for (const std::string& recording : vehicle.recordings) {
-      std::error_code error;
-      if (std::filesystem::exists(recording, error)) continue;
+      const Result<io::InputKind> kind = io::input_kind(recording);
+      if (kind) continue;
+      Error error = kind.error();
       const auto origin = fleet.origins.find("vehicles." + vehicle.name + ".recording");
       const bool typed = origin == fleet.origins.end() || origin->second == "command line";
-      return fail(ErrorCode::kInput, recording, "there is no such file or folder",
-                  typed ? "" : fmt::format("It is named at {}.", origin->second));
+      if (!typed && error.remedy.empty()) {
+        error.remedy = fmt::format("It is named at {}.", origin->second);
+      }
+      return tl::make_unexpected(std::move(error));
     }
   }
   return {};

@@ -33,6 +33,7 @@ RecordingChain::RecordingChain(std::vector<std::string> paths, const InputOption
       imu_topic_(options.imu_topic),
       vehicle_(options.vehicle),
       ranges_(options.ranges),
+      most_s_(options.duration_s > 0.0 ? options.start_s + options.duration_s : 0.0),
       clock_set_(paths_.size(), false) {}
 
 Result<RecordingChain> RecordingChain::open(std::vector<std::string> paths,
@@ -83,7 +84,8 @@ Status RecordingChain::open_file(std::size_t index) {
           return ranges && ranges->topic_of(topic.name) != nullptr;
         }
         return is_static_tf(topic, kind);
-      });
+      },
+      most_s_);
   if (!opened) return tl::make_unexpected(opened.error());
   file_ = index;
   source_ = std::move(opened->source);

@@ -60,6 +60,7 @@ class RecordingChain {
   std::vector<std::string> paths_;
   std::string lidar_topic_, imu_topic_, vehicle_;
   std::shared_ptr<const RangeOptions> ranges_;
+  double most_s_ = 0.0;  ///< of data wanted; 0: all
   std::size_t file_ = 0;
   std::unique_ptr<io::MessageSource> source_;
   std::vector<std::uint64_t> seen_;

@@ -18,11 +18,6 @@
 namespace rali::drive {
 namespace {
 
-/// So much of the beginning is looked at even where an index says that the file is in order.
-constexpr double kLookS = 3.0;
-constexpr std::size_t kLookMessages = 2000;
-constexpr std::uint64_t kLookBytes = 64U << 20;
-
 /// Where a message lies in the temporary file.
 struct Stored {
   Time key;
@@ -173,9 +168,17 @@ Result<bool> SortedSource::next(io::RawMessage& out) {
   return false;
 }
 
-/// Reads the stamps of clouds and inertial data.
-/// @param all false: only the beginning
-std::vector<TopicStamp> read_stamps(io::MessageSource& source, bool all) {
+/// How far stamps are looked at; 0: to the end.
+struct Look {
+  double seconds = 0.0;
+  std::size_t messages = 0;
+  std::uint64_t bytes = 0;
+};
+
+constexpr Look kBeginning{3.0, 2000, 64U << 20};
+
+/// The stamps of clouds and inertial data.
+std::vector<TopicStamp> read_stamps(io::MessageSource& source, const Look& look) {
   std::vector<TopicStamp> stamps;
   std::optional<double> begin_s;
   std::uint64_t bytes = 0;
@@ -188,11 +191,12 @@ std::vector<TopicStamp> read_stamps(io::MessageSource& source, bool all) {
                         wire::is_cloud(wire::message_kind(topic.type)),
                         {header, message.t_record}});
     }
-    if (all) continue;
     bytes += message.data.size();
     begin_s = begin_s.value_or(message.t_record.s());
-    if (std::abs(message.t_record.s() - *begin_s) > kLookS || bytes > kLookBytes ||
-        stamps.size() > kLookMessages) {
+    const double since_s = std::abs(message.t_record.s() - *begin_s);
+    if ((look.seconds > 0.0 && since_s > look.seconds) ||
+        (look.messages > 0 && stamps.size() >= look.messages) ||
+        (look.bytes > 0 && bytes > look.bytes)) {
       break;
     }
   }
@@ -231,18 +235,20 @@ Result<std::unique_ptr<io::MessageSource>> sort_messages(std::unique_ptr<io::Mes
   return sorted;
 }
 
-Result<OrderedRecording> open_in_order(const std::string& path, const KeepTopic& keep) {
+Result<OrderedRecording> open_in_order(const std::string& path, const KeepTopic& keep,
+                                       double most_s) {
   Result<std::unique_ptr<io::MessageSource>> source = open_kept(path, keep);
   if (!source) return tl::make_unexpected(source.error());
   const bool indexed = (*source)->in_order().value_or(false);
-  const std::vector<TopicStamp> stamps = read_stamps(**source, !indexed);
+  const Look wanted{most_s, 0, 0};
+  const std::vector<TopicStamp> stamps = read_stamps(**source, indexed ? kBeginning : wanted);
   OrderedRecording out;
   if (!indexed) {
     out.order = decide_message_order(stamps);
   } else if (any_late(stamps)) {
     source = open_kept(path, keep);
     if (!source) return tl::make_unexpected(source.error());
-    out.order = decide_message_order(read_stamps(**source, true));
+    out.order = decide_message_order(read_stamps(**source, wanted));
   }
   source = open_kept(path, keep);
   if (!source) return tl::make_unexpected(source.error());

@@ -28,10 +28,12 @@ struct OrderedRecording {
 };
 
 /// Opens a recording so that its messages come in order of time, as far as it tells one. What its
-/// index, or for want of one its first seconds, show to be in order is read as it lies. Else all
-/// stamps are read first (16 bytes each), and what is out of order is sorted. That it was is a
-/// finding (D19) in health(). Errors: as io::open_recording; kMachine.
-[[nodiscard]] Result<OrderedRecording> open_in_order(const std::string& path,
-                                                     const KeepTopic& keep);
+/// index and its first seconds show to be in order is read as it lies. Else all stamps are read
+/// first (32 bytes each), and what is out of order is sorted. That it was is a finding (D19) in
+/// health().
+/// @param most_s so much of the data is wanted [s]; 0: all. No more stamps are read.
+/// Errors: as io::open_recording; kMachine.
+[[nodiscard]] Result<OrderedRecording> open_in_order(const std::string& path, const KeepTopic& keep,
+                                                     double most_s = 0.0);
 
 }  // namespace rali::drive

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "rali/io/containers/cursor.hpp"
+#include "rali/io/files/system_error.hpp"
 
 namespace rali::io {
 namespace {
@@ -89,14 +90,12 @@ Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path, std
 
   // Asked before opening: opening a pipe would wait for a writer.
   if (::stat(path.c_str(), &info) != 0) {
-    const ErrorCode code = errno == ENOENT ? ErrorCode::kInput : ErrorCode::kMachine;
-    return fail(code, path, std::string("cannot be opened: ") + std::strerror(errno));
+    return fail(input_error_code(errno), path, "cannot be opened: " + system_error_text(errno));
   }
   if (!S_ISREG(info.st_mode)) return fail(ErrorCode::kInput, path, "is not a regular file");
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) {
-    return fail(ErrorCode::kMachine, path,
-                std::string("cannot be opened: ") + std::strerror(errno));
+    return fail(input_error_code(errno), path, "cannot be opened: " + system_error_text(errno));
   }
   return std::make_shared<FileBytes>(fd, static_cast<std::uint64_t>(info.st_size), std::move(name));
 }

@@ -11,6 +11,7 @@
 #include "rali/io/containers/rosbag2_folder.hpp"
 #include "rali/io/containers/split_source.hpp"
 #include "rali/io/containers/temp_file.hpp"
+#include "rali/io/input_kind.hpp"
 #include "rali/io/message_source.hpp"
 
 namespace rali::io {
@@ -114,13 +115,9 @@ Opened open_folder(const std::string& folder) {
 }  // namespace
 
 Result<std::unique_ptr<MessageSource>> open_recording(const std::string& path) {
+  if (const auto kind = input_kind(path); !kind) return tl::make_unexpected(kind.error());
   std::error_code error;
-  const auto status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found) {
-    return fail(ErrorCode::kInput, path, "no such file or directory");
-  }
-  if (error) return fail(ErrorCode::kMachine, path, "cannot be opened: " + error.message());
-  if (fs::is_directory(status)) return open_folder(path);
+  if (fs::is_directory(path, error)) return open_folder(path);
   return open_one(path, {}, {});
 }
 

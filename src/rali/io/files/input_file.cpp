@@ -33,7 +33,7 @@ Result<InputFile> InputFile::open(const std::string& path) {
   // O_NONBLOCK: a named pipe in a folder of scans must not make the program wait for ever.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) {
-    return fail(ErrorCode::kInput, path,
+    return fail(input_error_code(errno), path,
                 fmt::format("cannot be read: {}", system_error_text(errno)));
   }
   InputFile file(path, fd, 0);

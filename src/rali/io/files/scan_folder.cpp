@@ -9,6 +9,7 @@
 
 #include <fmt/core.h>
 
+#include "rali/base/counted.hpp"
 #include "rali/io/files/content_kind.hpp"
 #include "rali/io/files/input_file.hpp"
 #include "rali/io/files/text.hpp"
@@ -138,6 +139,15 @@ void ScanFolder::add_finding(const char* id, std::string text, double value) {
   finding.text = std::move(text);
   finding.value = value;
   findings_.push_back(std::move(finding));
+}
+
+Error ScanFolder::none_readable() const {
+  std::string why;
+  for (const Finding& f : findings_) {
+    if (why.empty() && f.id == "scans.damaged") why = f.text;
+  }
+  return {ErrorCode::kInput, fmt::format("none of its {} can be read", counted(skipped_, "cloud")),
+          path_, why.empty() ? "" : "The first: " + why + '.'};
 }
 
 void ScanFolder::rewind() {

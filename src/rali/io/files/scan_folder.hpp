@@ -44,6 +44,10 @@ class ScanFolder {
   /// Sweeps that could not be read so far.
   [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
 
+  /// The error of a folder of which no cloud could be read: the reason of its first file stands
+  /// for all.
+  [[nodiscard]] Error none_readable() const;
+
   /// Begins again with the first sweep.
   void rewind();
 

@@ -32,8 +32,22 @@ std::string system_error_text(int error_number) {
       return "the name is too long";
     case EFBIG:
       return "the file is larger than allowed";
+    case ELOOP:
+      return "its links lead in a circle";
     default:
       return fmt::format("system error {}", error_number);
+  }
+}
+
+ErrorCode input_error_code(int error_number) {
+  switch (error_number) {
+    case EIO:
+    case EMFILE:
+    case ENFILE:
+    case ENOMEM:
+      return ErrorCode::kMachine;
+    default:
+      return ErrorCode::kInput;
   }
 }
 
