@@ -6,15 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "rali/base/counted.hpp"
-#include "rali/drive/input/tf_tree.hpp"
-#include "rali/drive/open_events.hpp"
 #include "rali/inspect/examination.hpp"
+#include "rali/inspect/folder_reading.hpp"
 #include "rali/inspect/make_finding.hpp"
-#include "rali/inspect/scan_folder.hpp"
-#include "rali/io/message_source.hpp"
-#include "rali/wire/decode.hpp"
-#include "rali/wire/message_kind.hpp"
+#include "rali/inspect/recording_reading.hpp"
+#include "rali/io/input_kind.hpp"
 
 namespace rali::inspect {
 namespace {
@@ -22,243 +18,6 @@ namespace {
 /// Bytes of results per usable point: keyframes (one sweep in three, 18 bytes), map and copies.
 constexpr double kBytesPerPoint = 12.0;
 constexpr double kGib = 1024.0 * 1024.0 * 1024.0;
-/// tf trees are small; a file of nothing but transforms must not fill the memory.
-constexpr std::size_t kTransformsMax = 10000;
-
-struct Counted {
-  std::string name;
-  std::uint64_t messages = 0;
-  wire::MessageKind kind = wire::MessageKind::kOther;
-};
-
-/// Reads a recording of messages into an Examination.
-class RecordingReading {
- public:
-  RecordingReading(const DoctorOptions& options, Examination& examination, DoctorReport& report)
-      : options_(options), examination_(examination), report_(report) {}
-
-  [[nodiscard]] Status read() {
-    auto source = io::open_recording(options_.path);
-    if (!source) return tl::make_unexpected(source.error());
-    source_ = std::move(*source);
-    choose_known_topics();
-    io::RawMessage message;
-    while (true) {
-      const auto more = source_->next(message);
-      if (!more) {
-        broken_ = more.error().message();
-        break;
-      }
-      if (!*more) break;
-      count(message);
-      if (is_enough(message.t_record)) break;
-      take(message);
-    }
-    report_topics();
-    report_file();
-    return {};
-  }
-
-  [[nodiscard]] double data_s() const { return seconds_between(t_first_, t_last_); }
-
-  [[nodiscard]] double share_read() const { return std::clamp(source_->progress(), 1e-3, 1.0); }
-
-  void find_extrinsics() {
-    report_.T_body_lidar = options_.T_body_lidar;
-    if (options_.T_body_lidar || report_.lidar_frame.empty() || report_.imu_frame.empty()) return;
-    const auto T_imu_lidar = tf_.find(report_.imu_frame, report_.lidar_frame);
-    if (T_imu_lidar) report_.T_body_lidar = options_.T_body_imu * *T_imu_lidar;
-  }
-
- private:
-  /// Where an index tells, the topic with the most messages of its kind is taken.
-  void choose_known_topics() {
-    report_.lidar_topic = options_.lidar_topic;
-    report_.imu_topic = options_.imu_topic;
-    std::uint64_t most_cloud = 0, most_imu = 0;
-    for (const io::Topic& topic : source_->topics()) {
-      const wire::MessageKind kind = wire::message_kind(topic.type);
-      const std::uint64_t n = topic.messages.value_or(0);
-      if (options_.lidar_topic.empty() && wire::is_cloud(kind) && n > most_cloud) {
-        report_.lidar_topic = topic.name;
-        most_cloud = n;
-      }
-      if (options_.imu_topic.empty() && kind == wire::MessageKind::kImu && n > most_imu) {
-        report_.imu_topic = topic.name;
-        most_imu = n;
-      }
-    }
-  }
-
-  void count(const io::RawMessage& message) {
-    while (counted_.size() < source_->topics().size()) {
-      const io::Topic& topic = source_->topics()[counted_.size()];
-      counted_.push_back({topic.name, 0, wire::message_kind(topic.type)});
-    }
-    ++counted_[message.topic].messages;
-    if (t_first_.ns == 0) t_first_ = t_last_ = message.t_record;
-    t_last_ = std::max(t_last_, message.t_record);
-  }
-
-  [[nodiscard]] bool is_enough(Time t_record) const {
-    return options_.seconds > 0.0 && seconds_between(t_first_, t_record) > options_.seconds;
-  }
-
-  void take(const io::RawMessage& message) {
-    using wire::MessageKind;
-    const io::Topic& topic = source_->topics()[message.topic];
-    const MessageKind kind = counted_[message.topic].kind;
-    if (wire::is_cloud(kind)) return take_cloud(kind, topic, message);
-    if (kind == MessageKind::kImu) return take_imu(topic, message);
-    if (kind == MessageKind::kTf) return take_tf(topic, message);
-    if (kind == MessageKind::kLinktrack) return take_linktrack(topic, message);
-    if (kind == MessageKind::kRaliRange) take_range(topic, message);
-  }
-
-  void take_cloud(wire::MessageKind kind, const io::Topic& topic, const io::RawMessage& message) {
-    if (report_.lidar_topic.empty()) report_.lidar_topic = topic.name;
-    if (topic.name != report_.lidar_topic) return;
-    std::vector<std::byte> bytes(message.data.begin(), message.data.end());
-    auto view = wire::decode_cloud_message(kind, bytes, topic.encoding);
-    if (!view) return examination_.add_undecodable(topic.name, view.error().message());
-    if (report_.lidar_frame.empty()) report_.lidar_frame = view->frame_id;
-    examination_.add_cloud(std::move(bytes), std::move(*view), message.t_record);
-  }
-
-  void take_imu(const io::Topic& topic, const io::RawMessage& message) {
-    if (report_.imu_topic.empty()) report_.imu_topic = topic.name;
-    if (topic.name != report_.imu_topic) return;
-    const auto imu = wire::decode_imu(message.data, topic.encoding);
-    if (!imu) return examination_.add_undecodable(topic.name, imu.error().message());
-    if (report_.imu_frame.empty()) report_.imu_frame = imu->frame_id;
-    examination_.add_imu(imu->sample, message.t_record);
-  }
-
-  void take_tf(const io::Topic& topic, const io::RawMessage& message) {
-    if (topic.name.find("tf_static") == std::string::npos) return;
-    const auto tf = wire::decode_tf(message.data, topic.encoding);
-    if (!tf) return examination_.add_undecodable(topic.name, tf.error().message());
-    for (const wire::TransformStamped& t : tf->transforms) {
-      if (transforms_++ < kTransformsMax) tf_.add(t);
-    }
-  }
-
-  void take_linktrack(const io::Topic& topic, const io::RawMessage& message) {
-    const auto frame = wire::decode_linktrack(topic.type, message.data, topic.encoding);
-    if (!frame) return examination_.add_undecodable(topic.name, frame.error().message());
-    const Time t = frame->stamp.ns != 0 ? frame->stamp : message.t_record;
-    for (const wire::LinktrackNode& node : frame->nodes) {
-      examination_.ranges().add(t, fmt::format("{}", frame->id), fmt::format("{}", node.id),
-                                node.range_m);
-    }
-    examination_.ranges().add_zeros(frame->zeros);
-  }
-
-  void take_range(const io::Topic& topic, const io::RawMessage& message) {
-    const auto range = wire::decode_range(message.data, topic.encoding);
-    if (!range) return examination_.add_undecodable(topic.name, range.error().message());
-    const Time t = range->stamp.ns != 0 ? range->stamp : message.t_record;
-    examination_.ranges().add(t, range->from, range->to, range->range_m);
-  }
-
-  void report_topics() {
-    std::vector<std::string> clouds, advice;
-    for (const Counted& c : counted_) {
-      if (wire::is_cloud(c.kind)) clouds.push_back(fmt::format("{} ({})", c.name, c.messages));
-      const auto text = wire::kind_advice(c.kind);
-      if (!text.empty()) advice.push_back(fmt::format("{}: {}", c.name, text));
-    }
-    if (clouds.size() > 1) {
-      report_.findings.push_back(make_finding(
-          "D01", Severity::kWarning, report_.lidar_topic,
-          {fmt::format("{} point cloud topics: {}", clouds.size(), fmt::join(clouds, ", ")),
-           "this report is about " + report_.lidar_topic + "; rali map asks which one to take",
-           "Choose with --lidar-topic or vehicles." + options_.vehicle + ".lidar.topic."},
-          {static_cast<double>(clouds.size()), 1.0}));
-    }
-    if (examination_.clouds() > 0) return;
-    const bool named = !options_.lidar_topic.empty();
-    report_.findings.push_back(make_finding(
-        "D01", Severity::kError, options_.lidar_topic,
-        {named            ? "no point clouds on " + options_.lidar_topic
-         : advice.empty() ? std::string("no point clouds in this recording")
-                          : fmt::format("no point clouds; {}", fmt::join(advice, "; ")),
-         "there is nothing to map",
-         clouds.empty() ? "Record the LiDAR's PointCloud2."
-                        : fmt::format("Clouds are on {}.", fmt::join(clouds, ", "))}));
-  }
-
-  void report_file() {
-    const io::SourceHealth& health = source_->health();
-    for (Finding finding : health.findings) {
-      finding.id = "D19";
-      report_.findings.push_back(std::move(finding));
-    }
-    if (!broken_.empty()) {
-      report_.findings.push_back(
-          make_finding("D19", Severity::kError, "", {broken_, "what comes after is lost", ""}));
-    }
-    const bool damaged = health.truncated || health.messages_skipped > 0 || health.bytes_lost > 0;
-    if (damaged && health.findings.empty()) {
-      report_.findings.push_back(make_finding(
-          "D19", Severity::kWarning, "",
-          {fmt::format("damaged: {} skipped, {} lost", counted(health.messages_skipped, "message"),
-                       counted(health.bytes_lost, "byte")),
-           "the map ends where the file does", ""},
-          {static_cast<double>(health.bytes_lost), 0.0}));
-    }
-    report_.findings.push_back(make_finding(
-        "D19", Severity::kInfo, "",
-        {fmt::format("{} read over {:.1f} s, compression {}{}", counted(health.messages, "message"),
-                     data_s(), health.compression.empty() ? "none" : health.compression,
-                     health.unindexed ? ", no index" : ""),
-         "", ""}));
-  }
-
-  const DoctorOptions& options_;
-  Examination& examination_;
-  DoctorReport& report_;
-  std::unique_ptr<io::MessageSource> source_;
-  std::vector<Counted> counted_;
-  drive::TfTree tf_;
-  std::size_t transforms_ = 0;
-  Time t_first_, t_last_;
-  std::string broken_;
-};
-
-Result<double> read_folder(const DoctorOptions& options, Examination& examination,
-                           DoctorReport& report) {
-  drive::VehicleJob job;
-  job.inputs = {options.path};
-  job.input.vehicle = options.vehicle;
-  job.input.cloud = options.cloud;
-  job.input.duration_s = options.seconds;
-  job.input.T_body_lidar = options.T_body_lidar;
-  job.input.extrinsics = drive::ExtrinsicsCheck::kOff;  // judged here
-  auto source = drive::open_events(job);
-  if (!source) return tl::make_unexpected(source.error());
-  double begin_s = 0.0, end_s = 0.0;
-  const auto see = [&](Time t) {
-    if (begin_s == 0.0) begin_s = t.s();
-    end_s = t.s();
-  };
-  while (true) {
-    const auto event = (*source)->next();
-    if (!event) return tl::make_unexpected(event.error());
-    if (!event->has_value()) break;
-    if (const auto* imu = std::get_if<sensor::ImuSample>(&**event)) {
-      see(imu->t);
-      examination.add_imu(*imu, imu->t);
-    } else if (const auto* scan = std::get_if<std::shared_ptr<const sensor::LidarScan>>(&**event)) {
-      see((*scan)->t_end);
-      examination.add_scan(**scan);
-    }
-  }
-  const drive::InputReport& input = (*source)->report();
-  for (const Finding& finding : input.findings) report.findings.push_back(finding);
-  report.T_body_lidar = input.T_body_lidar;
-  return end_s - begin_s;
-}
 
 void report_disk(const DoctorOptions& options, double points, double share_read, FindingList& out) {
   const double needed = points * kBytesPerPoint / share_read;
@@ -289,41 +48,42 @@ void sort_findings(FindingList& findings) {
 
 }  // namespace
 
-bool DoctorReport::has_error() const {
+bool has_error(const FindingList& findings) {
   return std::any_of(findings.begin(), findings.end(),
                      [](const Finding& f) { return f.severity == Severity::kError; });
 }
 
-Result<DoctorReport> examine(const DoctorOptions& options, Executor& executor) {
+Result<DoctorReport> examine(const DoctorOptions& options, Executor& executor, RangeStudy& ranges) {
+  const Result<io::InputKind> kind = io::input_kind(options.path);
+  if (!kind) return tl::make_unexpected(kind.error());
   DoctorReport report;
   report.path = options.path;
   report.vehicle = options.vehicle;
   Examination examination(options, executor);
-  const auto folder = look_for_scans(options.path);
-  if (!folder) return tl::make_unexpected(folder.error());
-  double share_read = 1.0;
-  if (!folder->clouds.empty()) {
-    const auto data_s = read_folder(options, examination, report);
-    if (!data_s) return tl::make_unexpected(data_s.error());
-    report.seconds = *data_s;
-  } else {
-    RecordingReading reading(options, examination, report);
-    if (const Status status = reading.read(); !status) {
-      return tl::make_unexpected(status.error());
-    }
-    reading.find_extrinsics();
-    report.seconds = reading.data_s();
-    share_read = reading.share_read();
-  }
-  if (!options.ranges_file.empty()) {
-    const Status status = read_ranges_csv(options.ranges_file, examination.ranges());
-    if (!status) return tl::make_unexpected(status.error());
-  }
+  const Result<ReadingEnd> end = *kind == io::InputKind::kScanFolder
+                                     ? read_scan_folder(options, examination, report)
+                                     : read_recording(options, examination, ranges, report);
+  if (!end) return tl::make_unexpected(end.error());
+  report.seconds = end->data_s;
   examination.finish(report);
-  report_disk(options, examination.points(), share_read, report.findings);
+  report_disk(options, examination.points(), end->share_read, report.findings);
   for (Finding& finding : report.findings) finding.vehicle = options.vehicle;
   sort_findings(report.findings);
   return report;
+}
+
+Result<FindingList> examine_ranges(const std::vector<std::string>& files,
+                                   const std::vector<std::string>& vehicles, RangeStudy& ranges) {
+  FindingList findings;
+  for (const std::string& file : files) {
+    if (const Status status = read_ranges_csv(file, ranges, findings); !status) {
+      return tl::make_unexpected(status.error());
+    }
+  }
+  if (!ranges.empty()) ranges.report("", findings);
+  ranges.report_strangers(vehicles, findings);
+  sort_findings(findings);
+  return findings;
 }
 
 }  // namespace rali::inspect

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,9 +11,16 @@
 #include "rali/base/result.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/imu/rotation_study.hpp"
+#include "rali/inspect/range_study.hpp"
 #include "rali/wire/cloud_format.hpp"
 
 namespace rali::inspect {
+
+/// A topic that carries ranges, and whose radio has which number.
+struct RangeTopicNames {
+  std::string topic;
+  std::map<std::int64_t, std::string> names;
+};
 
 /// What the doctor looks at. Empty texts: found by itself.
 struct DoctorOptions {
@@ -23,12 +31,14 @@ struct DoctorOptions {
   wire::CloudFormatOptions cloud;
   std::optional<geometry::SE3> T_body_lidar;  ///< empty: /tf_static if it is there
   geometry::SE3 T_body_imu;
-  std::string ranges_file;        ///< ranges.csv; empty: topics of the recording only
+  std::string imu_file;  ///< CSV beside a folder of scans; empty: imu.csv of the folder
+  /// Topics of ranges that count; empty: all, with radios by their number.
+  std::optional<std::vector<RangeTopicNames>> range_topics;
   std::string out_dir = ".";      ///< whose disk D20 asks about
   double disk_free_bytes = -1.0;  ///< for tests; negative: ask the disk
 };
 
-/// Everything the doctor found out; findings worst first.
+/// Everything the doctor found out about one recording; findings worst first.
 struct DoctorReport {
   std::string path, vehicle;
   double seconds = 0.0;  ///< of data looked at
@@ -39,24 +49,39 @@ struct DoctorReport {
   imu::RotationStudy rotations;
   std::optional<geometry::SE3> T_body_lidar;  ///< as given or by /tf_static
   FindingList findings;
-
-  /// True if an error spoils the map (exit code 1).
-  [[nodiscard]] bool has_error() const;
 };
 
+/// All recordings of all vehicles, and the ranges between them.
+struct DoctorResult {
+  std::vector<DoctorReport> recordings;
+  FindingList ranges;
+};
+
+/// True if an error spoils the map (exit code 1).
+[[nodiscard]] bool has_error(const FindingList& findings);
+
 /// Examines one recording: reads the first `seconds` as a stream, runs LiDAR odometry over them
-/// and compares its turning with the gyro's.
+/// and compares its turning with the gyro's. Its ranges are added to those of the fleet.
 /// Errors: kInput if the file cannot be read at all (what it is, is said).
-[[nodiscard]] Result<DoctorReport> examine(const DoctorOptions& options, Executor& executor);
+[[nodiscard]] Result<DoctorReport> examine(const DoctorOptions& options, Executor& executor,
+                                           RangeStudy& ranges);
+
+/// D14 and D15 of all ranges: those of the recordings and of these CSV files.
+/// @param vehicles names of the fleet; empty: nobody knows them
+/// Errors: kInput (no file, a column missing, no row of numbers).
+[[nodiscard]] Result<FindingList> examine_ranges(const std::vector<std::string>& files,
+                                                 const std::vector<std::string>& vehicles,
+                                                 RangeStudy& ranges);
 
 /// Severity as the user reads it: "error", "warning", "info".
 [[nodiscard]] const char* severity_name(Severity severity);
 
-/// The report for a terminal.
+/// The reports for a terminal.
 [[nodiscard]] std::string doctor_text(const DoctorReport& report);
-/// doctor.json, schema 1.
-[[nodiscard]] std::string doctor_json(const DoctorReport& report);
-/// A first fleet.yaml with everything that was found.
+[[nodiscard]] std::string ranges_text(const FindingList& findings);
+/// doctor.json, schema 2: one document for any number of recordings.
+[[nodiscard]] std::string doctor_json(const DoctorResult& result);
+/// A first fleet.yaml with everything that was found; several recordings of a vehicle are a list.
 [[nodiscard]] std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports);
 
 }  // namespace rali::inspect

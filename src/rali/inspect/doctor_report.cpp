@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "rali/base/counted.hpp"
@@ -29,11 +30,12 @@ nlohmann::ordered_json number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-nlohmann::ordered_json finding_json(const Finding& f) {
+nlohmann::ordered_json finding_json(const Finding& f, const std::string& path) {
   nlohmann::ordered_json j;
   j["id"] = f.id;
   j["severity"] = severity_name(f.severity);
   j["vehicle"] = f.vehicle;
+  j["path"] = path;
   j["topic"] = f.topic;
   j["value"] = number(f.value);
   j["limit"] = number(f.limit);
@@ -62,14 +64,15 @@ nlohmann::ordered_json found_json(const DoctorReport& r) {
   return j;
 }
 
-std::size_t count(const DoctorReport& r, Severity severity) {
+std::size_t count(const FindingList& findings, Severity severity) {
   return static_cast<std::size_t>(
-      std::count_if(r.findings.begin(), r.findings.end(),
+      std::count_if(findings.begin(), findings.end(),
                     [severity](const Finding& f) { return f.severity == severity; }));
 }
 
-std::string verdict(const DoctorReport& r) {
-  const std::size_t errors = count(r, Severity::kError), warnings = count(r, Severity::kWarning);
+std::string verdict(const FindingList& findings) {
+  const std::size_t errors = count(findings, Severity::kError);
+  const std::size_t warnings = count(findings, Severity::kWarning);
   if (errors > 0) {
     return fmt::format("not fit: {}, {}", counted(errors, "error"), counted(warnings, "warning"));
   }
@@ -114,6 +117,19 @@ std::string imu_yaml(const DoctorReport& r) {
   return out;
 }
 
+std::string findings_text(const FindingList& findings) {
+  std::string out;
+  for (const Finding& f : findings) {
+    out += fmt::format("{:<8}{} {}{}\n", severity_name(f.severity), f.id,
+                       f.topic.empty() ? "" : f.topic + ": ", f.text);
+    std::string more = f.effect;
+    if (!more.empty() && more.back() != '.') more += '.';
+    if (!f.remedy.empty()) more += more.empty() ? f.remedy : " " + f.remedy;
+    if (!more.empty()) out += fmt::format("            {}\n", more);
+  }
+  return out;
+}
+
 }  // namespace
 
 const char* severity_name(Severity severity) {
@@ -129,37 +145,52 @@ const char* severity_name(Severity severity) {
 }
 
 std::string doctor_text(const DoctorReport& report) {
-  std::string out =
-      fmt::format("{}: {} ({:.1f} s looked at)\n", report.path, verdict(report), report.seconds);
-  for (const Finding& f : report.findings) {
-    out += fmt::format("{:<8}{} {}{}\n", severity_name(f.severity), f.id,
-                       f.topic.empty() ? "" : f.topic + ": ", f.text);
-    std::string more = f.effect;
-    if (!more.empty() && more.back() != '.') more += '.';
-    if (!f.remedy.empty()) more += more.empty() ? f.remedy : " " + f.remedy;
-    if (!more.empty()) out += fmt::format("            {}\n", more);
-  }
-  return out;
+  return fmt::format("{}: {} ({:.1f} s looked at)\n", report.path, verdict(report.findings),
+                     report.seconds) +
+         findings_text(report.findings);
 }
 
-std::string doctor_json(const DoctorReport& report) {
+std::string ranges_text(const FindingList& findings) {
+  if (findings.empty()) return {};
+  return fmt::format("ranges: {}\n", verdict(findings)) + findings_text(findings);
+}
+
+std::string doctor_json(const DoctorResult& result) {
   nlohmann::ordered_json j;
-  j["schema"] = 1;
-  j["path"] = report.path;
-  j["vehicle"] = report.vehicle;
-  j["seconds"] = number(report.seconds);
-  j["verdict"] = verdict(report);
-  j["found"] = found_json(report);
+  FindingList all = result.ranges;
+  for (const DoctorReport& r : result.recordings) {
+    all.insert(all.end(), r.findings.begin(), r.findings.end());
+  }
+  j["schema"] = 2;
+  j["verdict"] = verdict(all);
+  j["vehicles"] = nlohmann::ordered_json::array();
   j["findings"] = nlohmann::ordered_json::array();
-  for (const Finding& f : report.findings) j["findings"].push_back(finding_json(f));
+  for (const DoctorReport& r : result.recordings) {
+    j["vehicles"].push_back({{"vehicle", r.vehicle},
+                             {"path", r.path},
+                             {"seconds", number(r.seconds)},
+                             {"verdict", verdict(r.findings)},
+                             {"found", found_json(r)}});
+    for (const Finding& f : r.findings) j["findings"].push_back(finding_json(f, r.path));
+  }
+  for (const Finding& f : result.ranges) j["findings"].push_back(finding_json(f, f.topic));
   // Names in a file may hold any bytes; JSON may not.
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports) {
   std::string out = "schema: 1\nvehicles:\n";
+  std::vector<std::string> told;
   for (const DoctorReport& r : reports) {
-    out += fmt::format("  {}:\n    recording: {}\n", r.vehicle, yaml_string(r.path));
+    if (std::find(told.begin(), told.end(), r.vehicle) != told.end()) continue;
+    told.push_back(r.vehicle);
+    std::vector<std::string> paths;
+    for (const DoctorReport& part : reports) {
+      if (part.vehicle == r.vehicle) paths.push_back(yaml_string(part.path));
+    }
+    out += fmt::format(
+        "  {}:\n    recording: {}\n", r.vehicle,
+        paths.size() == 1 ? paths.front() : fmt::format("[{}]", fmt::join(paths, ", ")));
     out += lidar_yaml(r) + imu_yaml(r);
   }
   return out;

@@ -1,11 +1,14 @@
 #include "rali/inspect/doctor.hpp"
 
+#include <cmath>
 #include <filesystem>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "rali/drive/hall_recording_for_test.hpp"
+#include "rali/io/files/test_folder.hpp"
 
 namespace rali::inspect {
 namespace {
@@ -39,7 +42,8 @@ DoctorReport examined(const HallRecording& recording, const std::string& name,
   options.path = bag.path();
   options.T_body_lidar = T_body_lidar;
   SerialExecutor executor;
-  Result<DoctorReport> report = examine(options, executor);
+  RangeStudy ranges;
+  Result<DoctorReport> report = examine(options, executor, ranges);
   EXPECT_TRUE(report.has_value()) << (report ? "" : report.error().message());
   return report ? std::move(*report) : DoctorReport{};
 }
@@ -53,7 +57,7 @@ const Finding* find(const DoctorReport& report, const std::string& id, Severity 
 
 TEST(Doctor, a_good_recording_is_fit) {
   const DoctorReport report = examined({}, "doctor_good.bag");
-  EXPECT_FALSE(report.has_error()) << doctor_text(report);
+  EXPECT_FALSE(has_error(report.findings)) << doctor_text(report);
   EXPECT_EQ(report.lidar_topic, "/points");
   EXPECT_EQ(report.imu_topic, "/imu/data");
   ASSERT_TRUE(report.rotations.time_offset_s.has_value()) << doctor_text(report);
@@ -103,11 +107,21 @@ TEST(Doctor, json_is_one_document_and_yaml_names_what_was_found) {
   HallRecording recording;
   recording.duration_s = 3.0;
   const DoctorReport report = examined(recording, "doctor_short.bag");
-  const auto json = nlohmann::json::parse(doctor_json(report));
-  EXPECT_EQ(json["schema"], 1);
-  EXPECT_EQ(json["found"]["lidar_topic"], "/points");
-  ASSERT_FALSE(json["findings"].empty());
-  EXPECT_TRUE(json["findings"][0].contains("remedy"));
+  for (const std::size_t n : {1U, 3U}) {
+    DoctorResult result;
+    result.recordings.assign(n, report);
+    result.recordings.back().vehicle = "v9";
+    const auto json = nlohmann::json::parse(doctor_json(result));
+    EXPECT_EQ(json["schema"], 2);
+    ASSERT_EQ(json["vehicles"].size(), n) << "one shape for any number";
+    EXPECT_EQ(json["vehicles"][n - 1]["vehicle"], "v9");
+    EXPECT_EQ(json["vehicles"][0]["found"]["lidar_topic"], "/points");
+    ASSERT_EQ(json["findings"].size(), n * report.findings.size());
+    EXPECT_TRUE(json["findings"][0].contains("remedy"));
+    EXPECT_EQ(json["findings"][0]["path"], report.path);
+  }
+  const std::string list = doctor_fleet_yaml({report, report});
+  EXPECT_NE(list.find("recording: [\""), std::string::npos) << list;
   const std::string yaml = doctor_fleet_yaml({report});
   EXPECT_NE(yaml.find("topic: \"/points\""), std::string::npos) << yaml;
   EXPECT_NE(yaml.find("accel_unit: m_s2"), std::string::npos) << yaml;
@@ -129,11 +143,12 @@ TEST(Doctor, a_bag_cut_at_any_place_is_examined_or_refused) {
   const BagFile bag(recording, "doctor_cut.bag");
   const auto size = std::filesystem::file_size(bag.path());
   SerialExecutor executor;
+  RangeStudy ranges;
   DoctorOptions options;
   options.path = bag.path();
   for (int part = 9; part >= 0; --part) {
     std::filesystem::resize_file(bag.path(), size * static_cast<std::uintmax_t>(part) / 10);
-    const auto report = examine(options, executor);
+    const auto report = examine(options, executor, ranges);
     const bool told = report ? !report->findings.empty() : !report.error().what.empty();
     EXPECT_TRUE(told) << part;
   }
@@ -141,11 +156,64 @@ TEST(Doctor, a_bag_cut_at_any_place_is_examined_or_refused) {
 
 TEST(Doctor, what_is_no_recording_is_refused_with_a_sentence) {
   SerialExecutor executor;
+  RangeStudy ranges;
   DoctorOptions options;
   options.path = "/nonexistent/run.bag";
-  const auto report = examine(options, executor);
+  const auto report = examine(options, executor, ranges);
   ASSERT_FALSE(report.has_value());
   EXPECT_EQ(report.error().code, ErrorCode::kInput);
+}
+
+/// A folder of three scans, one ring each; `factor` is the unit of its file, 0 makes NaN of it.
+DoctorReport examined_folder(double factor) {
+  const io::TestFolder folder;
+  for (int i = 0; i < 3; ++i) {
+    std::string pcd =
+        "VERSION .7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"
+        "WIDTH 720\nHEIGHT 1\nPOINTS 720\nDATA ascii\n";
+    for (int k = 0; k < 720; ++k) {
+      const double a = 0.00872665 * k;
+      pcd += factor == 0.0 ? "nan nan nan 0\n"
+                           : fmt::format("{} {} {} 1\n", factor * 8.0 * std::cos(a),
+                                         factor * 8.0 * std::sin(a), 0.2 * factor);
+    }
+    folder.write(fmt::format("{}.pcd", i), pcd);
+  }
+  DoctorOptions options;
+  options.path = folder.path();
+  SerialExecutor executor;
+  RangeStudy ranges;
+  Result<DoctorReport> report = examine(options, executor, ranges);
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  return report ? std::move(*report) : DoctorReport{};
+}
+
+TEST(Doctor, a_folder_of_which_nothing_can_be_mapped_is_not_fit) {
+  EXPECT_FALSE(has_error(examined_folder(1.0).findings)) << doctor_text(examined_folder(1.0));
+  const DoctorReport nan = examined_folder(0.0);
+  ASSERT_NE(find(nan, "D01", Severity::kError), nullptr) << doctor_text(nan);
+  EXPECT_NE(doctor_text(nan).find("3 sweeps without a usable point"), std::string::npos);
+  const DoctorReport mm = examined_folder(1000.0);
+  ASSERT_NE(find(mm, "D01", Severity::kError), nullptr) << doctor_text(mm);
+  EXPECT_NE(doctor_text(mm).find("millimetres, not metres"), std::string::npos) << doctor_text(mm);
+}
+
+TEST(Doctor, ranges_of_all_vehicles_are_judged_together) {
+  const io::TestFolder folder;
+  std::string forth = "stamp_s,from,to,range_m\n", back = forth;
+  for (int i = 0; i < 40; ++i) {
+    forth += fmt::format("{},v1,v2,{}\n", 0.1 * i, 5.0 + 0.01 * i);
+    back += fmt::format("{},v2,v1,{}\n", 0.1 * i + 0.05, 5.31 + 0.01 * i);
+  }
+  back += "9.0,v7,v1,3.0\nnoon,v1,v2,3.0\n";
+  RangeStudy ranges;
+  const auto findings = examine_ranges({folder.write("a.csv", forth), folder.write("b.csv", back)},
+                                       {"v1", "v2"}, ranges);
+  ASSERT_TRUE(findings) << findings.error().message();
+  const std::string text = ranges_text(*findings);
+  EXPECT_NE(text.find("warning D15 v1->v2 is -0.3"), std::string::npos) << text;
+  EXPECT_NE(text.find("'v7' is no vehicle (v1, v2); 1 range with it"), std::string::npos) << text;
+  EXPECT_NE(text.find("1 of 42 rows like this"), std::string::npos) << text;
 }
 
 }  // namespace

@@ -40,12 +40,6 @@ void Examination::add_undecodable(const std::string& topic, const std::string& r
   undecodable_reason_ = reason;
 }
 
-void Examination::add_scan(const sensor::LidarScan& scan) {
-  cloud_stamps_.push_back({scan.t_end, scan.t_end});
-  clouds_.add(scan, scan.size() + scan.dropped_nan + scan.dropped_range);
-  track(scan);
-}
-
 void Examination::add_imu(const sensor::ImuSample& raw, Time t_record) {
   if (imu_.size() >= kImuMax) return;
   imu_.push_back(raw);
@@ -158,7 +152,6 @@ void Examination::finish(DoctorReport& report) {
                                 "blind directions are held by ranges only, gravity is not known",
                                 "Record the IMU with the LiDAR."}));
   }
-  if (!ranges_.empty()) ranges_.report("", out);
 }
 
 }  // namespace rali::inspect

@@ -10,7 +10,6 @@
 #include "rali/drive/offset/lidar_turning.hpp"
 #include "rali/inspect/cloud_study.hpp"
 #include "rali/inspect/doctor.hpp"
-#include "rali/inspect/range_study.hpp"
 
 namespace rali::inspect {
 
@@ -24,11 +23,7 @@ class Examination {
   /// One cloud of the LiDAR's topic; `message` owns what the view points to.
   void add_cloud(std::vector<std::byte> message, wire::CloudView view, Time t_record);
   void add_undecodable(const std::string& topic, const std::string& reason);
-  /// One sweep that needs no decoding (folder of scans).
-  void add_scan(const sensor::LidarScan& scan);
   void add_imu(const sensor::ImuSample& raw, Time t_record);
-
-  RangeStudy& ranges() { return ranges_; }
 
   [[nodiscard]] std::size_t clouds() const { return cloud_stamps_.size(); }
 
@@ -65,7 +60,6 @@ class Examination {
   drive::LidarTurning turning_;
   std::optional<geometry::Vec3> up_lidar_;
   CloudStudy clouds_;
-  RangeStudy ranges_;
 };
 
 }  // namespace rali::inspect

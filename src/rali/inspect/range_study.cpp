@@ -5,6 +5,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "rali/base/counted.hpp"
 #include "rali/inspect/make_finding.hpp"
@@ -55,10 +56,11 @@ std::vector<std::string> RangeStudy::names() const {
 }
 
 void RangeStudy::report(const std::string& topic, FindingList& out) const {
-  for (const auto& [pair, series] : pairs_) {
+  const Pairs pairs = sorted_pairs();
+  for (const auto& [pair, series] : pairs) {
     report_pair(pair.first + "->" + pair.second, series, topic, out);
   }
-  report_directions(topic, out);
+  report_directions(pairs, topic, out);
   report_silent(topic, out);
   if (zeros_ > 0) {
     out.push_back(
@@ -71,6 +73,34 @@ void RangeStudy::report(const std::string& topic, FindingList& out) const {
                                {fmt::format("more than {} pairs of names", kPairsMax),
                                 "the columns from and to do not hold names", "Check the file."},
                                {static_cast<double>(pairs_refused_), 0.0}));
+  }
+}
+
+RangeStudy::Pairs RangeStudy::sorted_pairs() const {
+  Pairs pairs = pairs_;
+  for (auto& [pair, series] : pairs) {
+    std::stable_sort(series.samples.begin(), series.samples.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+  }
+  return pairs;
+}
+
+void RangeStudy::report_strangers(const std::vector<std::string>& vehicles,
+                                  FindingList& out) const {
+  if (vehicles.empty()) return;
+  for (const std::string& name : names()) {
+    const std::string vehicle = name.substr(0, name.find('/'));
+    if (std::find(vehicles.begin(), vehicles.end(), vehicle) != vehicles.end()) continue;
+    std::uint64_t rows = 0;
+    for (const auto& [pair, series] : pairs_) {
+      if (pair.first == name || pair.second == name) rows += series.count;
+    }
+    out.push_back(make_finding(
+        "D14", Severity::kWarning, "",
+        {fmt::format("'{}' is no vehicle ({}); {} with it", name, fmt::join(vehicles, ", "),
+                     counted(rows, "range")),
+         "they are left out", "Name the vehicle in fleet.yaml, or its radio in ranges.sources."},
+        {static_cast<double>(rows), 0.0}));
   }
 }
 
@@ -110,11 +140,11 @@ void RangeStudy::report_pair(const std::string& name, const Series& series,
                    {static_cast<double>(series.invalid), 0.0}));
 }
 
-void RangeStudy::report_directions(const std::string& topic, FindingList& out) const {
-  for (const auto& [pair, forth] : pairs_) {
+void RangeStudy::report_directions(const Pairs& pairs, const std::string& topic, FindingList& out) {
+  for (const auto& [pair, forth] : pairs) {
     if (pair.first >= pair.second) continue;
-    const auto back = pairs_.find({pair.second, pair.first});
-    if (back == pairs_.end()) continue;
+    const auto back = pairs.find({pair.second, pair.first});
+    if (back == pairs.end()) continue;
     const auto& other = back->second.samples;
     std::vector<double> differences_m;
     std::size_t k = 0;
@@ -149,7 +179,7 @@ void RangeStudy::report_silent(const std::string& topic, FindingList& out) const
   }
 }
 
-Status read_ranges_csv(const std::string& path, RangeStudy& study) {
+Status read_ranges_csv(const std::string& path, RangeStudy& study, FindingList& findings) {
   auto csv = io::CsvReader::open(path);
   if (!csv) return tl::make_unexpected(csv.error());
   int columns[4] = {};
@@ -159,19 +189,35 @@ Status read_ranges_csv(const std::string& path, RangeStudy& study) {
     if (!column) return tl::make_unexpected(column.error());
     columns[i] = *column;
   }
+  std::uint64_t rows = 0, bad = 0;
+  std::string first_bad;
   while (true) {
     const auto row = csv->next();
     if (!row) return tl::make_unexpected(row.error());
-    if (!*row) return {};
+    if (!*row) break;
+    ++rows;
     const auto stamp = io::parse_stamp(csv->cell(columns[0]));
     const auto range_m = io::parse_number(csv->cell(columns[3]));
     if (!stamp || !range_m) {
-      return fail(ErrorCode::kInput, csv->where(), "stamp_s or range_m is not a number",
-                  "Times are seconds, ranges are metres.");
+      if (bad++ == 0) first_bad = csv->where();
+      continue;
     }
     study.add(*stamp, std::string(csv->cell(columns[1])), std::string(csv->cell(columns[2])),
               *range_m);
   }
+  if (bad == rows) {
+    return fail(ErrorCode::kInput, rows == 0 ? path : first_bad,
+                rows == 0 ? "has no rows" : "no row has numbers in stamp_s and range_m",
+                "Times are seconds, ranges are metres.");
+  }
+  if (bad == 0) return {};
+  findings.push_back(
+      make_finding("D14", Severity::kWarning, path,
+                   {fmt::format("{}: stamp_s or range_m is not a number; {} of {} like this",
+                                first_bad, bad, counted(rows, "row")),
+                    "they are left out", "Times are seconds, ranges are metres."},
+                   {static_cast<double>(bad), 0.0}));
+  return {};
 }
 
 }  // namespace rali::inspect

@@ -27,27 +27,37 @@ class RangeStudy {
   /// directions of a pair disagree, spread.
   void report(const std::string& topic, FindingList& out) const;
 
+  /// D14: names that are no vehicle of the fleet; nothing where `vehicles` is empty.
+  void report_strangers(const std::vector<std::string>& vehicles, FindingList& out) const;
+
  private:
   struct Series {
-    std::vector<std::pair<Time, double>> samples;  ///< at most kSamplesMax
+    std::vector<std::pair<Time, double>> samples;  ///< at most kSamplesMax, as they came
     std::uint64_t count = 0;
     std::uint64_t invalid = 0;
   };
+
+  using Pairs = std::map<std::pair<std::string, std::string>, Series>;
 
   static constexpr std::size_t kSamplesMax = 200000;
   static constexpr std::size_t kPairsMax = 1000;
 
   void report_pair(const std::string& name, const Series& series, const std::string& topic,
                    FindingList& out) const;
-  void report_directions(const std::string& topic, FindingList& out) const;
+  static void report_directions(const Pairs& pairs, const std::string& topic, FindingList& out);
   void report_silent(const std::string& topic, FindingList& out) const;
 
-  std::map<std::pair<std::string, std::string>, Series> pairs_;  ///< ordered: the report is too
+  /// Several recordings tell of one pair, one after the other.
+  [[nodiscard]] Pairs sorted_pairs() const;
+
+  Pairs pairs_;  ///< ordered: the report is too
   std::uint64_t zeros_ = 0;
   std::uint64_t pairs_refused_ = 0;
 };
 
-/// Adds the rows of a ranges.csv (product.md section 7). Errors: kInput.
-[[nodiscard]] Status read_ranges_csv(const std::string& path, RangeStudy& study);
+/// Adds the rows of a ranges.csv (product.md section 7); those that hold no numbers are a finding.
+/// Errors: kInput (no file, a column missing, no row of numbers).
+[[nodiscard]] Status read_ranges_csv(const std::string& path, RangeStudy& study,
+                                     FindingList& findings);
 
 }  // namespace rali::inspect

@@ -65,14 +65,26 @@ TEST(RangeStudy, numbers_in_place_of_names_do_not_fill_the_memory) {
   EXPECT_TRUE(says(reported(study), "D14", "more than 1000 pairs"));
 }
 
-TEST(RangesCsv, a_bad_number_is_refused_with_its_line) {
+TEST(RangesCsv, a_bad_number_is_named_with_its_line_and_no_number_at_all_is_refused) {
   const auto path = std::filesystem::path(testing::TempDir()) / "range_study_bad.csv";
   std::ofstream(path) << "stamp_s,from,to,range_m\n1.0,v1,v2,3.0\n2.0,v1,v2,far\n";
   RangeStudy study;
-  const Status status = read_ranges_csv(path.string(), study);
+  FindingList findings;
+  EXPECT_TRUE(read_ranges_csv(path.string(), study, findings)) << "rali map reads on, too";
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_NE(findings[0].text.find(":3"), std::string::npos) << findings[0].text;
+  std::ofstream(path) << "stamp_s,from,to,range_m\n2.0,v1,v2,far\n";
+  const Status status = read_ranges_csv(path.string(), study, findings);
   std::filesystem::remove(path);
   ASSERT_FALSE(status.has_value());
-  EXPECT_NE(status.error().where.find(":3"), std::string::npos) << status.error().where;
+  EXPECT_NE(status.error().where.find(":2"), std::string::npos) << status.error().where;
+}
+
+TEST(RangeStudy, one_pair_told_by_two_recordings_has_no_gap) {
+  RangeStudy study;
+  for (int i = 0; i < 100; ++i) study.add(Time::from_s(0.2 * i), "v1", "v2", 5.0 + 0.01 * i);
+  for (int i = 0; i < 100; ++i) study.add(Time::from_s(0.2 * i + 0.1), "v1", "v2", 5.0 + 0.01 * i);
+  EXPECT_TRUE(says(reported(study), "D14", "200 ranges, 10.0 Hz, longest gap 0.1 s"));
 }
 
 }  // namespace

@@ -15,10 +15,22 @@ namespace {
 
 std::string word_or_empty(const std::string& word) { return word == "auto" ? "" : word; }
 
+/// Topics of ranges that fleet.yaml names, with the names of its radios.
+std::vector<inspect::RangeTopicNames> range_topics(const config::RangesConfig& ranges) {
+  std::vector<inspect::RangeTopicNames> topics;
+  for (const config::RangeSource& source : ranges.sources) {
+    if (source.topic.empty()) continue;
+    inspect::RangeTopicNames names{source.topic, {}};
+    for (const auto& [number, radio] : source.ids) names.names[number] = radio.vehicle;
+    topics.push_back(std::move(names));
+  }
+  return topics;
+}
+
 /// A vehicle of fleet.yaml as the doctor takes it.
 inspect::DoctorOptions options_of(const config::VehicleConfig& vehicle) {
   inspect::DoctorOptions options;
-  options.path = vehicle.recordings.empty() ? "" : vehicle.recordings.front();
+  options.imu_file = vehicle.imu.file;
   options.vehicle = vehicle.name;
   options.lidar_topic = word_or_empty(vehicle.lidar.topic);
   options.imu_topic = word_or_empty(vehicle.imu.topic);
@@ -73,9 +85,14 @@ class DoctorCommand final : public Command {
   [[nodiscard]] Result<int> run(Session& session) override;
 
  private:
-  [[nodiscard]] Result<std::vector<inspect::DoctorOptions>> plan() const;
-  [[nodiscard]] Status write_files(const std::vector<inspect::DoctorReport>& reports) const;
-  [[nodiscard]] std::string json_of(const std::vector<inspect::DoctorReport>& reports) const;
+  struct Plan {
+    std::vector<inspect::DoctorOptions> recordings;
+    std::vector<std::string> range_files;
+    std::vector<std::string> vehicles;  ///< whose names ranges must have; empty: nobody knows them
+  };
+
+  [[nodiscard]] Result<Plan> plan() const;
+  [[nodiscard]] Status write_files(const inspect::DoctorResult& result) const;
 
   std::vector<std::string> inputs_;
   double seconds_ = 120.0;
@@ -83,42 +100,41 @@ class DoctorCommand final : public Command {
   int threads_ = 0;
 };
 
-Result<std::vector<inspect::DoctorOptions>> DoctorCommand::plan() const {
+Result<DoctorCommand::Plan> DoctorCommand::plan() const {
   const std::string extension = std::filesystem::path(inputs_.front()).extension().string();
   const bool yaml = inputs_.size() == 1 && (extension == ".yaml" || extension == ".yml");
   const Result<config::FleetConfig> fleet =
       yaml ? config::load_fleet(inputs_.front(), {}) : config::fleet_of_recordings(inputs_, {});
   if (!fleet) return tl::make_unexpected(fleet.error());
-  std::vector<inspect::DoctorOptions> jobs;
+  Plan plan;
+  for (const config::RangeSource& source : fleet->ranges.sources) {
+    if (!source.file.empty()) plan.range_files.push_back(source.file);
+  }
+  if (!ranges_.empty()) plan.range_files = {ranges_};
   for (const config::VehicleConfig& vehicle : fleet->vehicles) {
+    if (yaml) plan.vehicles.push_back(vehicle.name);
     inspect::DoctorOptions options = options_of(vehicle);
     options.seconds = seconds_;
+    if (yaml) options.range_topics = range_topics(fleet->ranges);
     if (!lidar_topic_.empty()) options.lidar_topic = lidar_topic_;
     if (!imu_topic_.empty()) options.imu_topic = imu_topic_;
     if (!out_dir_.empty()) options.out_dir = out_dir_;
-    if (jobs.empty()) options.ranges_file = ranges_;  // one file for the fleet: told once
-    jobs.push_back(std::move(options));
+    for (const std::string& recording : vehicle.recordings) {
+      options.path = recording;
+      plan.recordings.push_back(options);
+    }
   }
-  return jobs;
+  return plan;
 }
 
-std::string DoctorCommand::json_of(const std::vector<inspect::DoctorReport>& reports) const {
-  if (reports.size() == 1) return inspect::doctor_json(reports.front());
-  std::string text = "[\n";
-  for (std::size_t i = 0; i < reports.size(); ++i) {
-    text += inspect::doctor_json(reports[i]);
-    if (i + 1 < reports.size()) text += ",\n";
-  }
-  return text + "]\n";
-}
-
-Status DoctorCommand::write_files(const std::vector<inspect::DoctorReport>& reports) const {
+Status DoctorCommand::write_files(const inspect::DoctorResult& result) const {
   if (!write_.empty()) {
     std::error_code unreadable;
     if (std::filesystem::exists(write_, unreadable)) {
       return fail(ErrorCode::kUsage, write_, "the file exists", "Choose another name.");
     }
-    const Status status = io::write_file_atomic(write_, inspect::doctor_fleet_yaml(reports));
+    const Status status =
+        io::write_file_atomic(write_, inspect::doctor_fleet_yaml(result.recordings));
     if (!status) return status;
   }
   if (out_dir_.empty()) return {};
@@ -126,27 +142,33 @@ Status DoctorCommand::write_files(const std::vector<inspect::DoctorReport>& repo
   std::filesystem::create_directories(out_dir_, error);
   if (error) return fail(ErrorCode::kMachine, out_dir_, "the folder cannot be made", "");
   return io::write_file_atomic((std::filesystem::path(out_dir_) / "doctor.json").string(),
-                               json_of(reports));
+                               inspect::doctor_json(result));
 }
 
 Result<int> DoctorCommand::run(Session& session) {
-  const auto jobs = plan();
-  if (!jobs) return tl::make_unexpected(jobs.error());
+  const Result<Plan> plan = this->plan();
+  if (!plan) return tl::make_unexpected(plan.error());
   const std::unique_ptr<Executor> executor = drive::make_executor(threads_);
-  std::vector<inspect::DoctorReport> reports;
+  const bool text = !session.options.json;
+  inspect::DoctorResult result;
+  inspect::RangeStudy ranges;
   bool spoilt = false;
-  for (const inspect::DoctorOptions& job : *jobs) {
+  for (const inspect::DoctorOptions& job : plan->recordings) {
     session.detail(fmt::format("looking at {}", job.path));
-    Result<inspect::DoctorReport> report = inspect::examine(job, *executor);
+    Result<inspect::DoctorReport> report = inspect::examine(job, *executor, ranges);
     if (!report) return tl::make_unexpected(report.error());
-    if (!session.options.json) session.result(inspect::doctor_text(*report));
-    spoilt = spoilt || report->has_error();
-    reports.push_back(std::move(*report));
+    if (text) session.result(inspect::doctor_text(*report));
+    spoilt |= inspect::has_error(report->findings);
+    result.recordings.push_back(std::move(*report));
   }
-  if (session.options.json) session.result(json_of(reports));
-  if (const Status status = write_files(reports); !status) {
+  Result<FindingList> of_ranges =
+      inspect::examine_ranges(plan->range_files, plan->vehicles, ranges);
+  if (!of_ranges) return tl::make_unexpected(of_ranges.error());
+  result.ranges = std::move(*of_ranges);
+  spoilt |= inspect::has_error(result.ranges);
+  session.result(text ? inspect::ranges_text(result.ranges) : inspect::doctor_json(result));
+  if (const Status status = write_files(result); !status)
     return tl::make_unexpected(status.error());
-  }
   return spoilt ? kExitBelowAsked : kExitDone;
 }
 
