@@ -9,19 +9,13 @@
 #include "rali/config/check_fleet.hpp"
 #include "rali/config/presets.hpp"
 #include "rali/config/text_of.hpp"
+#include "rali/config/vehicle_name.hpp"
 
 namespace rali::config {
 namespace {
 
 constexpr std::size_t kMaxVehicles = 64;
 constexpr std::string_view kSettings = "settings.";
-
-bool is_vehicle_name(std::string_view name) {
-  constexpr std::string_view kAllowed =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
-  return !name.empty() && name.size() <= 32 && name.front() != '-' &&
-         name.find_first_not_of(kAllowed) == std::string_view::npos;
-}
 
 /// Makes the vehicles that the file names, still with default values.
 Status make_vehicles(const Node& root, const std::string& name, FleetConfig& config) {
@@ -39,7 +33,7 @@ Status make_vehicles(const Node& root, const std::string& name, FleetConfig& con
     if (!is_vehicle_name(vehicle.key)) {
       return fail(ErrorCode::kUsage, vehicle.key_where,
                   fmt::format("{} is no name of a vehicle", yaml_quoted(vehicle.key.substr(0, 60))),
-                  "Use letters, digits, _ and -, at most 32: it becomes a file name.");
+                  "Use letters, digits, _ and -, at most 32: it becomes the name of files.");
     }
     config.vehicles.emplace_back();
     config.vehicles.back().name = vehicle.key;
@@ -149,13 +143,7 @@ Result<FleetConfig> build(const Node& root, const std::string& name, const std::
 std::string name_of_recording(const std::string& input) {
   std::filesystem::path path = std::filesystem::path(input).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();
-  std::string name = path.stem().string();
-  for (char& c : name) {
-    if (!is_vehicle_name(std::string(1, c)) && c != '-') c = '_';
-  }
-  name = name.substr(0, 32);
-  if (!name.empty() && name.front() == '-') name.front() = '_';
-  return is_vehicle_name(name) ? name : "v1";
+  return vehicle_name_from(path.stem().string());
 }
 
 Node scalar(std::string key, std::string text, const std::string& where) {

@@ -39,6 +39,9 @@ std::uint8_t mixed(std::uint8_t under, std::uint8_t over, double share) {
   return static_cast<std::uint8_t>(std::lround(under + share * (over - under)));
 }
 
+/// Behind the first byte of a character beyond ASCII, which is drawn as one box.
+bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
 double glyph_units(char c) {
   if (c == ' ') return kBlankUnits;
   const std::string_view strokes = strokes_of(c);
@@ -95,6 +98,7 @@ void Canvas::line(double x0, double y0, double x1, double y1, double width, Colo
 double Canvas::text(double x, double y, double height, std::string_view text, Colour colour) {
   const double unit = height / kCapitalUnits;
   for (const char c : text) {
+    if (is_continuation(c)) continue;
     const std::string_view strokes = strokes_of(c);
     std::optional<Pixel> pen;
     for (std::size_t i = 0; i + 1 < strokes.size(); i += 3) {
@@ -111,7 +115,9 @@ double Canvas::text(double x, double y, double height, std::string_view text, Co
 
 double Canvas::text_width(double height, std::string_view text) {
   double units = text.empty() ? 0.0 : -kGapUnits;
-  for (const char c : text) units += glyph_units(c) + kGapUnits;
+  for (const char c : text) {
+    if (!is_continuation(c)) units += glyph_units(c) + kGapUnits;
+  }
   return units * height / kCapitalUnits;
 }
 
