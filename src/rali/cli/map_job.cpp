@@ -275,6 +275,12 @@ std::vector<std::string> idle_keys(const FleetConfig& fleet) {
 FleetConfig with_findings(const FleetConfig& fleet,
                           const std::vector<drive::InputReport>& reports) {
   FleetConfig found = fleet;
+  std::vector<std::optional<drive::RangeLatency>> latencies;
+  for (const drive::InputReport& report : reports) latencies.push_back(report.range_latency);
+  // It stays auto: the stamps were left alone, and the filters followed the offset.
+  if (const auto latency = drive::combined(latencies); latency && !found.ranges.latency_s) {
+    found.origins["ranges.latency_s"] = "found: " + drive::latency_words(*latency) + ", by motion";
+  }
   for (const drive::InputReport& report : reports) {
     const auto vehicle =
         std::find_if(found.vehicles.begin(), found.vehicles.end(),

@@ -135,6 +135,21 @@ TEST(MapJob, its_settings_name_what_was_found_and_load_again) {
   EXPECT_EQ(again.vehicles[0].lidar.T_body_lidar.T.p.z(), 0.2);
 }
 
+TEST(MapJob, its_settings_say_what_the_motion_has_told_of_the_latency_and_keep_it_auto) {
+  const auto job =
+      make_map_job(fleet_of("vehicles: {v1: {recording: a}, v2: {recording: b}}"), MapOptions{});
+  ASSERT_TRUE(job);
+  drive::InputReport report;
+  report.vehicle = "v1";
+  report.range_latency = drive::RangeLatency{0.046, 0.005};
+  const std::string text = job->settings_text({report});
+  const std::size_t line = text.find("latency_s: auto");
+  ASSERT_NE(line, std::string::npos) << text;
+  EXPECT_NE(text.find("# found: 46 ms, sigma 5.0 ms, by motion\n", line), std::string::npos)
+      << text.substr(line, 120);
+  EXPECT_FALSE(fleet_of(text).ranges.latency_s) << "a rerun gives the same";
+}
+
 TEST(MapSummary, tells_the_run_in_a_few_lines) {
   EXPECT_EQ(summary_text(summary_of(2), "out/report.html"),
             "out/report.html\n2 vehicles, each in a frame of its own\n"

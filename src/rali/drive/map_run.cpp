@@ -6,6 +6,7 @@
 
 #include "rali/drive/fleet_loop.hpp"
 #include "rali/drive/fleet_rounds.hpp"
+#include "rali/drive/member_job.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/output/joint_path.hpp"
@@ -26,22 +27,6 @@
 namespace rali::drive {
 namespace {
 
-std::vector<std::string> vehicle_names(const MapJob& job) {
-  std::vector<std::string> names;
-  for (const VehicleJob& vehicle : job.vehicles) names.push_back(vehicle.input.vehicle);
-  return names;
-}
-
-/// The vehicle's job with what the fleet knows.
-VehicleJob member_job(const MapJob& job, std::size_t index,
-                      const std::shared_ptr<const RangeOptions>& ranges) {
-  VehicleJob member = job.vehicles[index];
-  member.input.strict |= job.strict;
-  member.input.self = VehicleId{static_cast<std::uint16_t>(index)};
-  member.input.ranges = ranges;
-  return member;
-}
-
 /// One run of `rali map`: the stages in their order. Each stage adds to `summary_`.
 class MapRun {
  public:
@@ -57,6 +42,7 @@ class MapRun {
   Result<MapSummary> run();
 
  private:
+
   Status open_sources();
   Status find_time_offset(std::size_t index);
   Status open_session();
@@ -72,7 +58,6 @@ class MapRun {
   Status write_rounds();
   Status close(const Status& so_far);
   void report(Finding finding);
-  double data_s() const;
 
   const MapJob& job_;
   ProgressSink& sink_;
@@ -96,14 +81,6 @@ void MapRun::report(Finding finding) {
   sink_.finding(finding);
   log_.finding(finding);
   summary_.findings.push_back(std::move(finding));
-}
-
-double MapRun::data_s() const {
-  double sum_s = 0.0;
-  for (const VehicleSummary& v : summary_.vehicles) {
-    sum_s += seconds_between(v.input.t_begin, v.input.t_end);
-  }
-  return sum_s;
 }
 
 Status MapRun::open_sources() {
@@ -153,13 +130,8 @@ Status MapRun::start_vehicles() {
     const InputReport& first = sources_[i]->report();
     for (const Finding& f : first.findings) report(f);
     findings_told_.push_back(first.findings.size());
-    vehicle::VehicleSettings settings = job_.vehicles[i].settings;
-    settings.name = first.vehicle;
-    settings.has_imu = first.has_imu;
-    settings.calibration.T_body_lidar = first.T_body_lidar;
-    settings.calibration.T_body_imu = first.T_body_imu;
-    settings.calibration.lidar_time_offset_s = 0.0;  // applied to the stamps already
-    vehicles_.emplace_back(VehicleId{static_cast<std::uint16_t>(i)}, settings);
+    vehicles_.emplace_back(VehicleId{static_cast<std::uint16_t>(i)},
+                           settings_with(job_.vehicles[i].settings, first));
     if (session_) session_->set_lidar(first.vehicle, first.T_body_lidar);
     Result<VehicleRun> run = VehicleRun::start(first.vehicle, job_.out_dir, session_.get());
     if (!run) return tl::make_unexpected(run.error());
@@ -215,6 +187,9 @@ Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
   VehicleSummary vehicle;
   vehicle.input = sources_[index]->report();
   vehicle.name = vehicle.input.vehicle;
+  vehicle.input.range_latency =
+      latency_by_motion(vehicles_[index].range_stamp_offset(),
+                        job_.vehicles[index].settings.ranging.bias.tau_sigma_s);
   const FindingList& all = vehicle.input.findings;
   for (std::size_t k = findings_told_[index]; k < all.size(); ++k) report(all[k]);
   const std::size_t posed = runs_[index].poses().size();
@@ -331,12 +306,15 @@ Status MapRun::close(const Status& so_far) {
   if (status && job_.settings_text) {
     std::vector<InputReport> reports;
     for (const auto& source : sources_) reports.push_back(source->report());
+    for (std::size_t i = 0; i < summary_.vehicles.size(); ++i) {
+      reports[i].range_latency = summary_.vehicles[i].input.range_latency;
+    }
     status = io::write_file_atomic(job_.out_dir + "/settings.yaml", job_.settings_text(reports));
   }
   log_.stage("files");
   if (!so_far) log_.line("error: " + so_far.error().message());
   log_.line(status_name(summary_.status));
-  if (const Status s = log_.write(job_.out_dir, data_s()); status) status = s;
+  if (const Status s = log_.write(job_.out_dir, data_seconds(summary_)); status) status = s;
   const Status last = write_status(job_.out_dir, status_name(summary_.status), true);
   return status ? last : status;
 }
@@ -371,25 +349,9 @@ Result<MapSummary> MapRun::run() {
 
 }  // namespace
 
-bool is_connected(const fleet::FleetEstimate& estimate) { return estimate.groups.size() <= 1; }
-
 Result<MapSummary> run_map(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop) {
   if (job.vehicles.empty()) return fail(ErrorCode::kUsage, "", "no vehicle to map");
   return MapRun(job, sink, stop).run();
-}
-
-Result<std::vector<InputReport>> plan_map(const MapJob& job) {
-  std::vector<InputReport> reports;
-  const auto ranges = std::make_shared<const RangeOptions>(job.ranges);
-  for (std::size_t i = 0; i < job.vehicles.size(); ++i) {
-    const Result<std::unique_ptr<ReportedSource>> source = open_events(member_job(job, i, ranges));
-    if (!source) return tl::make_unexpected(source.error());
-    reports.push_back((*source)->report());
-  }
-  if (const auto files = read_range_files(job.ranges); !files) {
-    return tl::make_unexpected(files.error());
-  }
-  return reports;
 }
 
 }  // namespace rali::drive

@@ -106,7 +106,8 @@ void read_ranges(const Json& ranges, RunData& run) {
   if (!pairs.is_object()) return;
   for (const auto& [name, pair] : pairs.items()) {
     run.ranges.pairs.push_back({name, number(pair, "bias_m"), number(pair, "bias_sigma_m"),
-                                number(pair, "residual_std_m"), number(pair, "latency_s")});
+                                number(pair, "residual_std_m"), number(pair, "latency_s"),
+                                number(pair, "latency_sigma_s")});
   }
 }
 

@@ -58,7 +58,7 @@ struct VehicleView {
 
 struct RangePair {
   std::string name;
-  Number bias_m, bias_sigma_m, residual_std_m, latency_s;
+  Number bias_m, bias_sigma_m, residual_std_m, latency_s, latency_sigma_s;
 };
 
 struct RangeNumbers {

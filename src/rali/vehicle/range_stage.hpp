@@ -74,6 +74,9 @@ class RangeStage {
   [[nodiscard]] std::vector<SeenPeer> seen(const odometry::SideFilter& filter,
                                            const geometry::SE3& T_odom_body) const;
 
+  /// The side state that is the offset of the ranges' stamps; -1 before the first range is used.
+  [[nodiscard]] int stamp_offset_state() const { return tau_; }
+
   /// What is left at the end of the data cannot be used any more.
   void flush(OutputList& out);
 

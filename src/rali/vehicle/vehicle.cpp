@@ -90,6 +90,14 @@ class Vehicle::Impl {
   // The strength of the data link ends rounds: nothing that one vehicle decides alone.
   void on(const sensor::RadioSample& /*sample*/, Executor& /*executor*/, OutputList& /*out*/) {}
 
+  [[nodiscard]] std::optional<RangeStampOffset> range_stamp_offset() const {
+    const odometry::SideFilter* filter = odometry_->side_filter();
+    const int state = ranges_.stamp_offset_state();
+    if (filter == nullptr || state < 0) return std::nullopt;
+    const odometry::SideStates& side = filter->side();
+    return RangeStampOffset{side.mean[state], std::sqrt(side.covariance(state, state))};
+  }
+
   [[nodiscard]] std::uint64_t state_hash() const { return odometry_->state_hash(); }
 
  private:
@@ -297,6 +305,10 @@ Vehicle& Vehicle::operator=(Vehicle&&) noexcept = default;
 
 void Vehicle::step(const Event& event, Executor& executor, OutputList& out) {
   std::visit([&](const auto& e) { impl_->on(e, executor, out); }, event);
+}
+
+std::optional<RangeStampOffset> Vehicle::range_stamp_offset() const {
+  return impl_->range_stamp_offset();
 }
 
 std::uint64_t Vehicle::state_hash() const { return impl_->state_hash(); }

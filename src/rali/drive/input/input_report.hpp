@@ -11,6 +11,7 @@
 #include "rali/base/finding.hpp"
 #include "rali/base/ids.hpp"
 #include "rali/base/time.hpp"
+#include "rali/drive/ranges/range_latency.hpp"
 #include "rali/drive/ranges/range_options.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/wire/cloud_format.hpp"
@@ -91,6 +92,7 @@ struct InputReport {
   std::uint64_t sweeps = 0;
   std::uint64_t imu_samples = 0;
   std::uint64_t ranges = 0;
+  std::optional<RangeLatency> range_latency;  ///< as the vehicle's own motion has shown it
   std::map<std::string, std::uint64_t> range_messages;  ///< per topic that a source names
   InputGaps gaps;
   FindingList findings;

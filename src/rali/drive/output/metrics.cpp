@@ -1,6 +1,7 @@
 #include "rali/drive/output/metrics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -86,6 +87,20 @@ const fleet::PairBias* joint_bias(const MapSummary& summary, const std::string& 
   return nullptr;
 }
 
+/// Of one pair, by the motion of its two vehicles; null where neither has shown it.
+std::optional<RangeLatency> latency_of(const MapSummary& summary, const MapJob& job,
+                                       const std::string& pair) {
+  if (job.ranges.latency_s) return RangeLatency{*job.ranges.latency_s, {}};
+  for (const VehicleSummary& a : summary.vehicles) {
+    for (const VehicleSummary& b : summary.vehicles) {
+      if (pair == a.name + '-' + b.name) {
+        return combined(std::array{a.input.range_latency, b.input.range_latency});
+      }
+    }
+  }
+  return std::nullopt;
+}
+
 /// Rejected ranges by reason; what never happened is left out.
 Json ranges_json(const MapSummary& summary, const MapJob& job) {
   const RangeTally& ranges = summary.ranges;
@@ -96,16 +111,19 @@ Json ranges_json(const MapSummary& summary, const MapJob& job) {
     json["rejected"][std::string(ranging::kRangeReasonNames[i])] = ranges.by_reason[i];
   }
   json["pairs"] = Json::object();
-  const Json latency = job.ranges.latency_s ? number(*job.ranges.latency_s) : Json(nullptr);
   for (const RangePair& pair : ranges.pairs) {
     // Alone, vehicles tell the bias without its sigma.
     const fleet::PairBias* joint = joint_bias(summary, pair.name);
-    json["pairs"][pair.name] = {{"total", pair.total},
-                                {"used", pair.used},
-                                {"bias_m", number(joint ? joint->bias_m : pair.bias_m)},
-                                {"bias_sigma_m", joint ? number(joint->sigma_m) : Json(nullptr)},
-                                {"residual_std_m", number(pair.residual_std_m)},
-                                {"latency_s", latency}};
+    const std::optional<RangeLatency> latency = latency_of(summary, job, pair.name);
+    json["pairs"][pair.name] = {
+        {"total", pair.total},
+        {"used", pair.used},
+        {"bias_m", number(joint ? joint->bias_m : pair.bias_m)},
+        {"bias_sigma_m", joint ? number(joint->sigma_m) : Json(nullptr)},
+        {"residual_std_m", number(pair.residual_std_m)},
+        {"latency_s", latency ? number(latency->value_s) : Json(nullptr)},
+        {"latency_sigma_s",
+         latency && latency->sigma_s ? number(*latency->sigma_s) : Json(nullptr)}};
   }
   return json;
 }

@@ -1,6 +1,7 @@
 #include "rali/drive/ranges/range_findings.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -69,6 +70,26 @@ std::optional<Finding> other_clock(const RangeTally& tally,
                  "Put both on one clock.");
 }
 
+/// D16: how old ranges are at their stamps. The filters follow it, as far as their prior allows.
+std::optional<Finding> latency_finding(const MapJob& job, const std::vector<InputReport>& reports) {
+  if (job.ranges.latency_s) return std::nullopt;
+  std::vector<std::optional<RangeLatency>> vehicles;
+  for (const InputReport& report : reports) vehicles.push_back(report.range_latency);
+  const std::optional<RangeLatency> latency = combined(vehicles);
+  if (!latency) return std::nullopt;
+  const double prior_s = job.vehicles.front().settings.ranging.bias.tau_sigma_s;
+  const bool large = std::abs(latency->value_s) > std::max(prior_s, 3.0 * *latency->sigma_s);
+  if (!large && *latency->sigma_s > prior_s) return std::nullopt;  // metrics.json has it
+  Finding f = finding(
+      "D16",
+      fmt::format("ranges are {} old at their stamps, by the motion", latency_words(*latency)),
+      large ? fmt::format("Set ranges.latency_s: {:.3f}.", latency->value_s) : "");
+  f.severity = large ? Severity::kWarning : Severity::kInfo;
+  f.value = latency->value_s;
+  f.limit = prior_s;
+  return f;
+}
+
 }  // namespace
 
 FindingList range_findings(const RangeTally& tally, const MapJob& job,
@@ -80,6 +101,7 @@ FindingList range_findings(const RangeTally& tally, const MapJob& job,
                            fmt::format("no recording has ranges on {}", topic.topic),
                            "See rali info for its topics and types."));
   }
+  if (auto latency = latency_finding(job, reports)) list.push_back(std::move(*latency));
   if (tally.total == 0 || tally.used() > 0) return list;
   if (!job.known.common_clock) {
     list.push_back(finding("ranges.separate",

@@ -66,7 +66,9 @@ std::string known_metres(const Number& value) {
 
 std::string latency_cell(const RangePair* p) {
   if (p == nullptr || !p->latency_s) return "not known";
-  return fixed(1e3 * *p->latency_s, 0) + " ms";
+  const std::string value = fixed(1e3 * *p->latency_s, 0);
+  if (!p->latency_sigma_s) return value + " ms, as set";
+  return fmt::format("{} &plusmn; {} ms", value, fixed(1e3 * *p->latency_sigma_s, 0));
 }
 
 std::vector<std::string> cells_of(const RunData& run, const PairRanges& pair,

@@ -1,0 +1,49 @@
+#include "rali/drive/output/metrics.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace rali::drive {
+namespace {
+
+MapSummary two_vehicles() {
+  MapSummary summary;
+  for (const char* name : {"v1", "läufer"}) {
+    summary.vehicles.emplace_back();
+    summary.vehicles.back().name = name;
+  }
+  summary.ranges.pairs.push_back({});
+  summary.ranges.pairs.back().name = "v1-läufer";
+  return summary;
+}
+
+nlohmann::json pair_of(const MapSummary& summary, const MapJob& job) {
+  return nlohmann::json::parse(metrics_text(summary, job))["ranges"]["pairs"]["v1-läufer"];
+}
+
+TEST(Metrics, a_pair_has_the_latency_that_the_motion_of_either_vehicle_has_shown) {
+  MapSummary summary = two_vehicles();
+  EXPECT_TRUE(pair_of(summary, {})["latency_s"].is_null());
+  summary.vehicles[1].input.range_latency = RangeLatency{0.046, 0.005};
+  EXPECT_EQ(pair_of(summary, {})["latency_s"], 0.046);
+  EXPECT_EQ(pair_of(summary, {})["latency_sigma_s"], 0.005);
+  MapJob given;
+  given.ranges.latency_s = 0.03;
+  EXPECT_EQ(pair_of(summary, given)["latency_s"], 0.03) << "as set";
+  EXPECT_TRUE(pair_of(summary, given)["latency_sigma_s"].is_null());
+}
+
+TEST(Metrics, a_frame_that_gravity_has_not_levelled_has_no_sigma_of_its_tilt) {
+  MapSummary summary = two_vehicles();
+  summary.vehicles[0].levelled = true;
+  summary.vehicles[1].tilt_sigma_rad = std::numeric_limits<double>::quiet_NaN();
+  const auto json = nlohmann::json::parse(metrics_text(summary, {}))["vehicles"];
+  EXPECT_EQ(json["v1"]["T_map_odom"]["levelled"], true);
+  EXPECT_EQ(json["läufer"]["T_map_odom"]["levelled"], false);
+  EXPECT_TRUE(json["läufer"]["T_map_odom"]["tilt_sigma_rad"].is_null());
+}
+
+}  // namespace
+}  // namespace rali::drive
