@@ -1,5 +1,6 @@
 #include "rali/cli/app.hpp"
 
+#include <filesystem>
 #include <new>
 
 #include <fmt/format.h>
@@ -19,6 +20,14 @@ constexpr int kSigint = 2;
 int report(const Error& error, Session& session) {
   session.error(error.message());
   return exit_code_of(error, stop_signal());
+}
+
+/// run.log is asked for only where there is one.
+void report_fault(const std::string& what, Session& session) {
+  std::error_code error;
+  const bool log = !session.run_log.empty() && std::filesystem::exists(session.run_log, error);
+  session.error(fmt::format("internal fault: {}. Please report it with {}.", what,
+                            log ? session.run_log : "this sentence and the command line"));
 }
 
 int unknown_command(const std::string& name, const CommandList& commands, Session& session) {
@@ -93,9 +102,9 @@ int run_guarded(const std::function<int()>& body, Session& session) {
     session.error("out of memory. Use a smaller part of the data (--duration) or a larger voxel.");
     return kExitMachine;
   } catch (const std::exception& e) {  // InternalError carries its file and line
-    session.error(fmt::format("internal fault: {}. Please report it with run.log.", e.what()));
+    report_fault(e.what(), session);
   } catch (...) {
-    session.error("internal fault: of unknown kind. Please report it with run.log.");
+    report_fault("of unknown kind", session);
   }
   return kExitInternal;
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <new>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 #include "rali/cli/help.hpp"
 #include "rali/cli/parse.hpp"
 #include "rali/cli/run_for_test.hpp"
+#include "rali/io/files/test_folder.hpp"
 
 namespace rali::cli {
 namespace {
@@ -155,6 +157,17 @@ TEST(App, a_broken_assertion_ends_with_5_and_its_place) {
   const std::string text = testing::internal::GetCapturedStderr();
   EXPECT_NE(text.find("app_test.cpp:"), std::string::npos) << text;
   EXPECT_NE(text.find("assertion '1 == 2' failed"), std::string::npos) << text;
+  EXPECT_EQ(text.find("run.log"), std::string::npos) << "no run has written one: " << text;
+}
+
+TEST(ExitCodes, an_internal_fault_asks_for_the_run_log_that_is_there) {
+  const io::TestFolder folder;
+  Session session;
+  session.run_log = folder.write("run.log", "x");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_guarded([]() -> int { throw std::runtime_error("why"); }, session), 5);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "rali: error: internal fault: why. Please report it with " + session.run_log + ".\n");
 }
 
 TEST(Signals, the_first_asks_to_stop_and_the_second_ends_at_once) {

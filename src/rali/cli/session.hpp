@@ -28,6 +28,7 @@ class Session {
 
   CommonOptions options;
   std::string command_line;  ///< as typed, for run.log
+  std::string run_log;       ///< of the run that goes on; a report of an internal fault needs it
 
   /// Opens the log file. Errors: kMachine.
   [[nodiscard]] Status open_log();

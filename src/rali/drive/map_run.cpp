@@ -1,8 +1,12 @@
 #include "rali/drive/map_run.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
+#include <string_view>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "rali/drive/fleet_loop.hpp"
 #include "rali/drive/fleet_rounds.hpp"
@@ -41,7 +45,12 @@ class MapRun {
 
   Result<MapSummary> run();
 
+  /// After an internal fault: run.log with what is known, and status.json says that it failed.
+  /// Neither is written if the run has not touched the folder.
+  void give_up(std::string_view fault) noexcept;
+
  private:
+  Result<MapSummary> run_in_folder();
 
   Status open_sources();
   Status find_time_offset(std::size_t index);
@@ -75,6 +84,7 @@ class MapRun {
   MapSummary summary_;
   RunLog log_;
   bool interrupted_ = false;
+  bool started_ = false;  ///< status.json says that a run is going on
 };
 
 void MapRun::report(Finding finding) {
@@ -319,6 +329,20 @@ Status MapRun::close(const Status& so_far) {
   return status ? last : status;
 }
 
+void MapRun::give_up(std::string_view fault) noexcept {
+  if (!started_) return;
+  try {
+    session_.reset();  // unfinished files go before the folder is listed
+    log_.line(fmt::format("internal fault: {}", fault));
+    log_.line(status_name(RunStatus::kFailed));
+    // Whatever cannot be written: the fault itself is what the caller must hear of.
+    static_cast<void>(log_.write(job_.out_dir, data_seconds(summary_)));
+    static_cast<void>(write_status(job_.out_dir, status_name(RunStatus::kFailed), true));
+  } catch (...) {
+    return;
+  }
+}
+
 Result<MapSummary> MapRun::run() {
   summary_.out_dir = job_.out_dir;
   log_.line(job_.command_line);
@@ -330,6 +354,11 @@ Result<MapSummary> MapRun::run() {
   if (Status s = write_status(job_.out_dir, "running", false); !s) {
     return tl::make_unexpected(s.error());
   }
+  started_ = true;
+  return run_in_folder();
+}
+
+Result<MapSummary> MapRun::run_in_folder() {
   log_.stage("open");
   for (const Finding& f : range_list_.findings) report(f);
   Status status;
@@ -351,7 +380,16 @@ Result<MapSummary> MapRun::run() {
 
 Result<MapSummary> run_map(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop) {
   if (job.vehicles.empty()) return fail(ErrorCode::kUsage, "", "no vehicle to map");
-  return MapRun(job, sink, stop).run();
+  MapRun run(job, sink, stop);
+  try {
+    return run.run();
+  } catch (const std::exception& fault) {
+    run.give_up(fault.what());
+    throw;
+  } catch (...) {
+    run.give_up("of unknown kind");
+    throw;
+  }
 }
 
 }  // namespace rali::drive

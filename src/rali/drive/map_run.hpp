@@ -117,6 +117,7 @@ struct MapSummary {
 /// largest group.
 /// @param stop set from outside: the run ends at the data time reached, outputs are finished.
 /// Errors: kUsage (folder not empty), kInput (unfit input), kMachine (disk); what is whole is kept.
+/// Throws what an internal fault throws, once run.log and status.json (failed) are written.
 [[nodiscard]] Result<MapSummary> run_map(const MapJob& job, ProgressSink& sink,
                                          const std::atomic<bool>& stop);
 

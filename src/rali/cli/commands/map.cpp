@@ -274,6 +274,7 @@ Result<int> MapCommand::run(Session& session) {
   if (dry_run_) return plan(*fleet, *job, session);
 
   ProgressView view(session);
+  session.run_log = map_.out_dir + "/run.log";
   const Result<drive::MapSummary> summary = drive::run_map(*job, view, stop_requested());
   session.live_line("");
   if (!summary) return tl::make_unexpected(summary.error());
