@@ -98,7 +98,7 @@ std::vector<Option> MapCommand::options() {
       {"--lidar-model", "NAME", "for point times that are missing", &lidar_model_, true, {}},
       {"--imu", "FILE", "CSV of inertial data of a scan folder", &imu_file_, false, {}},
       {"--ranges", "FILE", "CSV of ranges between the vehicles", &ranges_, true, {}},
-      {"--radio", "FILE", "CSV of signal strengths: checked, not used yet", &radio_, true, {}},
+      {"--radio", "FILE", "CSV of signal strengths: tells why rounds end", &radio_, true, {}},
       {"--start", "S", "leave out so much data [s]", &start_s_, false, {}},
       {"--duration", "S", "use so much data [s]; 0: all", &duration_s_, false, {}},
       {"--require", "COND", "max_sigma_m=M, connected; else exit 1", &requirements_, true, {}},
