@@ -85,8 +85,7 @@ TEST(OpenRecording, says_what_a_file_is_that_it_cannot_read) {
   says("\x01\x02\xab\xcd\xef", "unknown kind of file (first bytes 01 02 ab cd ef)");
   EXPECT_NE(refusal(scratch.path + "/none.bag").find("no such file"), std::string::npos);
   fs::create_directory(scratch.path + "/empty");
-  EXPECT_NE(refusal(scratch.path + "/empty").find("holds neither a recording"),
-            std::string::npos);
+  EXPECT_NE(refusal(scratch.path + "/empty").find("holds neither a recording"), std::string::npos);
 }
 
 TEST(OpenRecording, a_folder_of_bags_asks_for_one_of_them) {
