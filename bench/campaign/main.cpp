@@ -16,6 +16,7 @@
 
 #include "common/words.hpp"
 #include "mapping.hpp"
+#include "rali/io/files/tum.hpp"
 #include "record.hpp"
 
 namespace rali::campaign {
@@ -56,6 +57,15 @@ Result<std::shared_ptr<const Recording>> recording_of(const Ranges& ranges, std:
   return last;
 }
 
+/// Beside the outputs that are kept: truth/<v>.tum.
+void write_truth(const Recording& recording, const std::string& folder) {
+  fs::create_directories(folder + "/truth");
+  for (const Track& track : recording.tracks()) {
+    std::ofstream file(folder + "/truth/" + track.name + ".tum");
+    for (const eval::StampedPose& p : track.truth) file << io::tum_line({p.t, p.T}) << '\n';
+  }
+}
+
 RunRecord run_seed(const Arguments& a, const Ranges& ranges, std::uint64_t seed) {
   RunRecord record;
   record.seed = seed;
@@ -88,6 +98,7 @@ RunRecord run_seed(const Arguments& a, const Ranges& ranges, std::uint64_t seed)
     record.score.error = summary.error().message();
     record.score.solvable = judge_solvable(**recording);
   }
+  if (!a.keep.empty()) write_truth(**recording, folder.string());
   if (a.keep.empty()) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);

@@ -13,9 +13,10 @@ using sensor::ImuSample;
 
 namespace {
 
-// A jolt or an impact: the accelerometer then measures more than rigid motion (algorithms 2.6).
+// A jolt or an impact changes within a sample: what lies between two samples that differ by so much
+// more than vibration makes them is not known.
 constexpr double kJoltAccel_mps2 = 3.0;
-constexpr double kJoltFactor = 3.0;
+constexpr double kJoltGyro_radps = 1.0;
 
 // Beyond this many nominal intervals a gap is integrated with growing doubt.
 constexpr double kStepMax_s = 0.02;
@@ -125,11 +126,13 @@ void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end
     const double dt_s = (t - state.t).s();
     const Vec3 gyro = 0.5 * (a.gyro_radps + b.gyro_radps);
     const Vec3 accel = 0.5 * (a.accel_mps2 + b.accel_mps2);
-    const double excess = std::abs(accel.norm() - state.g_odom_mps2.norm());
-    const double jolt = excess > kJoltAccel_mps2 ? kJoltFactor : 1.0;
     const double gap = std::max(1.0, dt_s / kStepMax_s);
-    q.gyro_radps_rthz = noise.gyro_radps_rthz * gap;
-    q.accel_mps2_rthz = noise.accel_mps2_rthz * jolt * gap;
+    // Half of the difference over the step, as a density.
+    const double root_dt = 0.5 * std::sqrt(std::max(0.0, dt_s));
+    const double turn = std::max(0.0, (b.gyro_radps - a.gyro_radps).norm() - kJoltGyro_radps);
+    const double jolt = std::max(0.0, (b.accel_mps2 - a.accel_mps2).norm() - kJoltAccel_mps2);
+    q.gyro_radps_rthz = std::hypot(noise.gyro_radps_rthz * gap, turn * root_dt);
+    q.accel_mps2_rthz = std::hypot(noise.accel_mps2_rthz * gap, jolt * root_dt);
     if (clipped) {
       q.gyro_radps_rthz = std::max(q.gyro_radps_rthz, kClippedGyro_radps_rthz);
       q.accel_mps2_rthz = std::max(q.accel_mps2_rthz, kClippedAccel_mps2_rthz);

@@ -19,6 +19,7 @@ using sensor::ImuSample;
 namespace {
 
 constexpr double kRestSpeedSigma_mps = 0.01;
+constexpr double kFirstSpeedSigma_mps = 0.5;
 
 /// Scans of the track within the last window_s.
 std::vector<TrackedPose> tail(const std::vector<TrackedPose>& track, double window_s) {
@@ -227,7 +228,10 @@ std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& trac
   guess.bias_gravity_covariance = bias_gravity_covariance(
       track.back().T_odom_body.R, guess.g_odom_mps2, settings.accel_bias_sigma_mps2,
       plausible ? Mat3(4.0 * g_cov) : Mat3(late_sigma * late_sigma * Mat3::Identity()));
-  guess.v_odom_mps = fit.x.segment<3>(3) + guess.g_odom_mps2 * duration_s + force.dv.back();
+  guess.v_first_mps = fit.x.segment<3>(3);
+  guess.v_first_sigma_mps =
+      2.0 * std::sqrt(fit.covariance.block<3, 3>(3, 3).diagonal().maxCoeff()) + 0.1;
+  guess.v_odom_mps = guess.v_first_mps + guess.g_odom_mps2 * duration_s + force.dv.back();
   Eigen::Matrix<double, 3, 9> J = Eigen::Matrix<double, 3, 9>::Zero();
   J.middleCols<3>(3).setIdentity();
   J.rightCols<3>() = duration_s * Mat3::Identity();
@@ -242,7 +246,14 @@ std::optional<InitialGuess> solve_initial(const std::vector<TrackedPose>& track,
                                           const InitialisationSettings& settings,
                                           const ImuNoiseSettings& noise) {
   if (track.size() < 2 || imu.empty()) return std::nullopt;
-  if (auto guess = solve_at_rest(track, imu, settings, noise)) return guess;
+  if (auto guess = solve_at_rest(track, imu, settings, noise)) {
+    // Standing now, it may have driven when the track began; how fast, the first scans tell.
+    const TrackedPose& later = track[std::min<std::size_t>(2, track.size() - 1)];
+    guess->v_first_mps =
+        (later.T_odom_body.p - track.front().T_odom_body.p) / (later.t - track.front().t).s();
+    guess->v_first_sigma_mps = kFirstSpeedSigma_mps;
+    return guess;
+  }
   return solve_in_motion(track, imu, settings);
 }
 

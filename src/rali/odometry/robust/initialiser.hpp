@@ -19,6 +19,8 @@ struct TrackedPose {
 
 struct InitialGuess {
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
+  geometry::Vec3 v_first_mps = geometry::Vec3::Zero();  ///< at the begin of the track
+  double v_first_sigma_mps = 0.0;
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
   geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);

@@ -12,7 +12,7 @@ namespace rali::odometry {
 
 /// Noise of one LiDAR point and how outliers are treated (algorithms 2.3, 2.4).
 struct MatchSettings {
-  double range_sigma_m = 0.02;
+  double range_sigma_m = 0.02;  ///< RobustSettings::range_sigma_m, or as measured
   double beam_sigma_rad = 0.0017;
   double rough_sigma_m = 0.01;
   double cauchy_scale = 3.0;
@@ -22,7 +22,6 @@ struct MatchSettings {
 
   template <class V>
   void visit(V& v) {
-    v("range_sigma_m", range_sigma_m, 1e-4, 1.0, "noise of a range");
     v("beam_sigma_rad", beam_sigma_rad, 0.0, 0.1, "noise of a beam's direction");
     v("rough_sigma_m", rough_sigma_m, 0.0, 1.0, "roughness of surfaces");
     v("cauchy_scale", cauchy_scale, 0.5, 100.0, "knee of the robust weight, in sigma");
@@ -47,6 +46,8 @@ struct LidarSystem {
 class Matcher {
  public:
   explicit Matcher(const MatchSettings& settings) : settings_(settings) {}
+
+  void set_range_sigma(double sigma_m) { settings_.range_sigma_m = sigma_m; }
 
   /// Sets the points of the scan (body frame); `p_body_lidar` is where the rays start.
   void set_points(const BodyPoints& points, const geometry::Vec3& p_body_lidar);

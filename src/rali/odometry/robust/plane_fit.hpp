@@ -42,7 +42,9 @@ struct PointSums {
 /// Limits for what counts as a plane and what its errors are (algorithms 2.3).
 struct PlaneSettings {
   int points_min = 10;
-  double range_sigma_m = 0.02;  ///< range noise whose share in the spread is taken out
+  /// Range noise whose part in the spread is taken out: RobustSettings::range_sigma_m, or as
+  /// measured.
+  double range_sigma_m = 0.02;
   /// Thickness beyond what range noise explains, at most; cells of the finest level may be
   /// rougher, since they cannot be split.
   double excess_max_m = 0.012;
@@ -60,7 +62,6 @@ struct PlaneSettings {
   template <class V>
   void visit(V& v) {
     v("points_min", points_min, 5, 1000, "fewer points are no plane");
-    v("range_sigma_m", range_sigma_m, 0.0, 1.0, "range noise taken out of the spread of points");
     v("excess_max_m", excess_max_m, 1e-3, 1.0, "thickness beyond range noise: more is split");
     v("excess_max_finest_m", excess_max_finest_m, 1e-3, 1.0,
       "the same in cells of the finest level");

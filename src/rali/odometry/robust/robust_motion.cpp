@@ -52,32 +52,62 @@ void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialInteg
   noise_boost_ = 1.0 + kForget * (noise_boost_ - 1.0);
 }
 
+/// The prediction with room for a step of the body that the inertial sensor did not feel.
+/// @param where  projector on the translations that may step
+FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
+                                      const Mat3& where) const {
+  constexpr double kSpeed_mps = 0.1;
+  constexpr double kStep_m = 0.005;
+  constexpr double kTurn_rad = 0.003;
+  const double span_s = std::max(1e-3, (predicted.t - last_posterior_.t).s());
+  FilterState wider = predicted;
+  const double v2 = size * kSpeed_mps * kSpeed_mps;
+  wider.P.block<3, 3>(kTheta, kTheta) += size * kTurn_rad * kTurn_rad * Mat3::Identity();
+  wider.P.block<3, 3>(kVel, kVel) += v2 * where;
+  wider.P.block<3, 3>(kPos, kVel) += 0.5 * span_s * v2 * where;
+  wider.P.block<3, 3>(kVel, kPos) += 0.5 * span_s * v2 * where;
+  wider.P.block<3, 3>(kPos, kPos) +=
+      (span_s * span_s * v2 / 3.0 + size * kStep_m * kStep_m) * where;
+  return wider;
+}
+
 /// A joint between tiles or a tyre that slips moves the body within one sample of an inertial
 /// sensor, which then knows nothing of it. Where the LiDAR sees much more than the prediction
 /// leaves room for, such a step is allowed for, as large as it takes; biases stay out of it.
 void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done) {
-  constexpr double kSpeed_mps = 0.1;
-  constexpr double kStep_m = 0.005;
-  constexpr double kTurn_rad = 0.003;
   constexpr double kGrowth = 4.0;
   constexpr double kMost = 256.0;
-  const double span_s = std::max(1e-3, (predicted.t - last_posterior_.t).s());
   for (double size = 1.0; size <= kMost && done.nis > settings_.update.jolt_nis; size *= kGrowth) {
-    FilterState wider = predicted;
-    const double v2 = size * kSpeed_mps * kSpeed_mps;
-    const Mat3& known = done.known;
-    wider.P.block<3, 3>(kTheta, kTheta) += size * kTurn_rad * kTurn_rad * Mat3::Identity();
-    wider.P.block<3, 3>(kVel, kVel) += v2 * known;
-    wider.P.block<3, 3>(kPos, kVel) += 0.5 * span_s * v2 * known;
-    wider.P.block<3, 3>(kVel, kPos) += 0.5 * span_s * v2 * known;
-    wider.P.block<3, 3>(kPos, kPos) +=
-        (span_s * span_s * v2 / 3.0 + size * kStep_m * kStep_m) * known;
-    const Mat3 known_before = known;
+    const Mat3 known = done.known;
     const SE3 start = state_.T_odom_body;
-    state_ = wider;
+    state_ = with_step(predicted, size, known);
     done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, blind_, true);
-    if (done.known.trace() + 0.5 < known_before.trace()) break;
+    if (done.known.trace() + 0.5 < known.trace()) break;
   }
+  look_again(predicted, done);
+  constexpr double kGain = 0.05;
+  if (done.matches >= settings_.update.matches_min) usual_fit_ += kGain * (done.fit - usual_fit_);
+}
+
+/// After a blow the prediction can be so far off that the scan no longer finds its planes: it is
+/// tried once more from where the vehicle would be had it kept its speed.
+void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done) {
+  constexpr double kPoor = 0.6;  // of the usual fit
+  constexpr double kBetter = 1.1;
+  constexpr double kSize = 256.0;
+  const bool poor = done.matches < settings_.update.matches_min || done.fit < kPoor * usual_fit_;
+  if (!poor || scans_in_map_ == 0) return;
+  const double span_s = (predicted.t - last_posterior_.t).s();
+  FilterState steady = with_step(predicted, kSize, Mat3::Identity());
+  steady.T_odom_body = last_posterior_.T_odom_body;
+  steady.T_odom_body.p += span_s * last_posterior_.v;
+  steady.v = last_posterior_.v;
+  FilterState other = steady;
+  const UpdateResult again =
+      update_with_scan(other, matcher_, map_, steady.T_odom_body, settings_, axes_, blind_, true);
+  if (again.matches < settings_.update.matches_min || again.fit < kBetter * done.fit) return;
+  state_ = other;
+  done = again;
 }
 
 /// Standing still: the pose stays as it is, whatever the noise of the next scans, as long as the

@@ -115,6 +115,7 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     if ((state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01) break;
   }
   axes_ = done.axes;
+  lidar_known_ = done.known;
   remember_blindness(done);
   return done;
 }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "rali/odometry/robust/internal/robust_filter.hpp"
+#include "rali/odometry/robust/range_noise.hpp"
 
 namespace rali::odometry::internal {
 
@@ -20,11 +21,12 @@ using sensor::LidarScan;
 ScanResult RobustOdometry::start(const LidarScan& scan) {
   if (scan.size() == 0) return {};
   started_ = true;
+  set_range_noise(scan);
   if (!scan.has_point_times && !scan.deskewed) {
     PlaneSettings& plane = settings_.map.plane;
     plane.excess_max_m = std::max(plane.excess_max_m, plane.excess_max_bent_m);
-    map_ = PlaneMap(settings_.map);
   }
+  map_ = PlaneMap(settings_.map);
   state_.t = scan.t_end;
   state_.g_odom_mps2 = Vec3(0.0, 0.0, -settings_.initialisation.gravity_mps2);
   if (has_imu_ && !imu_.empty()) {
@@ -40,15 +42,38 @@ ScanResult RobustOdometry::start(const LidarScan& scan) {
   state_.P.diagonal().segment<3>(kVel).setConstant(cv.start_speed_mps * cv.start_speed_mps);
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
   poses_.assign(1, {state_.t, state_.T_odom_body});  // nothing is known of the way before
+  if (const auto rate = gyro_rate(scan.t_begin, scan.t_end)) state_.gyro_bias_radps = *rate;
   sampler_.sample(scan);
   insert(scan);
   if (scan.has_point_times && !scan.deskewed) first_scan_ = std::make_unique<LidarScan>(scan);
+  if (has_imu_) start_scans_.push_back(scan);
   track_state_ = TrackState::kGood;
   t_last_good_ = state_.t;
   track_.push_back({state_.t, state_.T_odom_body, Mat3::Zero()});
   UpdateResult none;
   none.converged = true;
   return result_of(scan, none);
+}
+
+/// A map of a noisy sensor by the figures of a good one has no planes. A sensor with less noise
+/// gains nothing: poses and surfaces spread a cell's points by as much.
+void RobustOdometry::set_range_noise(const LidarScan& scan) {
+  constexpr double kLeast_m = 0.02;
+  constexpr double kMost_m = 0.1;
+  const double given_m = settings_.range_sigma_m;
+  const double sigma_m =
+      given_m > 0.0 ? given_m
+                    : std::clamp(measure_range_noise(scan).value_or(kLeast_m), kLeast_m, kMost_m);
+  settings_.map.plane.range_sigma_m = sigma_m;
+  matcher_.set_range_sigma(sigma_m);
+}
+
+/// The turn rate during a scan by the gyro, where there is one that did not clip.
+std::optional<Vec3> RobustOdometry::gyro_rate(Time begin, Time end) const {
+  if (!has_imu_ || imu_.empty() || imu_.is_clipped(begin, end)) return std::nullopt;
+  const std::vector<sensor::ImuSample> samples = imu_.between(begin, end);
+  if (samples.empty()) return std::nullopt;
+  return imu::statistics(samples).gyro_mean_radps;
 }
 
 /// The first scan was undistorted without knowing the speed, and everything hangs on it. Once
@@ -85,10 +110,10 @@ void RobustOdometry::straighten_first(const LidarScan& second) {
 /// Before gravity is known the gyro already tells the turn rate, to its turn-on bias: sparse rings
 /// see little of pitch and height in their first scans.
 void RobustOdometry::turn_with_gyro(Time t_end) {
-  const std::vector<sensor::ImuSample> samples = imu_.between(state_.t, t_end);
-  if (samples.empty()) return;
+  const std::optional<Vec3> rate = gyro_rate(state_.t, t_end);
+  if (!rate) return;
   const double bias = 0.4 * settings_.initialisation.rest.gyro_mean_max_radps;
-  state_.gyro_bias_radps = imu::statistics(samples).gyro_mean_radps;
+  state_.gyro_bias_radps = *rate;
   decorrelate(state_, kGyroBias, 3);
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(bias * bias);
 }
@@ -116,8 +141,8 @@ void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& don
 }
 
 /// Before gravity is known the LiDAR's poses slide along what it cannot see, and a young map holds
-/// little. While the inertial data are those of a vehicle whose wheels do not turn, and no known
-/// direction says otherwise, the speed is taken for zero.
+/// little. While the inertial data are those of a vehicle whose wheels do not turn, the speed is
+/// taken for zero there; where the LiDAR sees, slow driving over a smooth floor looks the same.
 void RobustOdometry::stand_if_still() {
   if (start_moved_) return;
   const InitialisationSettings& init = settings_.initialisation;
@@ -128,9 +153,11 @@ void RobustOdometry::stand_if_still() {
                      (raw.accel_sd_mps2.array() < init.still_accel_sd_max_mps2).all() &&
                      raw.gyro_mean_radps.norm() < init.rest.gyro_mean_max_radps;
   if (!still) return;
+  const Mat3& R = state_.T_odom_body.R;
+  const Mat3 unseen = R.transpose() * (Mat3::Identity() - lidar_known_) * R;  // v is in the body
   Eigen::Matrix<double, 3, kStateDim> H = Eigen::Matrix<double, 3, kStateDim>::Zero();
-  H.block<3, 3>(0, kVel).setIdentity();
-  const Vec3 residual = -state_.v;
+  H.block<3, 3>(0, kVel) = unseen;
+  const Vec3 residual = -unseen * state_.v;
   const double sigma = init.still_speed_sigma_mps;
   update_linear<3>(state_, H, residual, sigma * sigma * Mat3::Identity());
 }
@@ -139,6 +166,12 @@ void RobustOdometry::stand_if_still() {
 /// speed that the LiDAR alone guesses in its first scans would bend it.
 void RobustOdometry::remember_start(const LidarScan& scan, const UpdateResult& seen) {
   constexpr std::size_t kScansMax = 30;
+  constexpr std::size_t kReplayMax = 60;  // a longer start is not gone through again
+  if (start_scans_.size() < kReplayMax && !start_scans_.empty()) {
+    start_scans_.push_back(scan);
+  } else {
+    start_scans_.clear();
+  }
   if (start_points_.size() < kScansMax) {
     const SweepMotion still(calibration_.T_body_lidar);
     still.apply(scan, sampler_.insert_indices(), start_points_.emplace_back());
@@ -199,7 +232,9 @@ void RobustOdometry::try_initialise(FindingList& findings) {
       insert_points(state_.T_odom_body);
     }
   }
+  if (!(guess->at_rest && quiet_start_)) replay_start(*guess, findings);
   start_points_.clear();
+  start_scans_.clear();
   track_.clear();
   Finding f;
   f.id = guess->at_rest ? "odometry.start_at_rest" : "odometry.start_in_motion";
@@ -246,6 +281,7 @@ void RobustOdometry::restart(FindingList& findings) {
   inertial_ = false;
   track_.assign(1, {now, pose, Mat3::Zero()});
   start_points_.clear();
+  start_scans_.clear();
   start_moved_ = false;
   map_ = PlaneMap(settings_.map);
   recent_.clear();

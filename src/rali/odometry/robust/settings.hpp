@@ -136,6 +136,7 @@ struct KeyframeSettings {
 
 /// Settings of preset `robust`.
 struct RobustSettings {
+  double range_sigma_m = 0.0;
   SamplingSettings sampling;
   MatchSettings match;
   UpdateSettings update;
@@ -151,6 +152,7 @@ struct RobustSettings {
 
   template <class V>
   void visit(V& v) {
+    v("range_sigma_m", range_sigma_m, 0.0, 1.0, "noise of a range; 0: measured in the first scan");
     v.group("sampling", sampling, "which points of a sweep are used");
     v.group("match", match, "noise of points, outliers");
     v.group("update", update, "the iterated update");

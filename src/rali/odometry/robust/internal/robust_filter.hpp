@@ -97,7 +97,12 @@ class RobustOdometry final : public Odometry, private SideFilter {
   ScanResult start(const sensor::LidarScan& scan);
   void straighten_first(const sensor::LidarScan& second);
   void predict(Time t_end);
+  void replay_start(const InitialGuess& guess, FindingList& findings);
+  void insert_at_constant_speed(const sensor::LidarScan& scan,
+                                const std::optional<geometry::Vec3>& gyro_radps);
+  void set_range_noise(const sensor::LidarScan& scan);
   void turn_with_gyro(Time t_end);
+  [[nodiscard]] std::optional<geometry::Vec3> gyro_rate(Time begin, Time end) const;
   [[nodiscard]] SweepMotion sweep_motion(const sensor::LidarScan& scan) const;
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void remember_blindness(const UpdateResult& done);
@@ -114,6 +119,9 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] ProcessNoise process_noise() const;
   [[nodiscard]] ProcessNoise rest_noise() const;
   void measure_noise(const UpdateResult& seen, const InertialIntegral& felt);
+  [[nodiscard]] FilterState with_step(const FilterState& predicted, double size,
+                                      const geometry::Mat3& where) const;
+  void look_again(const FilterState& predicted, UpdateResult& done);
   void allow_jolt(const FilterState& predicted, UpdateResult& done);
   [[nodiscard]] geometry::Mat6 covariance(const UpdateResult& update);
   void refuse_biases(const geometry::Vec3& gyro_before, const geometry::Vec3& accel_before,
@@ -144,15 +152,19 @@ class RobustOdometry final : public Odometry, private SideFilter {
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
   imu::MotionNoise motion_noise_;
-  double noise_boost_ = 1.0;              ///< while inertial data contradict the LiDAR
-  FilterState last_posterior_;            ///< after the last scan
-  geometry::SE3 T_predicted_;             ///< for the newest scan
-  bool held_ = false;                     ///< the vehicle stands
-  int moved_scans_ = 0;                   ///< in a row, while held, that the LiDAR saw motion
-  bool quiet_start_ = false;              ///< nothing has shown motion since the first scan
-  bool start_moved_ = false;              ///< the LiDAR shows motion where it knows
-  std::deque<FilterState> held_states_;   ///< of the last moments of standing
-  std::vector<BodyPoints> start_points_;  ///< of the first scans, until gravity is known
+  double usual_fit_ = 0.0;      ///< part of a scan's points that lie on planes
+  double noise_boost_ = 1.0;    ///< while inertial data contradict the LiDAR
+  FilterState last_posterior_;  ///< after the last scan
+  geometry::SE3 T_predicted_;   ///< for the newest scan
+  /// Projector on the translations that the last scan saw well.
+  geometry::Mat3 lidar_known_ = geometry::Mat3::Zero();
+  bool held_ = false;                           ///< the vehicle stands
+  int moved_scans_ = 0;                         ///< in a row, while held, that the LiDAR saw motion
+  bool quiet_start_ = false;                    ///< nothing has shown motion since the first scan
+  bool start_moved_ = false;                    ///< the LiDAR shows motion where it knows
+  std::deque<FilterState> held_states_;         ///< of the last moments of standing
+  std::vector<BodyPoints> start_points_;        ///< of the first scans, until gravity is known
+  std::vector<sensor::LidarScan> start_scans_;  ///< the same as measured
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::array<bool, 3> blind_{};        ///< translations along axes_ that the LiDAR does not see
