@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "rali/drive/live/live_map.hpp"
 #include "rali/drive/loop_progress.hpp"
 #include "rali/drive/ranges/range_files.hpp"
 #include "rali/drive/read_ahead.hpp"
@@ -64,12 +65,14 @@ constexpr std::size_t kFiles = static_cast<std::size_t>(-1), kBothEnds = kFiles;
 class FleetLoop {
  public:
   FleetLoop(std::span<const sensor::RangeSample> ranges, const RangeOptions& range_options,
-            const FleetLoopOptions& options, Executor& executor, RangeLog& log, ProgressSink& sink)
+            const FleetLoopOptions& options, Executor& executor, RangeLog& log, LiveMap* live,
+            ProgressSink& sink)
       : ranges_(ranges),
         range_options_(range_options),
         options_(options),
         executor_(executor),
         log_(log),
+        live_(live),
         sink_(sink),
         half_slot_(Duration::from_s(0.5 * range_options.exchange.slot_s)),
         pairer_(range_options.exchange) {}
@@ -94,12 +97,14 @@ class FleetLoop {
   void step(const Letter& letter);
   void follow(std::size_t index, const vehicle::OutputList& outputs);
   void interrupt();
+  [[nodiscard]] Status place_in_map(FleetMember& member);
 
   std::span<const sensor::RangeSample> ranges_;
   const RangeOptions& range_options_;
   FleetLoopOptions options_;
   Executor& executor_;
   RangeLog& log_;
+  LiveMap* live_;
   ProgressSink& sink_;
   Duration half_slot_;
   ranging::ExchangePairer pairer_;
@@ -251,11 +256,29 @@ void FleetLoop::step(const Letter& letter) {
   const std::size_t known = member.findings.size();
   Status taken = member.run->see(letter.event);
   if (taken) taken = member.run->take(outputs_, member.findings);
+  if (taken) taken = place_in_map(member);
   for (std::size_t i = known; i < member.findings.size(); ++i) sink_.finding(member.findings[i]);
   follow(letter.to, outputs_);
   if (taken) return;
   member.end.error = taken.error();
   broken_ = true;
+}
+
+/// What was told goes into the map while it is made, and the pose is told in it.
+Status FleetLoop::place_in_map(FleetMember& member) {
+  if (live_ == nullptr) return {};
+  for (const vehicle::Output& output : outputs_) {
+    if (const auto* made = std::get_if<vehicle::FactMade>(&output)) live_->add(*made->fact);
+  }
+  for (const vehicle::Output& output : outputs_) {
+    const auto* pose = std::get_if<vehicle::PoseEstimate>(&output);
+    if (pose == nullptr) continue;
+    live_->advance(pose->t, executor_);
+    const std::optional<LivePose> live = live_->pose(*pose);
+    if (!live) continue;
+    if (Status s = member.run->take_live(*live, live_->step(*pose, *live)); !s) return s;
+  }
+  return {};
 }
 
 /// What the outputs mean for the others and for the table of ranges.
@@ -303,9 +326,9 @@ void FleetLoop::run(std::span<FleetMember> members, const std::atomic<bool>& sto
 
 void run_fleet(std::span<FleetMember> members, std::span<const sensor::RangeSample> ranges,
                const RangeOptions& range_options, const FleetLoopOptions& options,
-               Executor& executor, RangeLog& log, ProgressSink& sink,
+               Executor& executor, RangeLog& log, LiveMap* live, ProgressSink& sink,
                const std::atomic<bool>& stop) {
-  FleetLoop(ranges, range_options, options, executor, log, sink).run(members, stop);
+  FleetLoop(ranges, range_options, options, executor, log, live, sink).run(members, stop);
 }
 
 }  // namespace rali::drive

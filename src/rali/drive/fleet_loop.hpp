@@ -37,6 +37,9 @@ struct FleetLoopOptions {
   bool separate = false;    ///< the vehicles share no clock: no ranges, no word between them
 };
 
+/// Who keeps the map while it is made; may be null.
+class LiveMap;
+
 /// Feeds all vehicles with their events and their ranges, interleaved by data time: the next event
 /// is the oldest over all sources (at one time inertial samples before ranges before sweeps, then
 /// by the vehicles' order). After each pose of a vehicle the others are told where it stands. A
@@ -45,7 +48,7 @@ struct FleetLoopOptions {
 /// @param log gets every range, and what the vehicles made of it
 void run_fleet(std::span<FleetMember> members, std::span<const sensor::RangeSample> ranges,
                const RangeOptions& range_options, const FleetLoopOptions& options,
-               Executor& executor, RangeLog& log, ProgressSink& sink,
+               Executor& executor, RangeLog& log, LiveMap* live, ProgressSink& sink,
                const std::atomic<bool>& stop);
 
 }  // namespace rali::drive

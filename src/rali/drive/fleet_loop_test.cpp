@@ -97,7 +97,7 @@ struct Fleet {
     }
     SerialExecutor executor;
     NoSink sink;
-    run_fleet(members, ranges, options, loop, executor, log, sink, stop);
+    run_fleet(members, ranges, options, loop, executor, log, nullptr, sink, stop);
     for (const FleetMember& member : members) ends.push_back(member.end);
   }
 

@@ -10,6 +10,7 @@
 
 #include "rali/drive/fleet_loop.hpp"
 #include "rali/drive/fleet_rounds.hpp"
+#include "rali/drive/live/live_map.hpp"
 #include "rali/drive/member_job.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
@@ -161,9 +162,10 @@ Status MapRun::run_vehicles() {
     };
     members[i].run = &runs_[i];
   }
+  LiveMap live(members.size(), job_.fleet, job_.known);
   run_fleet(members, range_list_.samples, job_.ranges,
-            {threads_ > 1, job_.strict, !job_.known.common_clock}, *executor_, range_log_, sink_,
-            stop_);
+            {threads_ > 1, job_.strict, !job_.known.common_clock}, *executor_, range_log_, &live,
+            sink_, stop_);
   log_.stage("odometry");
   join_fleet();
   log_.stage("fleet");

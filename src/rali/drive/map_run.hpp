@@ -8,6 +8,7 @@
 
 #include "rali/base/result.hpp"
 #include "rali/drive/input/input_report.hpp"
+#include "rali/drive/live/live_files.hpp"
 #include "rali/drive/output/rounds_input.hpp"
 #include "rali/drive/ranges/range_log.hpp"
 #include "rali/drive/ranges/range_options.hpp"
@@ -88,7 +89,8 @@ struct VehicleSummary {
   double sigma_max_m = 0.0;
   Time t_sigma_max;
   double diverged_s = 0.0;
-  geometry::SE3 T_map_odom;
+  geometry::SE3 T_map_odom;  ///< at the first pose
+  LiveTally live;
   bool levelled = false;        ///< map: by gravity, of this vehicle or of one that shares it
   double tilt_sigma_rad = 0.0;  ///< of T_map_odom about the horizontal axes; NaN: not known
 };

@@ -6,6 +6,8 @@
 #include <utility>
 #include <variant>
 
+#include "rali/vehicle/odom_frame.hpp"
+
 namespace rali::drive {
 namespace {
 
@@ -30,24 +32,27 @@ geometry::SE3 level_frame(const geometry::Vec3& g_odom_mps2, const geometry::SE3
           : geometry::Mat3::Identity();
   const geometry::Mat3 R_first = R_level * T_odom_first.R;
   const double yaw_rad = std::atan2(R_first(1, 0), R_first(0, 0));
-  geometry::SE3 T_map_odom;
-  T_map_odom.R = geometry::rotation_from_rpy(0.0, 0.0, -yaw_rad) * R_level;
-  T_map_odom.p = -(T_map_odom.R * T_odom_first.p);
-  return T_map_odom;
+  geometry::SE3 T_map_local;
+  T_map_local.R = geometry::rotation_from_rpy(0.0, 0.0, -yaw_rad) * R_level;
+  T_map_local.p = -(T_map_local.R * T_odom_first.p);
+  return T_map_local;
 }
 
 Result<VehicleRun> VehicleRun::start(const std::string& name, const std::string& out_dir,
                                      SessionFile* session) {
-  Result<OdometryFiles> odometry = OdometryFiles::create(out_dir, name);
+  Result<PoseFiles> odometry = PoseFiles::create(out_dir, "odometry", name, "odom/" + name);
   if (!odometry) return tl::make_unexpected(odometry.error());
-  return VehicleRun(name, out_dir, std::move(*odometry), session);
+  Result<LiveFiles> live = LiveFiles::create(out_dir, name);
+  if (!live) return tl::make_unexpected(live.error());
+  return VehicleRun(name, out_dir, std::move(*odometry), std::move(*live), session);
 }
 
-VehicleRun::VehicleRun(std::string name, std::string out_dir, OdometryFiles odometry,
+VehicleRun::VehicleRun(std::string name, std::string out_dir, PoseFiles odometry, LiveFiles live,
                        SessionFile* session)
     : name_(std::move(name)),
       out_dir_(std::move(out_dir)),
       odometry_(std::move(odometry)),
+      live_(std::move(live)),
       session_(session) {}
 
 Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& findings) {
@@ -82,7 +87,7 @@ Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
   record.held_by = hold_.see(pose, t_imu_.has_value());
   const bool good = record.quality != vehicle::PoseQuality::kDiverged;
   if (!poses_.empty() && good && poses_.back().quality != vehicle::PoseQuality::kDiverged) {
-    const geometry::SE3 step = poses_.back().T_odom_body.inverse() * record.T_odom_body;
+    const geometry::SE3 step = poses_.back().T_local_body.inverse() * record.T_local_body;
     path_m_ += step.p.norm();
     if (record.blind) blind_m_ += step.p.norm();
     // Only where it turns: the noise of hundreds of straight sweeps adds up to a turn as well.
@@ -94,8 +99,14 @@ Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
   }
   gyro_turn_rad_.setZero();
   poses_.push_back(record);
-  if (Status s = odometry_.add(record); !s) return s;
+  const geometry::Mat6 covariance =
+      vehicle::odom_covariance(record.covariance, record.T_local_body, record.T_odom_body);
+  if (Status s = odometry_.add(record.t, record.T_odom_body, covariance); !s) return s;
   return session_ != nullptr ? session_->add_pose(name_, record) : Status{};
+}
+
+Status VehicleRun::take_live(const LivePose& pose, const std::optional<FrameStep>& step) {
+  return live_.add(pose, step);
 }
 
 Status VehicleRun::take_keyframe(const vehicle::KeyframeAdded& added) {
@@ -130,11 +141,11 @@ void VehicleRun::see_imu(const sensor::ImuSample& sample) {
 
 geometry::SE3 VehicleRun::frame_so_far() const {
   if (poses_.empty()) return {};
-  return level_frame(gravity_ ? gravity_->g_odom_mps2 : kDown_mps2, poses_.front().T_odom_body);
+  return level_frame(gravity_ ? gravity_->g_odom_mps2 : kDown_mps2, poses_.front().T_local_body);
 }
 
-void VehicleRun::join(const geometry::SE3& T_map_odom, KeyframeCorrections keyframes) {
-  T_map_odom_joint_ = T_map_odom;
+void VehicleRun::join(const geometry::SE3& T_map_local, KeyframeCorrections keyframes) {
+  T_map_local_joint_ = T_map_local;
   corrections_ = std::move(keyframes);
 }
 
@@ -144,7 +155,7 @@ Status VehicleRun::finish() {
   path_m_ = way.path_m;
   blind_m_ = way.blind_m;
   held_m_ = way.held_m;
-  T_map_odom_ = T_map_odom_joint_.value_or(frame_so_far());
+  T_map_local_ = T_map_local_joint_.value_or(frame_so_far());
   const geometry::Vec3 g_odom = gravity_ ? gravity_->g_odom_mps2 : kDown_mps2;
   levelled_ |= knows_gravity_;
   if (knows_gravity_ && gravity_ && g_odom.norm() > 0.0) {
@@ -153,9 +164,10 @@ Status VehicleRun::finish() {
     const double variance = (across * gravity_->covariance * across).trace();
     tilt_sigma_rad_ = std::sqrt(std::max(0.0, variance)) / g_odom.norm();
   }
-  // The odometry is closed whatever the session says: it is kept when the disk is full.
-  Status shown = session_ != nullptr ? session_->add_path(name_, poses_, T_map_odom_) : Status{};
+  // What was told live is closed whatever the session says: it is kept when the disk is full.
+  Status shown = session_ != nullptr ? session_->add_path(name_, poses_, T_map_local_) : Status{};
   Status closed = odometry_.close();
+  if (Status live = live_.close(); closed) closed = live;
   return closed ? shown : closed;
 }
 
@@ -165,7 +177,8 @@ void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.path_m = path_m_;
   summary.blind_share = path_m_ > 0.0 ? blind_m_ / path_m_ : 0.0;
   summary.blind_held_share = blind_m_ > 0.0 ? held_m_ / blind_m_ : 0.0;
-  summary.T_map_odom = T_map_odom_;
+  summary.T_map_odom = T_map_local_;
+  summary.live = live_.tally();
   summary.levelled = levelled_;
   summary.tilt_sigma_rad = tilt_sigma_rad_;
   summary.keyframes = static_cast<std::size_t>(std::count_if(

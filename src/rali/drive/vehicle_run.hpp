@@ -8,6 +8,7 @@
 
 #include "rali/base/result.hpp"
 #include "rali/drive/input/imu_check.hpp"
+#include "rali/drive/live/live_files.hpp"
 #include "rali/drive/map_run.hpp"
 #include "rali/drive/output/blind_hold.hpp"
 #include "rali/drive/output/corrected_path.hpp"
@@ -22,7 +23,8 @@ namespace rali::drive {
 /// final files need.
 class VehicleRun {
  public:
-  /// Makes odometry/<v>.tum and .cov.csv. Errors: kMachine.
+  /// Makes odometry/<v>.tum and live/<v>.tum with their .cov.csv, and live/<v>.steps.csv. Errors:
+  /// kMachine.
   /// @param session where to show the run, may be null; must outlive the object
   [[nodiscard]] static Result<VehicleRun> start(const std::string& name, const std::string& out_dir,
                                                 SessionFile* session);
@@ -30,13 +32,17 @@ class VehicleRun {
   /// Takes what followed from one event; findings go to `findings`. Errors: kMachine.
   [[nodiscard]] Status take(const vehicle::OutputList& outputs, FindingList& findings);
 
+  /// Where the vehicle was in the map, as far as was known then, and how T_map_odom stepped.
+  /// Errors: kMachine.
+  [[nodiscard]] Status take_live(const LivePose& pose, const std::optional<FrameStep>& step);
+
   /// Sees each event before the vehicle does: inertial samples for the comparison of gyro and
   /// LiDAR, sweeps for the session. Errors: kMachine.
   [[nodiscard]] Status see(const vehicle::Event& event);
 
   /// What the fleet's joint estimate makes of this vehicle: its frame, and where its keyframes were
   /// in odom. To be told before finish(); takes the place of what the vehicle alone knew.
-  void join(const geometry::SE3& T_map_odom, KeyframeCorrections keyframes);
+  void join(const geometry::SE3& T_map_local, KeyframeCorrections keyframes);
 
   /// Closes the growing files, moves poses and keyframes to where ranges corrected them, and fixes
   /// the frame of the results. The files of the odometry keep what was told at the time.
@@ -55,9 +61,9 @@ class VehicleRun {
 
   /// Levels odom by the last gravity estimate; origin and heading are those of the first pose.
   /// Valid after finish().
-  [[nodiscard]] const geometry::SE3& T_map_odom() const { return T_map_odom_; }
+  [[nodiscard]] const geometry::SE3& T_map_local() const { return T_map_local_; }
 
-  [[nodiscard]] MapFrame map_frame() const { return {T_map_odom_, levelled_}; }
+  [[nodiscard]] MapFrame map_frame() const { return {T_map_local_, levelled_}; }
 
   /// Whether the vehicle's own inertial data have shown where gravity points.
   [[nodiscard]] bool knows_gravity() const { return knows_gravity_; }
@@ -83,7 +89,8 @@ class VehicleRun {
   void summarise(VehicleSummary& summary) const;
 
  private:
-  VehicleRun(std::string name, std::string out_dir, OdometryFiles odometry, SessionFile* session);
+  VehicleRun(std::string name, std::string out_dir, PoseFiles odometry, LiveFiles live,
+             SessionFile* session);
 
   void see_imu(const sensor::ImuSample& sample);
   [[nodiscard]] geometry::SE3 frame_so_far() const;
@@ -92,18 +99,19 @@ class VehicleRun {
   [[nodiscard]] Status take_keyframe(const vehicle::KeyframeAdded& added);
 
   std::string name_, out_dir_;
-  OdometryFiles odometry_;
+  PoseFiles odometry_;
+  LiveFiles live_;
   SessionFile* session_ = nullptr;
   std::vector<PoseRecord> poses_;
   std::vector<KeyframeRecord> keyframes_;
   std::optional<vehicle::GravityEstimate> gravity_;
-  geometry::SE3 T_map_odom_;
+  geometry::SE3 T_map_local_;
   bool knows_gravity_ = false, levelled_ = false;
   double tilt_sigma_rad_ = std::numeric_limits<double>::quiet_NaN();
   double path_m_ = 0.0, blind_m_ = 0.0, held_m_ = 0.0;
   std::size_t ranges_ = 0, ranges_used_ = 0;
   KeyframeCorrections corrections_;
-  std::optional<geometry::SE3> T_map_odom_joint_;
+  std::optional<geometry::SE3> T_map_local_joint_;
   std::vector<std::shared_ptr<const fleet::Fact>> facts_;
   BlindHold hold_;
   GyroRatio gyro_ratio_;
@@ -111,7 +119,7 @@ class VehicleRun {
   std::optional<Time> t_imu_;
 };
 
-/// T_map_odom that turns gravity to -z and puts the first pose to the origin, heading along +x.
+/// T_map_local that turns gravity to -z and puts the first pose to the origin, heading along +x.
 [[nodiscard]] geometry::SE3 level_frame(const geometry::Vec3& g_odom_mps2,
                                         const geometry::SE3& T_odom_first);
 

@@ -21,7 +21,7 @@ using geometry::Vec3;
 vehicle::PoseEstimate pose_at(double t_s, double x_m) {
   vehicle::PoseEstimate pose;
   pose.t = Time::from_s(t_s);
-  pose.T_odom_body.p = {x_m, 0.0, 0.0};
+  pose.T_local_body.p = {x_m, 0.0, 0.0};
   pose.covariance = 1e-4 * geometry::Mat6::Identity();
   return pose;
 }
@@ -42,17 +42,17 @@ TEST(LevelFrame, turns_measured_gravity_down_and_the_first_pose_to_the_origin) {
   T_odom_first.R = geometry::rotation_from_rpy(0.1, -0.05, 1.2);
   T_odom_first.p = {3.0, -2.0, 0.5};
   const Vec3 g_odom = Vec3(0.4, -0.3, -9.8);
-  const SE3 T_map_odom = level_frame(g_odom, T_odom_first);
-  EXPECT_TRUE((T_map_odom.R * g_odom).isApprox(Vec3(0.0, 0.0, -g_odom.norm()), 1e-12));
-  const SE3 T_map_first = T_map_odom * T_odom_first;
+  const SE3 T_map_local = level_frame(g_odom, T_odom_first);
+  EXPECT_TRUE((T_map_local.R * g_odom).isApprox(Vec3(0.0, 0.0, -g_odom.norm()), 1e-12));
+  const SE3 T_map_first = T_map_local * T_odom_first;
   EXPECT_NEAR(T_map_first.p.norm(), 0.0, 1e-12);
   EXPECT_NEAR(geometry::rpy_from_rotation(T_map_first.R).z(), 0.0, 1e-12) << "heads along +x";
 }
 
 TEST(LevelFrame, is_the_identity_where_odom_is_level_already) {
-  const SE3 T_map_odom = level_frame(Vec3(0.0, 0.0, -9.81), SE3{});
-  EXPECT_TRUE(T_map_odom.R.isApprox(Mat3::Identity()));
-  EXPECT_TRUE(T_map_odom.p.isZero());
+  const SE3 T_map_local = level_frame(Vec3(0.0, 0.0, -9.81), SE3{});
+  EXPECT_TRUE(T_map_local.R.isApprox(Mat3::Identity()));
+  EXPECT_TRUE(T_map_local.p.isZero());
 }
 
 TEST(VehicleRun, writes_what_came_and_reads_keyframes_back) {
@@ -77,7 +77,7 @@ TEST(VehicleRun, writes_what_came_and_reads_keyframes_back) {
   EXPECT_NEAR(summary.sigma_median_m, std::sqrt(3e-4), 1e-12);
 
   const std::string out = folder.path();
-  const auto stream = keyframe_stream(out, run->keyframes(), run->T_map_odom());
+  const auto stream = keyframe_stream(out, run->keyframes(), run->T_map_local());
   std::size_t seen = 0;
   ASSERT_TRUE(stream([&](const map::KeyframeView& view) {
     ++seen;
@@ -152,9 +152,9 @@ TEST(Degeneracy, directions_are_given_in_map_and_unknown_cells_are_empty) {
   pose.blind = true;
   pose.blind_odom = Vec3::UnitX();
   pose.sigma_blind_m = std::numeric_limits<double>::infinity();
-  SE3 T_map_odom;
-  T_map_odom.R = geometry::rotation_from_rpy(0.0, 0.0, std::numbers::pi / 2.0);
-  const std::string text = degeneracy_text({pose}, T_map_odom, {"v1"});
+  SE3 T_map_local;
+  T_map_local.R = geometry::rotation_from_rpy(0.0, 0.0, std::numbers::pi / 2.0);
+  const std::string text = degeneracy_text({pose}, T_map_local, {"v1"});
   EXPECT_NE(text.find("5.000000000,1,,0.000000,1.000000,0.000000,,,,,,0.000000,lidar\n"),
             std::string::npos)
       << text;

@@ -80,6 +80,8 @@ ScanResult BodyFrameOdometry::process(const sensor::LidarScan& scan, Executor& e
   const Mat6 J = body_jacobian(T_inner_imu, T_imu_body_, R);
   const Mat6 J_inverse = J.inverse();
   out.T_odom_body = T_odom_inner_ * T_inner_imu * T_imu_body_;
+  out.T_odom_body_predicted = T_odom_inner_ * out.T_odom_body_predicted * T_imu_body_;
+  out.T_last_predicted = T_imu_body_.inverse() * out.T_last_predicted * T_imu_body_;
   out.v_odom_mps = R * (out.v_odom_mps + T_inner_imu.R * omega_imu_radps_.cross(T_imu_body_.p));
   out.covariance = J * out.covariance * J.transpose();
   out.lidar_information = J_inverse.transpose() * out.lidar_information * J_inverse;

@@ -28,6 +28,8 @@ struct ScanResult {
   Time t;  ///< of the last point
   TrackState state = TrackState::kWaiting;
   geometry::SE3 T_odom_body;
+  geometry::SE3 T_odom_body_predicted;  ///< before this scan was registered
+  geometry::SE3 T_last_predicted;       ///< motion since the last scan, by the prediction alone
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();  ///< in the IMU
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();  ///< in the IMU

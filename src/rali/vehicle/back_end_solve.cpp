@@ -166,7 +166,7 @@ void BackEnd::tell(const LocalGraph& graph, OutputList& out) const {
     KeyframeCorrected corrected;
     corrected.id = {self_, *node.keyframe};
     corrected.t = nodes_[k].t;
-    corrected.T_odom_body = graph.state(seq_of(k)).T_odom_body;
+    corrected.T_local_body = graph.state(seq_of(k)).T_odom_body;
     const Mat6 share = fleet::known_share(node.lidar_information, settings_.back_end.shape);
     corrected.covariance = covariances[k] + share * node.covariance * share.transpose();
     out.emplace_back(corrected);

@@ -99,8 +99,8 @@ TEST(BackEnd, takes_back_what_the_filter_drifted_while_the_radio_was_silent) {
   ASSERT_EQ(told.size(), 81U);
   for (const auto& [ns, corrected] : told) {
     const double t_s = corrected.t.s();
-    EXPECT_NEAR(corrected.T_odom_body.p.x(), Drive::truth(t_s).x(), 0.15) << t_s;
-    EXPECT_NEAR(corrected.T_odom_body.p.y(), 0.0, 0.02) << t_s;
+    EXPECT_NEAR(corrected.T_local_body.p.x(), Drive::truth(t_s).x(), 0.15) << t_s;
+    EXPECT_NEAR(corrected.T_local_body.p.y(), 0.0, 0.02) << t_s;
     EXPECT_GT(corrected.covariance(3, 3), 0.0) << t_s;
   }
 }
@@ -132,7 +132,7 @@ TEST(BackEnd, same_drive_gives_the_same_bits) {
   const auto b = Drive{}.run();
   ASSERT_EQ(a.size(), b.size());
   for (const auto& [ns, corrected] : a) {
-    EXPECT_EQ(corrected.T_odom_body.p, b.at(ns).T_odom_body.p);
+    EXPECT_EQ(corrected.T_local_body.p, b.at(ns).T_local_body.p);
     EXPECT_EQ(corrected.covariance, b.at(ns).covariance);
   }
 }

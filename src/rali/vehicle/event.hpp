@@ -40,9 +40,10 @@ enum class PoseQuality { kGood, kWeak, kPredicted, kDiverged };
 struct PoseEstimate {
   VehicleId vehicle;
   Time t;
-  geometry::SE3 T_odom_body;
+  geometry::SE3 T_local_body;  ///< in the filter's frame, which LiDAR and ranges may move
+  geometry::SE3 T_odom_body;   ///< in the frame that never jumps
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
-  geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
+  geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of T_local_body, geometry::boxplus
   PoseQuality quality = PoseQuality::kGood;
   degeneracy::Report degeneracy;
   int matches = 0;  ///< points with a plane
@@ -57,7 +58,7 @@ struct PoseEstimate {
 struct KeyframeCorrected {
   KeyframeId id;
   Time t;
-  geometry::SE3 T_odom_body;
+  geometry::SE3 T_local_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
 };
 

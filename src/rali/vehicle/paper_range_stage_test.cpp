@@ -242,7 +242,7 @@ TEST(PaperRanges, are_shared_by_the_blind_keyframes_since_the_last_correction) {
     ASSERT_EQ(told.size(), 3U);
     for (std::uint32_t i = 0; i < 3; ++i) {
       EXPECT_EQ(told[i].id.seq, i + 1);
-      EXPECT_EQ(told[i].T_odom_body.p, move->earlier[i + 1].p);
+      EXPECT_EQ(told[i].T_local_body.p, move->earlier[i + 1].p);
     }
   }
 }

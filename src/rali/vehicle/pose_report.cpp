@@ -25,7 +25,7 @@ PoseEstimate pose_of(VehicleId self, const odometry::ScanResult& result) {
   PoseEstimate pose;
   pose.vehicle = self;
   pose.t = result.t;
-  pose.T_odom_body = result.T_odom_body;
+  pose.T_local_body = result.T_odom_body;
   pose.v_odom_mps = result.v_odom_mps;
   pose.covariance = result.covariance;
   pose.quality = quality_of(result.state);

@@ -9,6 +9,7 @@
 #include "rali/ranging/range_model.hpp"
 #include "rali/vehicle/back_end.hpp"
 #include "rali/vehicle/fact_writer.hpp"
+#include "rali/vehicle/odom_frame.hpp"
 #include "rali/vehicle/paper_detector.hpp"
 #include "rali/vehicle/paper_range_stage.hpp"
 #include "rali/vehicle/pose_report.hpp"
@@ -147,6 +148,7 @@ class Vehicle::Impl {
     if (result.state == odometry::TrackState::kWaiting) return;
     if (paper_ranges_) effect = paper_ranges_->after_sweep(result, out);
     PoseEstimate pose = pose_of(self_, result);
+    pose.T_odom_body = odom_.follow(result);
     pose.correction_m = effect.shift_m;
     pose.range_from = effect.from;
     if (!first_pose_) first_pose_ = result.T_odom_body;
@@ -287,6 +289,7 @@ class Vehicle::Impl {
 
   std::optional<PathEnd> last_;            ///< of preset `paper`
   std::deque<sensor::RangeSample> heard_;  ///< since then, by time
+  OdomFrame odom_;
   degeneracy::CategoryFilter categories_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::deque<std::shared_ptr<const LidarScan>> waiting_;

@@ -41,7 +41,7 @@ std::vector<double> ways(const std::vector<PoseRecord>& poses) {
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const bool step = !is_lost(poses[i - 1]) && !is_lost(poses[i]);
     way_m[i] = way_m[i - 1];
-    if (step) way_m[i] += (poses[i].T_odom_body.p - poses[i - 1].T_odom_body.p).norm();
+    if (step) way_m[i] += (poses[i].T_local_body.p - poses[i - 1].T_local_body.p).norm();
   }
   return way_m;
 }
@@ -66,11 +66,11 @@ std::vector<Knot> move_keyframes(const KeyframeCorrections& corrections,
     knot.way_m = way_at(keyframe.t, poses, way_m);
     const auto said = corrections.find(keyframe.id.seq);
     if (said != corrections.end()) {
-      knot.T_corrected_told = said->second.T_odom_body * keyframe.T_odom_body.inverse();
+      knot.T_corrected_told = said->second.T_local_body * keyframe.T_local_body.inverse();
       knot.covariance = said->second.covariance;
       knot.covariance_told = keyframe.covariance;
       knot.corrected = true;
-      keyframe.T_odom_body = said->second.T_odom_body;
+      keyframe.T_local_body = said->second.T_local_body;
       keyframe.covariance = said->second.covariance;
     }
     knots.push_back(knot);
@@ -110,16 +110,16 @@ void correct_path(const KeyframeCorrections& corrections, std::vector<PoseRecord
     while (after < knots.size() && knots[after].t <= pose.t) ++after;
     const Knot& a = knots[after == 0 ? 0 : after - 1];
     const Knot& b = knots[after == knots.size() ? after - 1 : after];
-    const SE3 told = pose.T_odom_body;
+    const SE3 told = pose.T_local_body;
     if (&a == &b) {
       if (!a.corrected) continue;
-      pose.T_odom_body = a.T_corrected_told * told;
+      pose.T_local_body = a.T_corrected_told * told;
       pose.covariance = carried(a, pose);
       continue;
     }
     if (!a.corrected && !b.corrected) continue;
     const double share = share_of(pose.t, way_m[i], a, b);
-    pose.T_odom_body = mixed(a.T_corrected_told * told, b.T_corrected_told * told, share);
+    pose.T_local_body = mixed(a.T_corrected_told * told, b.T_corrected_told * told, share);
     if (a.corrected && b.corrected) {
       pose.covariance = (1.0 - share) * a.covariance + share * b.covariance;
     }

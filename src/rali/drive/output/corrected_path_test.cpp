@@ -13,7 +13,7 @@ using geometry::Vec3;
 PoseRecord pose_at(double t_s, double x_m) {
   PoseRecord pose;
   pose.t = Time::from_s(t_s);
-  pose.T_odom_body.p = {x_m, 0.0, 0.0};
+  pose.T_local_body.p = {x_m, 0.0, 0.0};
   pose.covariance = 0.01 * geometry::Mat6::Identity();
   return pose;
 }
@@ -22,15 +22,15 @@ KeyframeRecord keyframe_at(std::uint32_t seq, double t_s, double x_m) {
   KeyframeRecord keyframe;
   keyframe.id.seq = seq;
   keyframe.t = Time::from_s(t_s);
-  keyframe.T_odom_body.p = {x_m, 0.0, 0.0};
+  keyframe.T_local_body.p = {x_m, 0.0, 0.0};
   keyframe.covariance = 0.01 * geometry::Mat6::Identity();
   return keyframe;
 }
 
 vehicle::KeyframeCorrected corrected(double x_m, double y_m, double yaw_rad, double variance) {
   vehicle::KeyframeCorrected said;
-  said.T_odom_body.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
-  said.T_odom_body.p = {x_m, y_m, 0.0};
+  said.T_local_body.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
+  said.T_local_body.p = {x_m, y_m, 0.0};
   said.covariance = variance * geometry::Mat6::Identity();
   return said;
 }
@@ -39,8 +39,8 @@ TEST(CorrectedPath, without_corrections_nothing_changes_to_the_last_bit) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.1), pose_at(1.0, 1.0 / 3.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.1)};
   correct_path({}, poses, keyframes);
-  EXPECT_EQ(poses[1].T_odom_body.p.x(), 1.0 / 3.0);
-  EXPECT_EQ(keyframes[0].T_odom_body.p.x(), 0.1);
+  EXPECT_EQ(poses[1].T_local_body.p.x(), 1.0 / 3.0);
+  EXPECT_EQ(keyframes[0].T_local_body.p.x(), 0.1);
 }
 
 TEST(CorrectedPath, between_keyframes_the_correction_grows_with_the_way) {
@@ -50,14 +50,14 @@ TEST(CorrectedPath, between_keyframes_the_correction_grows_with_the_way) {
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.0), keyframe_at(1, 4.0, 4.0)};
   correct_path({{0, corrected(0.0, 0.0, 0.0, 0.02)}, {1, corrected(4.4, 0.0, 0.0, 0.06)}}, poses,
                keyframes);
-  EXPECT_NEAR(poses[0].T_odom_body.p.x(), 0.0, 1e-12);
-  EXPECT_NEAR(poses[1].T_odom_body.p.x(), 1.1, 1e-12) << "by the way, not by the time";
-  EXPECT_NEAR(poses[2].T_odom_body.p.x(), 4.4, 1e-12);
-  EXPECT_NEAR(poses[3].T_odom_body.p.x(), 5.4, 1e-12) << "constant after the last";
+  EXPECT_NEAR(poses[0].T_local_body.p.x(), 0.0, 1e-12);
+  EXPECT_NEAR(poses[1].T_local_body.p.x(), 1.1, 1e-12) << "by the way, not by the time";
+  EXPECT_NEAR(poses[2].T_local_body.p.x(), 4.4, 1e-12);
+  EXPECT_NEAR(poses[3].T_local_body.p.x(), 5.4, 1e-12) << "constant after the last";
   EXPECT_NEAR(poses[1].covariance(5, 5), 0.03, 1e-12);
   EXPECT_NEAR(poses[2].covariance(5, 5), 0.06, 1e-12);
   EXPECT_NEAR(poses[3].covariance(5, 5), 0.06, 1e-12) << "after the last it is known no better";
-  EXPECT_NEAR(keyframes[1].T_odom_body.p.x(), 4.4, 1e-12);
+  EXPECT_NEAR(keyframes[1].T_local_body.p.x(), 4.4, 1e-12);
   EXPECT_NEAR(keyframes[1].covariance(0, 0), 0.06, 1e-12);
 }
 
@@ -79,23 +79,23 @@ TEST(CorrectedPath, a_standing_vehicle_does_not_creep) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(60.0, 0.0), pose_at(61.0, 1.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.0), keyframe_at(1, 61.0, 1.0)};
   correct_path({{1, corrected(1.5, 0.0, 0.0, 0.01)}}, poses, keyframes);
-  EXPECT_NEAR(poses[1].T_odom_body.p.x(), 0.0, 1e-12) << "one minute later it still stands there";
-  EXPECT_NEAR(poses[2].T_odom_body.p.x(), 1.5, 1e-12);
+  EXPECT_NEAR(poses[1].T_local_body.p.x(), 0.0, 1e-12) << "one minute later it still stands there";
+  EXPECT_NEAR(poses[2].T_local_body.p.x(), 1.5, 1e-12);
 }
 
 TEST(CorrectedPath, a_turned_keyframe_turns_what_follows_about_itself) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(1.0, 2.0), pose_at(2.0, 3.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.0), keyframe_at(1, 1.0, 2.0)};
   correct_path({{1, corrected(2.0, 0.0, std::numbers::pi / 2.0, 0.01)}}, poses, keyframes);
-  EXPECT_TRUE(poses[2].T_odom_body.p.isApprox(Vec3(2.0, 1.0, 0.0), 1e-12))
-      << poses[2].T_odom_body.p.transpose();
+  EXPECT_TRUE(poses[2].T_local_body.p.isApprox(Vec3(2.0, 1.0, 0.0), 1e-12))
+      << poses[2].T_local_body.p.transpose();
 }
 
 TEST(CorrectedPath, before_the_first_keyframe_poses_move_with_it) {
   std::vector<PoseRecord> poses = {pose_at(0.0, -1.0), pose_at(1.0, 0.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(3, 1.0, 0.0)};
   correct_path({{3, corrected(0.2, 0.0, 0.0, 0.01)}}, poses, keyframes);
-  EXPECT_NEAR(poses[0].T_odom_body.p.x(), -0.8, 1e-12);
+  EXPECT_NEAR(poses[0].T_local_body.p.x(), -0.8, 1e-12);
 }
 
 TEST(CorrectedPath, corrections_of_diverged_or_unknown_keyframes_carry_nothing) {
@@ -104,8 +104,8 @@ TEST(CorrectedPath, corrections_of_diverged_or_unknown_keyframes_carry_nothing) 
   keyframes[1].diverged = true;
   correct_path({{1, corrected(9.0, 0.0, 0.0, 1.0)}, {77, corrected(9.0, 0.0, 0.0, 1.0)}}, poses,
                keyframes);
-  EXPECT_EQ(poses[1].T_odom_body.p.x(), 1.0);
-  EXPECT_EQ(keyframes[1].T_odom_body.p.x(), 1.0);
+  EXPECT_EQ(poses[1].T_local_body.p.x(), 1.0);
+  EXPECT_EQ(keyframes[1].T_local_body.p.x(), 1.0);
   std::vector<PoseRecord> none;
   std::vector<KeyframeRecord> no_keyframes;
   correct_path({{1, corrected(9.0, 0.0, 0.0, 1.0)}}, none, no_keyframes);

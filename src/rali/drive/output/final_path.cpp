@@ -21,12 +21,12 @@ std::optional<geometry::SE3> FinalPath::at(Time t) const {
   if (after == poses_->begin()) return std::nullopt;
   const PoseRecord& a = *std::prev(after);
   if (!is_good(a)) return std::nullopt;
-  if (a.t == t) return T_map_odom_ * a.T_odom_body;
+  if (a.t == t) return T_map_local_ * a.T_local_body;
   if (after == poses_->end() || !is_good(*after)) return std::nullopt;
   const double span_s = seconds_between(a.t, after->t);
   if (span_s > kGap_s) return std::nullopt;
   const double share = seconds_between(a.t, t) / span_s;
-  return T_map_odom_ * geometry::interpolate(a.T_odom_body, after->T_odom_body, share);
+  return T_map_local_ * geometry::interpolate(a.T_local_body, after->T_local_body, share);
 }
 
 const PoseRecord* FinalPath::before(Time t) const {
@@ -37,7 +37,7 @@ const PoseRecord* FinalPath::before(Time t) const {
 std::optional<geometry::SE3> FinalPath::last_known(Time t) const {
   for (auto at = first_after(*poses_, t); at != poses_->begin();) {
     --at;
-    if (is_good(*at)) return T_map_odom_ * at->T_odom_body;
+    if (is_good(*at)) return T_map_local_ * at->T_local_body;
   }
   return std::nullopt;
 }

@@ -11,8 +11,8 @@ namespace rali::drive {
 class FinalPath {
  public:
   /// @param poses in odom, by time; must outlive the object. Diverged ones are no place.
-  FinalPath(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_odom)
-      : poses_(&poses), T_map_odom_(T_map_odom) {}
+  FinalPath(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_local)
+      : poses_(&poses), T_map_local_(T_map_local) {}
 
   /// T_map_body between the two sweeps around t, at constant speed. Nothing before the first and
   /// after the last sweep, where one of the two diverged, and in gaps above 1 s.
@@ -26,7 +26,7 @@ class FinalPath {
 
  private:
   const std::vector<PoseRecord>* poses_;
-  geometry::SE3 T_map_odom_;
+  geometry::SE3 T_map_local_;
 };
 
 }  // namespace rali::drive

@@ -54,9 +54,9 @@ class DrivenVehicle {
   }
 
   /// With its frame and its keyframes where the fleet has them.
-  [[nodiscard]] VehicleRun finish(const geometry::SE3& T_map_odom = {},
+  [[nodiscard]] VehicleRun finish(const geometry::SE3& T_map_local = {},
                                   KeyframeCorrections keyframes = {}) {
-    run_.join(T_map_odom, std::move(keyframes));
+    run_.join(T_map_local, std::move(keyframes));
     EXPECT_TRUE(run_.finish());
     return std::move(run_);
   }
@@ -76,7 +76,8 @@ class DrivenVehicle {
   void tell(bool at_rest) {
     vehicle::PoseEstimate pose;
     pose.t = Time::from_s(t_s_);
-    pose.T_odom_body = map::test::pose_at(x_m_, 1.5, 0.8);
+    pose.T_local_body = map::test::pose_at(x_m_, 1.5, 0.8);
+    pose.T_odom_body = pose.T_local_body;
     pose.covariance = 1e-4 * geometry::Mat6::Identity();
     take(pose);
     fleet::Increment step;

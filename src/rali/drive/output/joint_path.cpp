@@ -11,7 +11,7 @@ JointPath joint_path(const fleet::FleetEstimate& estimate, VehicleId vehicle) {
       std::find_if(estimate.frames.begin(), estimate.frames.end(),
                    [&](const fleet::VehicleFrame& f) { return f.vehicle == vehicle; });
   if (frame == estimate.frames.end()) return path;
-  path.T_map_odom = frame->T_map_odom;
+  path.T_map_local = frame->T_map_odom;
   const geometry::SE3 T_odom_map = frame->T_map_odom.inverse();
   // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
   geometry::Mat6 turn = geometry::Mat6::Identity();
@@ -21,7 +21,7 @@ JointPath joint_path(const fleet::FleetEstimate& estimate, VehicleId vehicle) {
     vehicle::KeyframeCorrected corrected;
     corrected.id = it->first;
     corrected.t = it->second.t;
-    corrected.T_odom_body = T_odom_map * it->second.T_map_body;
+    corrected.T_local_body = T_odom_map * it->second.T_map_body;
     corrected.covariance = turn * it->second.covariance * turn.transpose();
     path.keyframes[it->first.seq] = corrected;
   }
@@ -30,7 +30,7 @@ JointPath joint_path(const fleet::FleetEstimate& estimate, VehicleId vehicle) {
 
 void join_path(const fleet::FleetEstimate& estimate, VehicleId vehicle, VehicleRun& run) {
   JointPath path = joint_path(estimate, vehicle);
-  if (!path.keyframes.empty()) run.join(path.T_map_odom, std::move(path.keyframes));
+  if (!path.keyframes.empty()) run.join(path.T_map_local, std::move(path.keyframes));
 }
 
 void share_levels(const fleet::FleetEstimate& estimate, std::vector<VehicleRun>& runs) {

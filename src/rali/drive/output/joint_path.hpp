@@ -7,7 +7,7 @@ namespace rali::drive {
 
 /// Where the fleet's joint estimate has a vehicle's frame, and its keyframes in odom.
 struct JointPath {
-  geometry::SE3 T_map_odom;
+  geometry::SE3 T_map_local;
   KeyframeCorrections keyframes;  ///< empty: the estimate leaves the vehicle to itself
 };
 

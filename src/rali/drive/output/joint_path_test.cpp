@@ -17,7 +17,7 @@ TEST(JointPath, keyframes_come_back_to_odom_with_their_covariance) {
   const JointPath path = joint_path(estimate, VehicleId{1});
   ASSERT_EQ(path.keyframes.size(), 1U);
   const vehicle::KeyframeCorrected& corrected = path.keyframes.at(3);
-  EXPECT_LT((corrected.T_odom_body.p - geometry::Vec3(2.0, 0.0, 0.0)).norm(), 1e-12);
+  EXPECT_LT((corrected.T_local_body.p - geometry::Vec3(2.0, 0.0, 0.0)).norm(), 1e-12);
   EXPECT_NEAR(corrected.covariance(4, 4), 0.04, 1e-12);
   EXPECT_NEAR(corrected.covariance(3, 3), 0.0, 1e-12);
 }

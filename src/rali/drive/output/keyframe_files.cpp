@@ -45,7 +45,7 @@ Result<KeyframeRecord> write_keyframe(const std::string& out_dir, const std::str
   KeyframeRecord record;
   record.id = added.id;
   record.t = keyframe.t;
-  record.T_odom_body = keyframe.T_odom_body;
+  record.T_local_body = keyframe.T_odom_body;
   record.covariance = keyframe.covariance;
   record.T_previous_this = keyframe.T_previous_this;
   record.information_relative = keyframe.information_relative;
@@ -66,8 +66,8 @@ Result<KeyframeRecord> write_keyframe(const std::string& out_dir, const std::str
 
 map::KeyframeStream keyframe_stream(const std::string& out_dir,
                                     const std::vector<KeyframeRecord>& records,
-                                    const geometry::SE3& T_map_odom) {
-  return [&out_dir, &records, T_map_odom](const map::KeyframeVisitor& visit) -> Status {
+                                    const geometry::SE3& T_map_local) {
+  return [&out_dir, &records, T_map_local](const map::KeyframeVisitor& visit) -> Status {
     odometry::KeyframeCloud cloud;
     for (const KeyframeRecord& record : records) {
       if (record.diverged) continue;
@@ -75,10 +75,10 @@ map::KeyframeStream keyframe_stream(const std::string& out_dir,
       map::KeyframeView view;
       view.t = record.t;
       view.vehicle = static_cast<std::uint8_t>(record.id.vehicle.value);
-      view.T_map_body = T_map_odom * record.T_odom_body;
+      view.T_map_body = T_map_local * record.T_local_body;
       // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
       geometry::Mat6 J = geometry::Mat6::Identity();
-      J.bottomRightCorner<3, 3>() = T_map_odom.R;
+      J.bottomRightCorner<3, 3>() = T_map_local.R;
       view.covariance = J * record.covariance * J.transpose();
       view.T_body_lidar = record.T_body_lidar;
       view.x_m = cloud.x_m;
@@ -107,7 +107,7 @@ std::string keyframes_text(const std::vector<VehicleKeyframes>& vehicles, bool w
   for (const VehicleKeyframes& vehicle : vehicles) {
     for (const KeyframeRecord& record : *vehicle.records) {
       if (record.diverged) continue;
-      std::string pose = io::pose_text(vehicle.T_map_odom * record.T_odom_body, 6, 9);
+      std::string pose = io::pose_text(vehicle.T_map_local * record.T_local_body, 6, 9);
       std::replace(pose.begin(), pose.end(), ' ', ',');
       text += fmt::format("{},{},{},{},{},{},{}\n", id++, vehicle.vehicle, record.id.seq,
                           io::format_stamp(record.t), pose, record.points,

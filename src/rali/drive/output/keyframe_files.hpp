@@ -13,7 +13,7 @@ namespace rali::drive {
 struct KeyframeRecord {
   KeyframeId id;
   Time t;
-  geometry::SE3 T_odom_body;
+  geometry::SE3 T_local_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
   geometry::SE3 T_previous_this;
   geometry::Mat6 information_relative = geometry::Mat6::Zero();
@@ -28,11 +28,11 @@ struct KeyframeRecord {
                                                     const std::string& vehicle,
                                                     const vehicle::KeyframeAdded& added);
 
-/// The keyframes read back from disk, placed by T_map_odom; diverged ones are left out.
+/// The keyframes read back from disk, placed by T_map_local; diverged ones are left out.
 /// @param records and out_dir must outlive the stream.
 [[nodiscard]] map::KeyframeStream keyframe_stream(const std::string& out_dir,
                                                   const std::vector<KeyframeRecord>& records,
-                                                  const geometry::SE3& T_map_odom);
+                                                  const geometry::SE3& T_map_local);
 
 /// Takes the files of a vehicle's keyframes away again, and their folder if it is empty then.
 void remove_keyframes(const std::string& out_dir, const std::string& vehicle,
@@ -41,7 +41,7 @@ void remove_keyframes(const std::string& out_dir, const std::string& vehicle,
 /// Text of keyframes.csv.
 struct VehicleKeyframes {
   std::string vehicle;
-  geometry::SE3 T_map_odom;
+  geometry::SE3 T_map_local;
   const std::vector<KeyframeRecord>* records = nullptr;
 };
 

@@ -75,7 +75,7 @@ std::vector<geometry::Vec3> others_at(const std::vector<const VehicleRun*>& runs
   std::vector<geometry::Vec3> others_map_m;
   for (const VehicleRun* run : runs) {
     if (run->keyframes().empty() || run->keyframes().front().id.vehicle == vehicle) continue;
-    const auto T_map_body = FinalPath(run->poses(), run->T_map_odom()).at(t);
+    const auto T_map_body = FinalPath(run->poses(), run->T_map_local()).at(t);
     if (T_map_body) others_map_m.push_back(T_map_body->p);
   }
   return others_map_m;

@@ -52,6 +52,19 @@ Json gaps_json(const InputGaps& gaps) {
   return json;
 }
 
+/// How the pose in the map was told while it drove: null as long as it was not joined.
+Json live_json(const LiveTally& live) {
+  if (live.poses == 0) return nullptr;
+  Json json;
+  json["poses"] = live.poses;
+  json["t_joined_s"] = number(live.t_joined.s(), 6);
+  json["steps"] = live.steps;
+  json["step_max_m"] = number(live.largest.shift_m);
+  json["step_max_reason"] = live.steps > 0 ? Json(live.largest.reason) : Json(nullptr);
+  json["step_max_t_s"] = live.steps > 0 ? number(live.largest.t.s(), 6) : Json(nullptr);
+  return json;
+}
+
 Json vehicle_json(const VehicleSummary& v) {
   Json json;
   json["path_m"] = number(v.path_m, 3);
@@ -66,6 +79,7 @@ Json vehicle_json(const VehicleSummary& v) {
   json["T_map_odom"] = pose(v.T_map_odom);
   json["T_map_odom"]["levelled"] = v.levelled;
   json["T_map_odom"]["tilt_sigma_rad"] = number(v.tilt_sigma_rad, 9);
+  json["live"] = live_json(v.live);
   json["T_body_lidar"] = pose(v.input.T_body_lidar);
   const LidarTimeOffset& offset = v.input.lidar_time_offset;
   json["time_offset_s"] = number(offset.value_s, 9);

@@ -33,8 +33,9 @@ struct Folder {
   std::array<std::string_view, 3> ends;
 };
 
-constexpr std::array<Folder, 4> kFolders = {{{"trajectory", {".tum", ".cov.csv", ".imu.tum"}},
+constexpr std::array<Folder, 5> kFolders = {{{"trajectory", {".tum", ".cov.csv", ".imu.tum"}},
                                              {"odometry", {".tum", ".cov.csv", ".cov.csv"}},
+                                             {"live", {".tum", ".cov.csv", ".steps.csv"}},
                                              {"degeneracy", {".csv", ".csv", ".csv"}},
                                              {"errors", {".csv", ".csv", ".csv"}}}};
 
@@ -61,7 +62,7 @@ Status machine_error(const std::string& path, const std::error_code& error) {
 void remove_empty_folders(const fs::path& out) {
   std::error_code ignored;
   std::vector<fs::path> folders;
-  for (const char* name : {"trajectory", "odometry", "degeneracy", "errors", "keyframes"}) {
+  for (const char* name : {"trajectory", "odometry", "live", "degeneracy", "errors", "keyframes"}) {
     folders.push_back(out / name);
   }
   fs::directory_iterator it(out / "keyframes", ignored);

@@ -55,30 +55,31 @@ io::CsvRow covariance_row(Time t, const geometry::Mat6& cov_boxplus,
   return row;
 }
 
-OdometryFiles::OdometryFiles(io::TumWriter poses, io::CsvWriter covariances)
+PoseFiles::PoseFiles(io::TumWriter poses, io::CsvWriter covariances)
     : poses_(std::move(poses)), covariances_(std::move(covariances)) {}
 
-Result<OdometryFiles> OdometryFiles::create(const std::string& out_dir,
-                                            const std::string& vehicle) {
+Result<PoseFiles> PoseFiles::create(const std::string& out_dir, const std::string& folder,
+                                    const std::string& vehicle, const std::string& frame) {
+  const std::string dir = out_dir + '/' + folder;
   std::error_code error;
-  std::filesystem::create_directories(out_dir + "/odometry", error);
-  if (error) return fail(ErrorCode::kMachine, out_dir + "/odometry", error.message());
-  const std::string stem = out_dir + "/odometry/" + vehicle;
+  std::filesystem::create_directories(dir, error);
+  if (error) return fail(ErrorCode::kMachine, dir, error.message());
+  const std::string stem = dir + '/' + vehicle;
   Result<io::TumWriter> poses =
-      io::TumWriter::create(stem + ".tum", tum_header("odom/" + vehicle, "body of " + vehicle));
+      io::TumWriter::create(stem + ".tum", tum_header(frame, "body of " + vehicle));
   if (!poses) return tl::make_unexpected(poses.error());
   Result<io::CsvWriter> covariances =
       io::CsvWriter::create(stem + ".cov.csv", covariance_columns());
   if (!covariances) return tl::make_unexpected(covariances.error());
-  return OdometryFiles(std::move(*poses), std::move(*covariances));
+  return PoseFiles(std::move(*poses), std::move(*covariances));
 }
 
-Status OdometryFiles::add(const PoseRecord& pose) {
-  if (Status s = poses_.add({pose.t, pose.T_odom_body}); !s) return s;
-  return covariances_.add(covariance_row(pose.t, pose.covariance, pose.T_odom_body.R), pose.t);
+Status PoseFiles::add(Time t, const geometry::SE3& T, const geometry::Mat6& covariance) {
+  if (Status s = poses_.add({t, T}); !s) return s;
+  return covariances_.add(covariance_row(t, covariance, T.R), t);
 }
 
-Status OdometryFiles::close() {
+Status PoseFiles::close() {
   Status first = poses_.finish();
   Status second = covariances_.finish();
   return first ? second : first;
@@ -95,21 +96,21 @@ std::string trajectory_text(const std::vector<PoseRecord>& poses, const MapFrame
     const bool diverged = pose.quality == vehicle::PoseQuality::kDiverged;
     if (diverged && !cut) text += "# cut from " + io::format_stamp(pose.t) + ": diverged\n";
     cut = diverged;
-    if (!diverged) text += io::tum_line({pose.t, frame.T_map_odom * pose.T_odom_body}) + '\n';
+    if (!diverged) text += io::tum_line({pose.t, frame.T_map_local * pose.T_local_body}) + '\n';
   }
   return text;
 }
 
 std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
-                                       const geometry::SE3& T_map_odom) {
+                                       const geometry::SE3& T_map_local) {
   std::string text = fmt::format("{}\n", fmt::join(covariance_columns(), ","));
   for (const PoseRecord& pose : poses) {
     if (pose.quality == vehicle::PoseQuality::kDiverged) continue;
     // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
     geometry::Mat6 J = geometry::Mat6::Identity();
-    J.bottomRightCorner<3, 3>() = T_map_odom.R;
+    J.bottomRightCorner<3, 3>() = T_map_local.R;
     text += covariance_row(pose.t, J * pose.covariance * J.transpose(),
-                           T_map_odom.R * pose.T_odom_body.R)
+                           T_map_local.R * pose.T_local_body.R)
                 .line() +
             '\n';
   }
@@ -119,6 +120,7 @@ std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
 PoseRecord pose_record(const vehicle::PoseEstimate& pose) {
   PoseRecord record;
   record.t = pose.t;
+  record.T_local_body = pose.T_local_body;
   record.T_odom_body = pose.T_odom_body;
   record.covariance = pose.covariance;
   record.quality = pose.quality;
@@ -127,7 +129,7 @@ PoseRecord pose_record(const vehicle::PoseEstimate& pose) {
   if (pose.degeneracy.paper.known) record.degree = pose.degeneracy.paper.degree;
   record.blind_odom = pose.degeneracy.blind_odom;
   if (record.blind_odom.isZero()) {
-    record.blind_odom = pose.T_odom_body.R * pose.degeneracy.paper.e3_body;
+    record.blind_odom = pose.T_local_body.R * pose.degeneracy.paper.e3_body;
   }
   const auto& axes = pose.degeneracy.directions;
   for (int axis = 0; axis < 3; ++axis) {
@@ -144,13 +146,13 @@ PoseRecord pose_record(const vehicle::PoseEstimate& pose) {
   return record;
 }
 
-std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_odom,
+std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_local,
                             const std::vector<std::string>& vehicles) {
   std::string text =
       "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from,axis,category,"
       "sigma_m,held_by\n";
   for (const PoseRecord& pose : poses) {
-    const geometry::Vec3 d = T_map_odom.R * pose.blind_odom;
+    const geometry::Vec3 d = T_map_local.R * pose.blind_odom;
     const bool known = !d.isZero() && d.allFinite();
     io::CsvRow row;
     row.stamp(pose.t).integer(pose.blind ? 1 : 0);
@@ -179,7 +181,7 @@ WayLength way_length(const std::vector<PoseRecord>& poses) {
       continue;
     }
     if (last != nullptr) {
-      const double step_m = (pose.T_odom_body.p - last->T_odom_body.p).norm();
+      const double step_m = (pose.T_local_body.p - last->T_local_body.p).norm();
       way.path_m += step_m;
       if (pose.blind) way.blind_m += step_m;
       if (pose.blind && pose.held_by == HeldBy::kRange) way.held_m += step_m;

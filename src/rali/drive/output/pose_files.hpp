@@ -15,8 +15,9 @@ namespace rali::drive {
 /// What stays in memory of each sweep until the end of the run: 400 bytes, 14 MB per hour.
 struct PoseRecord {
   Time t;
-  geometry::SE3 T_odom_body;
+  geometry::SE3 T_local_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
+  geometry::SE3 T_odom_body;                           ///< as told at the time
   vehicle::PoseQuality quality = vehicle::PoseQuality::kGood;
   bool blind = false;
   double sigma_blind_m = 0.0;                          ///< infinity: not held at all
@@ -37,19 +38,22 @@ struct PoseRecord {
 [[nodiscard]] io::CsvRow covariance_row(Time t, const geometry::Mat6& cov_boxplus,
                                         const geometry::Mat3& R_outer_body);
 
-/// odometry/<v>.tum and .cov.csv: each pose as it was known when its sweep was processed. Reaches
+/// <folder>/<v>.tum and .cov.csv: each pose as it was known when its sweep was processed. Reaches
 /// the disk at most 10 s of data late and in whole lines, so that even a kill leaves
-/// odometry/.<v>.tum.tmp readable.
-class OdometryFiles {
+/// <folder>/.<v>.tum.tmp readable.
+class PoseFiles {
  public:
-  /// Errors: kMachine.
-  [[nodiscard]] static Result<OdometryFiles> create(const std::string& out_dir,
-                                                    const std::string& vehicle);
-  [[nodiscard]] Status add(const PoseRecord& pose);
+  /// @param folder "odometry" or "live"  @param frame of the poses  Errors: kMachine.
+  [[nodiscard]] static Result<PoseFiles> create(const std::string& out_dir,
+                                                const std::string& folder,
+                                                const std::string& vehicle,
+                                                const std::string& frame);
+  /// @param covariance of geometry::boxplus
+  [[nodiscard]] Status add(Time t, const geometry::SE3& T, const geometry::Mat6& covariance);
   [[nodiscard]] Status close();
 
  private:
-  OdometryFiles(io::TumWriter poses, io::CsvWriter covariances);
+  PoseFiles(io::TumWriter poses, io::CsvWriter covariances);
 
   io::TumWriter poses_;
   io::CsvWriter covariances_;
@@ -57,7 +61,7 @@ class OdometryFiles {
 
 /// Where the results of a vehicle lie.
 struct MapFrame {
-  geometry::SE3 T_map_odom;
+  geometry::SE3 T_map_local;
   bool levelled = false;  ///< by gravity, of this vehicle or of one that shares the frame
 };
 
@@ -65,13 +69,13 @@ struct MapFrame {
 [[nodiscard]] std::string trajectory_text(const std::vector<PoseRecord>& poses,
                                           const MapFrame& frame, const std::string& vehicle);
 [[nodiscard]] std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
-                                                     const geometry::SE3& T_map_odom);
+                                                     const geometry::SE3& T_map_local);
 
 /// Text of degeneracy/<v>.csv, directions in map. sigma_m is that of the position along the least
 /// known direction: how far off it may be there, whatever holds it.
 /// @param vehicles names by number, for range_from
 [[nodiscard]] std::string degeneracy_text(const std::vector<PoseRecord>& poses,
-                                          const geometry::SE3& T_map_odom,
+                                          const geometry::SE3& T_map_local,
                                           const std::vector<std::string>& vehicles);
 
 /// Way travelled [m], what of it was blind [m], and what of that was held by ranges [m]; diverged

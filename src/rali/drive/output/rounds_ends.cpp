@@ -131,7 +131,7 @@ void judge_ends(const FleetRunView& fleet, const RoundsJob& job,
   std::vector<FinalPath> paths;
   for (const VehicleRun& run : *fleet.runs) {
     told.push_back(told_by(run.facts()));
-    paths.emplace_back(run.poses(), run.T_map_odom());
+    paths.emplace_back(run.poses(), run.T_map_local());
   }
   for (fleet::RoundRow& round : rounds) {
     if (!round.end) continue;

@@ -47,7 +47,7 @@ Status walk_keyframes(const FleetRunView& fleet, const KeyframeByTime& visit) {
   for (const KeyframeAt& at : keyframes_by_time(fleet)) {
     const std::vector<KeyframeRecord> one{*at.record};
     Status visited;
-    const auto stream = keyframe_stream(fleet.out_dir, one, at.run->T_map_odom());
+    const auto stream = keyframe_stream(fleet.out_dir, one, at.run->T_map_local());
     const Status read =
         stream([&](const map::KeyframeView& view) { visited = visit(at.record->id, view); });
     if (!read) return read;

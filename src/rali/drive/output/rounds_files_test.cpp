@@ -212,7 +212,7 @@ TEST(RoundsTable, names_the_line_that_is_wrong) {
 TEST(FinalPath, is_between_two_sweeps_and_nowhere_else) {
   const io::TestFolder folder;
   const VehicleRun run = DrivenVehicle(folder.path(), 0).begin(2.0, false).drive(3.0, 1.0).finish();
-  const FinalPath path(run.poses(), run.T_map_odom());
+  const FinalPath path(run.poses(), run.T_map_local());
   ASSERT_TRUE(path.at(at(0.25)));
   EXPECT_NEAR(path.at(at(0.25))->p.x(), 2.25, 1e-12);
   EXPECT_NEAR(path.at(at(1.0))->p.x(), 3.0, 1e-12);

@@ -31,7 +31,7 @@ class RoundsWalk {
         book_(job.frontiers),
         machine_(job.rounds) {
     for (const VehicleRun* run : fleet.mapped) {
-      paths_.emplace_back(run->poses(), run->T_map_odom());
+      paths_.emplace_back(run->poses(), run->T_map_local());
     }
   }
 

@@ -114,11 +114,11 @@ Status SessionFile::add_pose(const std::string& vehicle, const PoseRecord& pose)
 
 /// Where odom must have been in the map for the pose as told to be the final one.
 Status SessionFile::write_frames(const std::string& vehicle, const std::vector<PoseRecord>& poses,
-                                 const geometry::SE3& T_map_odom) {
+                                 const geometry::SE3& T_map_local) {
   const std::vector<std::pair<Time, geometry::SE3>>& told = told_[vehicle];
   for (std::size_t i = 0; i < std::min(poses.size(), told.size()); ++i) {
     wire::TfMessage tf;
-    const geometry::SE3 T_map_body = T_map_odom * poses[i].T_odom_body;
+    const geometry::SE3 T_map_body = T_map_local * poses[i].T_local_body;
     tf.transforms.push_back(
         transform(told[i].first, "map", vehicle + "/odom", T_map_body * told[i].second.inverse()));
     const Status status =
@@ -129,15 +129,15 @@ Status SessionFile::write_frames(const std::string& vehicle, const std::vector<P
 }
 
 Status SessionFile::add_path(const std::string& vehicle, const std::vector<PoseRecord>& poses,
-                             const geometry::SE3& T_map_odom) {
+                             const geometry::SE3& T_map_local) {
   if (poses.empty()) return {};
-  if (Status status = write_frames(vehicle, poses, T_map_odom); !status) return status;
+  if (Status status = write_frames(vehicle, poses, T_map_local); !status) return status;
   wire::Path path;
   path.stamp = poses.back().t;
   path.frame_id = "map";
   for (const PoseRecord& pose : poses) {
     if (pose.quality == vehicle::PoseQuality::kDiverged) continue;
-    path.poses.push_back({pose.t, "map", T_map_odom * pose.T_odom_body});
+    path.poses.push_back({pose.t, "map", T_map_local * pose.T_local_body});
   }
   return write("/" + vehicle + "/path", "nav_msgs/msg/Path", path.stamp, wire::encode(path, kCdr));
 }

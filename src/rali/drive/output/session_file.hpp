@@ -36,7 +36,7 @@ class SessionFile {
   /// The whole way in its final frame, and what of it the odometry did not know.
   /// @param poses as many as were added, with the same stamps
   [[nodiscard]] Status add_path(const std::string& vehicle, const std::vector<PoseRecord>& poses,
-                                const geometry::SE3& T_map_odom);
+                                const geometry::SE3& T_map_local);
 
   [[nodiscard]] Status add_cloud(const std::string& topic, const wire::CloudView& cloud);
   [[nodiscard]] Status add_markers(const std::string& topic, Time t,
@@ -50,7 +50,7 @@ class SessionFile {
 
   [[nodiscard]] Status write_frames(const std::string& vehicle,
                                     const std::vector<PoseRecord>& poses,
-                                    const geometry::SE3& T_map_odom);
+                                    const geometry::SE3& T_map_local);
   [[nodiscard]] Status write(const std::string& topic, const std::string& type, Time t,
                              const wire::Bytes& bytes);
 

@@ -123,10 +123,10 @@ struct Places {
   explicit Places(const FleetRunView& fleet) {
     bool any = false;
     for (const VehicleRun* run : fleet.mapped) {
-      paths.emplace(fleet.id_of(*run), FinalPath(run->poses(), run->T_map_odom()));
+      paths.emplace(fleet.id_of(*run), FinalPath(run->poses(), run->T_map_local()));
       for (const KeyframeRecord& record : run->keyframes()) {
         if (record.diverged) continue;
-        keyframes[record.id] = (run->T_map_odom() * record.T_odom_body).p;
+        keyframes[record.id] = (run->T_map_local() * record.T_local_body).p;
         begin = any ? std::min(begin, record.t) : record.t;
         end = any ? std::max(end, record.t) : record.t;
         any = true;

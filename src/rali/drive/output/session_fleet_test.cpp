@@ -47,7 +47,7 @@ void write_session(Written& out) {
   vehicle::KeyframeCorrected moved;
   moved.id = {kV2, 2};
   moved.t = at(16.0);
-  moved.T_odom_body = map::test::pose_at(20.5, 1.5, 0.8);
+  moved.T_local_body = map::test::pose_at(20.5, 1.5, 0.8);
   out.runs.push_back(second.finish(frame_of_v2(), {{2, moved}}));
 
   const FleetRunView fleet{&out.runs, {&out.runs[0], &out.runs[1]}, out.folder.path()};
@@ -99,7 +99,7 @@ TEST(Session, its_frames_give_the_final_pose_of_every_vehicle_at_every_sweep) {
       ASSERT_TRUE(tf.contains({run.name() + "/base_link", pose.t}));
       const SE3 chained =
           tf[{run.name() + "/odom", pose.t}] * tf[{run.name() + "/base_link", pose.t}];
-      const SE3 final_pose = run.T_map_odom() * pose.T_odom_body;
+      const SE3 final_pose = run.T_map_local() * pose.T_local_body;
       EXPECT_NEAR((chained.p - final_pose.p).norm(), 0.0, 1e-9);
       EXPECT_TRUE(chained.R.isApprox(final_pose.R, 1e-9));
     }

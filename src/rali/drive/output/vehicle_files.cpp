@@ -65,7 +65,7 @@ io::GraphFile graph_of(const std::vector<VehicleRun>& runs, const fleet::FleetEs
         continue;
       }
       const std::size_t vertex = graph.vertices.size();
-      graph.vertices.push_back({record.t, record.id, run.T_map_odom() * record.T_odom_body});
+      graph.vertices.push_back({record.t, record.id, run.T_map_local() * record.T_local_body});
       vertices[record.id] = vertex;
       if (chained) {
         add_edge(record.t, vertex - 1, vertex, record.T_previous_this, record.information_relative,
@@ -105,17 +105,17 @@ Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir,
                                         trajectory_text(run.poses(), run.map_frame(), run.name()));
   if (!status) return status;
   status = io::write_file_atomic(trajectory + ".cov.csv",
-                                 trajectory_covariance_text(run.poses(), run.T_map_odom()));
+                                 trajectory_covariance_text(run.poses(), run.T_map_local()));
   if (!status) return status;
   return io::write_file_atomic(out_dir + "/degeneracy/" + run.name() + ".csv",
-                               degeneracy_text(run.poses(), run.T_map_odom(), vehicles));
+                               degeneracy_text(run.poses(), run.T_map_local(), vehicles));
 }
 
 Status write_fleet_files(const std::vector<VehicleRun>& runs, const fleet::FleetEstimate& estimate,
                          const MapJob& job) {
   std::vector<VehicleKeyframes> keyframes;
   for (const VehicleRun& run : runs) {
-    keyframes.push_back({run.name(), run.T_map_odom(), &run.keyframes()});
+    keyframes.push_back({run.name(), run.T_map_local(), &run.keyframes()});
   }
   Status status = io::write_file_atomic(job.out_dir + "/keyframes.csv",
                                         keyframes_text(keyframes, job.write_keyframes));

@@ -137,6 +137,7 @@ class PaperOdometry final : public Odometry {
   std::vector<Vec3> normals_body_;
   Mat6 covariance_ = Mat6::Zero();
   SE3 predicted_;
+  std::optional<SE3> told_before_;  // pose of the last scan
   SE3 last_registered_;
   Time t_last_registered_;
   Time t_last_;
@@ -168,11 +169,14 @@ ScanResult PaperOdometry::process(const LidarScan& scan, Executor& executor,
   undistort(scan);
   find_features(scan, findings);
   register_scan(scan, executor, findings, out);
+  out.T_odom_body_predicted = predicted_;
+  if (told_before_) out.T_last_predicted = told_before_->inverse() * predicted_;
   out.v_odom_mps = guess_.v_odom_body_mps();
   out.covariance = covariance_;
   out.planes = registration_.evidence();
   out.feature_normals_body = normals_body_;
   keyframe_if_wanted(scan, findings, out);
+  told_before_ = out.T_odom_body;
   return out;
 }
 

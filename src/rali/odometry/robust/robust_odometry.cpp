@@ -29,6 +29,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   const bool follows = inertial_ && !imu_.empty() && last_posterior_.t < scan.t_end;
   const InertialIntegral felt =
       follows ? integrate_from(last_posterior_, imu_, scan.t_end) : InertialIntegral{};
+  T_last_predicted_ = predicted_motion(scan.t_end, felt);
   predict(scan.t_end);
   // Without inertial data the sweep is undistorted with a guessed velocity: again with the
   // velocity that came out, if it is another one.
@@ -77,6 +78,17 @@ void RobustOdometry::predict(Time t_end) {
   propagate_constant_velocity(state_, (t_end - state_.t).s(), noise);
   state_.t = t_end;
   if (measured) stand_if_still();
+}
+
+/// From the last scan to this one, by what was known then and inertial data since: what ranges have
+/// moved meanwhile is not in it.
+SE3 RobustOdometry::predicted_motion(Time t_end, const InertialIntegral& felt) const {
+  const double span_s = (t_end - last_posterior_.t).s();
+  const Mat3& R = last_posterior_.T_odom_body.R;
+  if (inertial_) return {felt.dR, R.transpose() * (last_posterior_.v * span_s + felt.dp_m)};
+  const Vec3 turn = span_s * last_posterior_.gyro_bias_radps;
+  return {geometry::so3_exp(turn),
+          span_s * (geometry::so3_right_jacobian(-turn) * last_posterior_.v)};
 }
 
 SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
@@ -199,6 +211,8 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
     out.accel_bias_mps2 = state_.accel_bias_mps2;
   }
   out.T_odom_body = quiet_start_ && !inertial_ ? track_.front().T_odom_body : state_.T_odom_body;
+  out.T_odom_body_predicted = held_ ? out.T_odom_body : T_predicted_;
+  if (!held_) out.T_last_predicted = T_last_predicted_;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
   out.covariance = covariance(update);
   out.lidar_information = update.information;

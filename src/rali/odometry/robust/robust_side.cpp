@@ -149,9 +149,22 @@ Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
         (moved * side_PH.transpose() + side_PH * moved.transpose() - moved * moved.transpose()) / S;
     state_.side.mean += moved * (m.residual / S);
   }
+  const FilterState before = state_;
   add_error(state_, shift);
+  move_history(before);
   doubt_across(shift.segment<3>(kPos));
   return shift.segment<3>(kPos);
+}
+
+/// The poses since the last scan move with the newest one, and bend by what the speed changed: a
+/// scan that is undistorted along them stays in one piece whenever within it a range came.
+void RobustOdometry::move_history(const FilterState& before) {
+  const geometry::SE3 T_new_old = state_.T_odom_body * before.T_odom_body.inverse();
+  const Vec3 dv = inertial_ ? Vec3(state_.v - before.v) : Vec3::Zero();
+  for (TimedPose& pose : poses_) {
+    pose.T_odom_body = T_new_old * pose.T_odom_body;
+    pose.T_odom_body.p -= dv * (state_.t - pose.t).s();
+  }
 }
 
 /// A tunnel is not as straight as the direction in which the covariance is long: after metres of
@@ -197,7 +210,9 @@ Vec3 RobustOdometry::replace(const SideRowList& rows, const SideStates::Vector& 
   const Eigen::VectorXd moved = K * shift;
   state_.side.mean += moved.tail(n);
   const StateVec own = moved.head<kStateDim>();
+  const FilterState before = state_;
   add_error(state_, own);
+  move_history(before);
   doubt_across(own.segment<3>(kPos));
   return own.segment<3>(kPos);
 }

@@ -93,6 +93,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
 
   [[nodiscard]] Eigen::MatrixXd joint_rows(const SideRowList& rows) const;
   void doubt_across(const geometry::Vec3& shift_m);
+  void move_history(const FilterState& before);
 
   ScanResult start(const sensor::LidarScan& scan);
   void straighten_first(const sensor::LidarScan& second);
@@ -103,6 +104,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void set_range_noise(const sensor::LidarScan& scan);
   void turn_with_gyro(Time t_end);
   [[nodiscard]] std::optional<geometry::Vec3> gyro_rate(Time begin, Time end) const;
+  [[nodiscard]] geometry::SE3 predicted_motion(Time t_end, const InertialIntegral& felt) const;
   [[nodiscard]] SweepMotion sweep_motion(const sensor::LidarScan& scan) const;
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void remember_blindness(const UpdateResult& done);
@@ -152,10 +154,11 @@ class RobustOdometry final : public Odometry, private SideFilter {
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
   imu::MotionNoise motion_noise_;
-  double usual_fit_ = 0.0;      ///< part of a scan's points that lie on planes
-  double noise_boost_ = 1.0;    ///< while inertial data contradict the LiDAR
-  FilterState last_posterior_;  ///< after the last scan
-  geometry::SE3 T_predicted_;   ///< for the newest scan
+  double usual_fit_ = 0.0;          ///< part of a scan's points that lie on planes
+  double noise_boost_ = 1.0;        ///< while inertial data contradict the LiDAR
+  FilterState last_posterior_;      ///< after the last scan
+  geometry::SE3 T_predicted_;       ///< for the newest scan, before it was registered
+  geometry::SE3 T_last_predicted_;  ///< motion from the last scan to it, as predicted
   /// Projector on the translations that the last scan saw well.
   geometry::Mat3 lidar_known_ = geometry::Mat3::Zero();
   bool held_ = false;                           ///< the vehicle stands

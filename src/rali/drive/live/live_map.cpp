@@ -1,0 +1,175 @@
+#include "rali/drive/live/live_map.hpp"
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+
+#include "rali/fleet/centre/path_frames.hpp"
+
+namespace rali::drive {
+
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+
+namespace {
+
+/// The first table that is not due to a vehicle that came, and how much longer the way has become
+/// until the next: the tables together cost a few times what the last one does.
+constexpr double kFirst_s = 5.0, kGrowth = 1.3;
+
+/// The first vehicle is waited for as long, then the map is that of the first that has a path.
+constexpr double kWait_s = 5.0;
+
+constexpr double kStep_m = 0.01, kStep_rad = 0.5 * std::numbers::pi / 180.0;
+
+/// How an error of a pose moves another that hangs on it rigidly (geometry::boxplus).
+Mat6 carried_by(const SE3& T_outer_from, const SE3& T_outer_to) {
+  const SE3 T_from_to = T_outer_from.inverse() * T_outer_to;
+  Mat6 J = Mat6::Identity();
+  J.topLeftCorner<3, 3>() = T_from_to.R.transpose();
+  J.bottomLeftCorner<3, 3>() = -T_outer_from.R * geometry::skew(T_from_to.p);
+  return J;
+}
+
+/// The part of a symmetric matrix that is not negative.
+Mat6 positive(const Mat6& m) {
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(m);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
+/// The covariance of a pose in a frame that is turned: rotation is perturbed in the body.
+Mat6 turned(const geometry::Mat3& R, const Mat6& covariance) {
+  Mat6 J = Mat6::Identity();
+  J.bottomRightCorner<3, 3>() = R;
+  return J * covariance * J.transpose();
+}
+
+}  // namespace
+
+LiveMap::LiveMap(std::size_t vehicles, const fleet::FleetSettings& settings,
+                 fleet::FleetKnowledge known)
+    : centre_(settings, std::move(known)), members_(vehicles) {}
+
+void LiveMap::add(const fleet::Fact& fact) {
+  // A vehicle alone is compared with nobody.
+  if (members_.size() == 1 && std::holds_alternative<fleet::KeyframePoints>(fact.body)) return;
+  centre_.add(fact);
+}
+
+/// Lowest number of those that have a path; nothing while a lower one is waited for.
+std::optional<VehicleId> LiveMap::reference(Time now) const {
+  const auto& paths = centre_.paths();
+  if (paths.empty()) return std::nullopt;
+  const VehicleId first = paths.front().vehicle();
+  const bool waited = begin_ && (now - *begin_).s() >= kWait_s;
+  return first.value == 0 || waited ? std::optional(first) : std::nullopt;
+}
+
+bool LiveMap::is_due(Time now) {
+  const auto& paths = centre_.paths();
+  if (paths.empty()) return false;
+  if (!begin_) begin_ = now;
+  const auto levelled = static_cast<std::size_t>(
+      std::count_if(paths.begin(), paths.end(), [](const auto& path) { return path.levelled(); }));
+  const bool came = paths.size() != std::exchange(paths_, paths.size());
+  const bool rose = levelled != std::exchange(levelled_, levelled);
+  return came || rose || !due_ || now >= *due_;
+}
+
+void LiveMap::advance(Time now, Executor& executor) {
+  if (!is_due(now)) return;
+  const auto first = reference(now);
+  if (!first) return;
+  const bool any = std::any_of(members_.begin(), members_.end(),
+                               [](const Member& m) { return m.entry.has_value(); });
+  if (!any) reference_ = *first;
+  solve(executor);
+  const double age_s = std::max(kFirst_s, kGrowth * (now - *begin_).s());
+  due_ = *begin_ + Duration::from_s(age_s);
+}
+
+void LiveMap::solve(Executor& executor) {
+  if (members_.size() > 1) return take(centre_.estimate(executor));
+  members_[0].entry = Entry{fleet::T_map_odom_alone(centre_.paths().front()), {}};
+  ++members_[0].tables;
+}
+
+void LiveMap::take(const fleet::FleetEstimate& estimate) {
+  const auto of = [&](VehicleId id) {
+    return std::find_if(estimate.frames.begin(), estimate.frames.end(),
+                        [&](const fleet::VehicleFrame& f) { return f.vehicle == id; });
+  };
+  const auto reference = of(reference_);
+  if (reference == estimate.frames.end()) return;
+  for (const fleet::VehicleFrame& frame : estimate.frames) {
+    if (frame.group != reference->group || frame.vehicle.value >= members_.size()) continue;
+    Member& member = members_[frame.vehicle.value];
+    member.entry = entry_of(estimate, frame);
+    ++member.tables;
+  }
+}
+
+/// A vehicle goes on from the last keyframe that the table knows.
+LiveMap::Entry LiveMap::entry_of(const fleet::FleetEstimate& estimate,
+                                 const fleet::VehicleFrame& frame) const {
+  Entry entry{frame.T_map_odom, {}};
+  const auto path =
+      std::find_if(centre_.paths().begin(), centre_.paths().end(),
+                   [&](const fleet::VehiclePath& p) { return p.vehicle() == frame.vehicle; });
+  const VehicleId next{static_cast<std::uint16_t>(frame.vehicle.value + 1)};
+  auto last = estimate.keyframes.lower_bound({next, 0});
+  if (path == centre_.paths().end() || last == estimate.keyframes.begin()) return entry;
+  --last;
+  const auto node = path->node_of(last->first.seq);
+  if (last->first.vehicle != frame.vehicle || !node) return entry;
+  const fleet::Increment& told = path->nodes()[*node].step;
+  entry.from = Entry::Keyframe{told.T_odom_body, last->second.T_map_body, told.covariance,
+                               last->second.covariance};
+  entry.T_map_local = last->second.T_map_body * told.T_odom_body.inverse();
+  return entry;
+}
+
+std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
+  if (pose.vehicle.value >= members_.size()) return std::nullopt;
+  const std::optional<Entry>& entry = members_[pose.vehicle.value].entry;
+  if (!entry) return std::nullopt;
+  LivePose live;
+  live.t = pose.t;
+  live.T_map_body = entry->T_map_local * pose.T_local_body;
+  const geometry::Mat3& R = entry->T_map_local.R;
+  live.covariance = turned(R, pose.covariance);
+  if (!entry->from) return live;
+  const Entry::Keyframe& from = *entry->from;
+  // What the odometry has gathered since, beside what the table knows of the keyframe.
+  const Mat6 J_local = carried_by(from.T_local_body, pose.T_local_body);
+  const Mat6 gathered =
+      positive(pose.covariance - J_local * from.covariance_local * J_local.transpose());
+  const Mat6 J_map = carried_by(from.T_map_body, live.T_map_body);
+  live.covariance = J_map * from.covariance_map * J_map.transpose() + turned(R, gathered);
+  return live;
+}
+
+std::optional<FrameStep> LiveMap::step(const vehicle::PoseEstimate& pose, const LivePose& live) {
+  Member& member = members_[pose.vehicle.value];
+  const SE3 T_map_odom = live.T_map_body * pose.T_odom_body.inverse();
+  const bool new_table = member.tables != std::exchange(member.tables_seen, member.tables);
+  const auto before = std::exchange(member.T_map_odom, T_map_odom);
+  FrameStep step;
+  step.t = pose.t;
+  if (!before) {
+    step.reason = "joined";
+    return step;
+  }
+  const SE3 T_was = *before * pose.T_odom_body;
+  step.shift_m = (live.T_map_body.p - T_was.p).norm();
+  step.turn_rad = geometry::so3_log(T_was.R.transpose() * live.T_map_body.R).norm();
+  if (step.shift_m < kStep_m && step.turn_rad < kStep_rad) return std::nullopt;
+  step.reason = new_table ? "table" : pose.range_from ? "range" : "lidar";
+  return step;
+}
+
+}  // namespace rali::drive

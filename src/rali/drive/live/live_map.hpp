@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/fleet/centre/round_centre.hpp"
+#include "rali/vehicle/event.hpp"
+
+namespace rali::drive {
+
+/// Where a vehicle is in the map, as far as anybody could know at the time.
+struct LivePose {
+  Time t;
+  geometry::SE3 T_map_body;
+  geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
+};
+
+/// T_map_odom changed under a vehicle's feet.
+struct FrameStep {
+  Time t;
+  double shift_m = 0.0;  ///< of the body
+  double turn_rad = 0.0;
+  std::string reason;  ///< "joined", "table", "range", "lidar"
+};
+
+/// The fleet's map while it is made: from what the vehicles have told so far a table is solved now
+/// and then, which says where each vehicle's frame `local` lies in the map; in between, a vehicle
+/// goes on from its last keyframe in the table. The map is that of the first vehicle: origin and
+/// heading of its first pose, z up. Nothing is ever taken back.
+class LiveMap {
+ public:
+  /// @param vehicles of the fleet, with a path or not
+  LiveMap(std::size_t vehicles, const fleet::FleetSettings& settings, fleet::FleetKnowledge known);
+
+  void add(const fleet::Fact& fact);
+
+  /// Solves a new table if it is time for one. @param now data time
+  void advance(Time now, Executor& executor);
+
+  /// Nothing as long as the vehicle is not joined to the first one's map.
+  [[nodiscard]] std::optional<LivePose> pose(const vehicle::PoseEstimate& pose) const;
+
+  /// The largest steps matter to who navigates in the map: those below a centimetre and half a
+  /// degree are none. @param pose of which `live` was made
+  [[nodiscard]] std::optional<FrameStep> step(const vehicle::PoseEstimate& pose,
+                                              const LivePose& live);
+
+ private:
+  /// What the last table says of one vehicle.
+  struct Entry {
+    geometry::SE3 T_map_local;
+
+    /// The keyframe it goes on from; none: the vehicle's frame is the map's.
+    struct Keyframe {
+      geometry::SE3 T_local_body, T_map_body;
+      geometry::Mat6 covariance_local, covariance_map;
+    };
+
+    std::optional<Keyframe> from;
+  };
+
+  struct Member {
+    std::optional<Entry> entry;
+    std::size_t tables = 0;  ///< with an entry
+    std::optional<geometry::SE3> T_map_odom;
+    std::size_t tables_seen = 0;  ///< when T_map_odom was
+  };
+
+  [[nodiscard]] bool is_due(Time now);
+  void solve(Executor& executor);
+  void take(const fleet::FleetEstimate& estimate);
+  [[nodiscard]] Entry entry_of(const fleet::FleetEstimate& estimate,
+                               const fleet::VehicleFrame& frame) const;
+  [[nodiscard]] std::optional<VehicleId> reference(Time now) const;
+
+  fleet::RoundCentre centre_;
+  std::vector<Member> members_;
+  std::optional<Time> begin_, due_;
+  std::size_t paths_ = 0, levelled_ = 0;  ///< when the last table was solved
+  VehicleId reference_;
+};
+
+}  // namespace rali::drive

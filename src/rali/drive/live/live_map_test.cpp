@@ -1,0 +1,97 @@
+#include "rali/drive/live/live_map.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/centre/rounds_for_test.hpp"
+
+namespace rali::drive {
+namespace {
+
+using fleet::FleetForTest;
+using geometry::Vec3;
+
+vehicle::PoseEstimate pose_of(std::size_t v, Time t, const fleet::Increment& step) {
+  vehicle::PoseEstimate pose;
+  pose.vehicle = FleetForTest::id(v);
+  pose.t = t;
+  pose.T_local_body = pose.T_odom_body = step.T_odom_body;
+  pose.covariance = step.covariance;
+  return pose;
+}
+
+/// A live map that hears a fleet of two, as its vehicles tell.
+struct Heard {
+  explicit Heard(const fleet::FleetKnowledge& known) : map(2, fleet::FleetSettings{}, known) {}
+
+  void hear(const std::vector<fleet::Fact>& facts) {
+    SerialExecutor executor;
+    for (const fleet::Fact& fact : facts) {
+      map.add(fact);
+      const auto* step = std::get_if<fleet::Increment>(&fact.body);
+      if (step == nullptr) continue;
+      map.advance(fact.t, executor);
+      const vehicle::PoseEstimate pose = pose_of(fact.key.vehicle.value, fact.t, *step);
+      const auto live = map.pose(pose);
+      if (!live) continue;
+      last[pose.vehicle.value] = live;
+      if (const auto told = map.step(pose, *live)) steps.push_back(*told);
+    }
+  }
+
+  LiveMap map;
+  std::array<std::optional<LivePose>, 2> last;
+  std::vector<FrameStep> steps;
+};
+
+TEST(LiveMap, a_vehicle_is_in_the_map_from_the_moment_that_a_prior_joins_it) {
+  fleet::RoundsForTest options;
+  options.vehicles = 2;
+  options.step_sigma_m = 0.0;
+  FleetForTest fleet(options);
+  Heard heard(fleet.knowledge());
+  for (int round = 0; round < 3; ++round) heard.hear(fleet.round());
+  ASSERT_TRUE(heard.last[0] && heard.last[1]);
+  const Vec3 between = heard.last[1]->T_map_body.p - heard.last[0]->T_map_body.p;
+  EXPECT_LT((between - (fleet.p_m(1) - fleet.p_m(0))).norm(), 0.2);
+  EXPECT_GT(heard.last[1]->covariance(3, 3), 0.0);
+  ASSERT_FALSE(heard.steps.empty());
+  EXPECT_EQ(heard.steps.front().reason, "joined");
+}
+
+TEST(LiveMap, a_vehicle_that_nothing_joins_has_no_pose_in_the_map) {
+  fleet::RoundsForTest options;
+  options.vehicles = 2;
+  FleetForTest fleet(options);
+  Heard heard{fleet::FleetKnowledge{}};
+  std::vector<fleet::Fact> facts = fleet.round();
+  std::erase_if(facts, [](const fleet::Fact& fact) {
+    return !std::holds_alternative<fleet::Increment>(fact.body) &&
+           !std::holds_alternative<fleet::EpochStart>(fact.body);
+  });
+  heard.hear(facts);
+  EXPECT_TRUE(heard.last[0]);
+  EXPECT_FALSE(heard.last[1]);
+}
+
+TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
+  LiveMap map(1, fleet::FleetSettings{}, {});
+  SerialExecutor executor;
+  FleetForTest fleet({});
+  for (const fleet::Fact& fact : fleet.round()) {
+    if (fact.key.vehicle.value == 0) map.add(fact);
+  }
+  map.advance(fleet.now(), executor);
+  vehicle::PoseEstimate pose = pose_of(0, fleet.now(), {});
+  const auto look = [&] { return map.step(pose, *map.pose(pose)); };
+  EXPECT_EQ(look()->reason, "joined");
+  EXPECT_FALSE(look()) << "nothing has moved";
+  pose.T_local_body.p.x() += 0.5;  // a range: local moves, odom does not
+  pose.range_from = FleetForTest::id(1);
+  const auto step = look();
+  ASSERT_TRUE(step);
+  EXPECT_EQ(step->reason, "range");
+  EXPECT_NEAR(step->shift_m, 0.5, 1e-9);
+}
+
+}  // namespace
+}  // namespace rali::drive

@@ -1,0 +1,83 @@
+#include "rali/vehicle/odom_frame.hpp"
+
+#include <gtest/gtest.h>
+
+namespace rali::vehicle {
+namespace {
+
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+
+SE3 at(double x_m, double yaw_rad = 0.0) {
+  return {geometry::rotation_from_rpy(0.0, 0.0, yaw_rad), Vec3(x_m, 0.0, 0.0)};
+}
+
+/// A scan that inertial data predicted at `predicted`, after `step`, and the LiDAR put at `found`.
+odometry::ScanResult scan(const SE3& step, const SE3& predicted, const SE3& found) {
+  odometry::ScanResult out;
+  out.inertial = true;
+  out.T_last_predicted = step;
+  out.T_odom_body_predicted = predicted;
+  out.T_odom_body = found;
+  return out;
+}
+
+/// The farthest that odom moved beyond what was predicted.
+double beyond_m(const SE3& before, const SE3& step, const SE3& now) {
+  return ((before * step).p - now.p).norm();
+}
+
+TEST(OdomFrame, follows_the_lidar_at_once_where_it_corrects_little) {
+  OdomFrame odom;
+  odom.follow(scan({}, {}, {}));
+  const SE3 now = odom.follow(scan(at(0.1), at(0.1), at(0.12, 0.005)));
+  EXPECT_NEAR(now.p.x(), 0.12, 1e-12);
+  EXPECT_NEAR(geometry::so3_log(now.R).z(), 0.005, 1e-12);
+}
+
+TEST(OdomFrame, a_large_correction_of_the_lidar_comes_in_small_steps_and_is_not_lost) {
+  OdomFrame odom;
+  SE3 before = odom.follow(scan({}, {}, {}));
+  SE3 found = at(0.3);  // found 0.2 m and 0.04 rad off what was predicted
+  found.R = geometry::rotation_from_rpy(0.0, 0.0, 0.04);
+  SE3 now = odom.follow(scan(at(0.1), at(0.1), found));
+  EXPECT_LE(beyond_m(before, at(0.1), now), 0.03 + 1e-12);
+  for (int k = 0; k < 8; ++k) {
+    before = now;
+    now = odom.follow(scan({}, found, found));
+    EXPECT_LE(beyond_m(before, {}, now), 0.03 + 1e-12) << k;
+  }
+  EXPECT_NEAR(now.p.x(), 0.3, 1e-12);
+  EXPECT_NEAR(geometry::so3_log(now.R).z(), 0.04, 1e-12);
+}
+
+TEST(OdomFrame, a_range_moves_local_and_not_odom) {
+  OdomFrame odom;
+  odom.follow(scan({}, {}, {}));
+  odom.follow(scan(at(0.1), at(0.1), at(0.1)));
+  // A range put the pose 5 m ahead; the LiDAR agrees with what was predicted from there.
+  const SE3 now = odom.follow(scan(at(0.1), at(5.2), at(5.2)));
+  EXPECT_NEAR(now.p.x(), 0.2, 1e-12);
+}
+
+TEST(OdomFrame, without_inertial_data_what_the_lidar_sees_is_the_motion) {
+  OdomFrame odom;
+  odometry::ScanResult first = scan({}, {}, {});
+  first.inertial = false;
+  odom.follow(first);
+  odometry::ScanResult next = scan({}, {}, at(1.5));
+  next.inertial = false;
+  next.state = odometry::TrackState::kGood;
+  EXPECT_NEAR(odom.follow(next).p.x(), 1.5, 1e-12);
+}
+
+TEST(OdomFrame, its_covariance_holds_what_it_has_left_out) {
+  const Mat6 local = 1e-4 * Mat6::Identity();
+  const Mat6 P = odom_covariance(local, at(5.0), at(3.0));
+  EXPECT_NEAR(P(3, 3), 4.0 + 1e-4, 1e-9);
+  EXPECT_NEAR(P(4, 4), 1e-4, 1e-12);
+}
+
+}  // namespace
+}  // namespace rali::vehicle
