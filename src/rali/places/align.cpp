@@ -65,6 +65,18 @@ std::array<degeneracy::DirectionInfo, 6> clean(const Partners& partners, const M
   return directions;
 }
 
+/// An offset along this direction is common to all residuals and nobody knows it: marginalised.
+void leave_open(const std::optional<Vec3>& open, System& system) {
+  if (!open) return;
+  Vec6 u = Vec6::Zero();
+  u.tail<3>() = *open;
+  const Vec6 Iu = system.I * u;
+  const double along = u.dot(Iu);
+  if (along <= 0.0) return;
+  system.b -= u.dot(system.b) / along * Iu;
+  system.I -= Iu * Iu.transpose() / along;
+}
+
 /// (I^-1 + S)^-1 without inverting I: what was zero stays zero.
 Mat6 with_shared_errors(const Mat6& I, const Vec6& variance) {
   Mat6 sum = I;
@@ -94,12 +106,13 @@ void finish(const System& system, double shared_m, const AlignSettings& s, Regis
   }
 }
 
-void pass(const Submap& target, const SE3& start, const AlignSettings& s, const Gate& gate,
-          Partners& partners, SE3& T) {
+void pass(const Submap& target, const SE3& start, const AlignSettings& s,
+          const std::optional<Vec3>& open, const Gate& gate, Partners& partners, SE3& T) {
   const Mat6 P_inverse = start_information(s);
   for (int k = 0; k < s.iterations; ++k) {
     partners.find(target, T, gate);
     System system = partners.accumulate(target, T);
+    leave_open(open, system);
     if (gate.fine) clean(partners, T.R, s.aware, system);
     const auto [angle, length] = step(system, start, P_inverse, T);
     const double share = gate.fine ? 1.0 : 20.0;  // the next pass goes on from there
@@ -136,7 +149,7 @@ bool Registration::full_rank() const {
 }
 
 Registration align(const Submap& target, const Submap& source, const SE3& start,
-                   const AlignSettings& s) {
+                   const AlignSettings& s, const std::optional<Vec3>& open) {
   Registration out;
   out.T_target_source = start;
   if (target.planes().empty() || source.planes().empty()) return out;
@@ -144,22 +157,23 @@ Registration align(const Submap& target, const Submap& source, const SE3& start,
   SE3 T = start;
   Partners partners(s);
   partners.set_source(source.planes(), s.coarse_planes);
-  pass(target, start, s, {s.coarse_m, s.coarse_m, false}, partners, T);
-  pass(target, start, s, {0.5 * s.coarse_m, 0.5 * s.coarse_m, false}, partners, T);
+  pass(target, start, s, open, {s.coarse_m, s.coarse_m, false}, partners, T);
+  pass(target, start, s, open, {0.5 * s.coarse_m, 0.5 * s.coarse_m, false}, partners, T);
   partners.set_source(source.planes(), 2 * s.coarse_planes);
-  pass(target, start, s, {s.middle_m, s.middle_m, false}, partners, T);
+  pass(target, start, s, open, {s.middle_m, s.middle_m, false}, partners, T);
   partners.set_source(source.planes(), std::numeric_limits<int>::max());
-  pass(target, start, s, {s.middle_m, 0.5 * s.middle_m, true}, partners, T);
+  pass(target, start, s, open, {s.middle_m, 0.5 * s.middle_m, true}, partners, T);
   System system;
   const auto look = [&] {
     partners.find(target, T, {s.middle_m, 0.5 * s.middle_m, true});
     system = partners.accumulate(target, T);
+    leave_open(open, system);
     out.directions = clean(partners, T.R, s.aware, system);
   };
   look();
   constexpr double kSlid_m = 0.05;
   if (slide_back(out.directions, start, T) > kSlid_m) {
-    pass(target, start, s, {s.middle_m, 0.5 * s.middle_m, true}, partners, T);
+    pass(target, start, s, open, {s.middle_m, 0.5 * s.middle_m, true}, partners, T);
     look();
   }
   const double path_m = std::max(target.path_m(), source.path_m());
@@ -187,25 +201,6 @@ BodyRelation between_bodies(const Registration& r, const Submap& target, const S
   G.bottomRightCorner<3, 3>() = Rt;
   out.information = G.transpose() * r.information * G;
   return out;
-}
-
-void forget_direction(Registration& r, const Vec3& direction) {
-  Vec6 u = Vec6::Zero();
-  u.tail<3>() = direction;
-  const Mat3 rotation = r.information.topLeftCorner<3, 3>();
-  const Vec3 cross = r.information.topRightCorner<3, 3>() * direction;
-  const Vec3 turn = rotation.ldlt().solve(cross);
-  if (turn.allFinite()) u.head<3>() = -turn;
-  const Vec6 Iu = r.information * u;
-  const double along = u.dot(Iu);
-  if (along > 0.0) r.information -= Iu * Iu.transpose() / along;
-  for (std::size_t k = 0; k < 3; ++k) {
-    degeneracy::DirectionInfo& d = r.directions[k];
-    if (std::abs(d.direction_odom.dot(direction)) < 0.7) continue;
-    d.information = 0.0;
-    d.sigma = std::numeric_limits<double>::infinity();
-    d.category = degeneracy::Category::kNone;
-  }
 }
 
 }  // namespace rali::places

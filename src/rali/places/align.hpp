@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "rali/degeneracy/information.hpp"
 #include "rali/places/submap.hpp"
@@ -69,9 +70,12 @@ struct Registration {
 /// robust. A direction that no plane holds stays as in the start and has no information. Errors of
 /// planes are counted once per plane, those common to a submap once (algorithms 2.4, 3.2;
 /// algorithms_fleet 8.2).
+/// @param open translation (unit, target frame) that the planes must not decide: it stays as in the
+/// start, too
 [[nodiscard]] Registration align(const Submap& target, const Submap& source,
                                  const geometry::SE3& T_target_source_start,
-                                 const AlignSettings& settings);
+                                 const AlignSettings& settings,
+                                 const std::optional<geometry::Vec3>& open = {});
 
 /// The same relation between the bodies of the two middle scans: what a pose graph asks for.
 struct BodyRelation {
@@ -81,9 +85,5 @@ struct BodyRelation {
 
 [[nodiscard]] BodyRelation between_bodies(const Registration& registration, const Submap& target,
                                           const Submap& source);
-
-/// Takes away what a direction must not claim: afterwards the information along `direction` (unit,
-/// target frame, translation) is zero and what is I-orthogonal to it is untouched.
-void forget_direction(Registration& registration, const geometry::Vec3& direction_target);
 
 }  // namespace rali::places

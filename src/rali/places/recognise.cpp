@@ -101,15 +101,31 @@ std::optional<Vec3> common_axis(const Placement& best, std::span<const SE3> riva
   return axis;
 }
 
-void leave_open(const Vec3& axis, Recognition& out) {
-  out.certainty = Certainty::kAlongAxis;
+/// The line that rivals are on and the direction that planes know least are the same thing found
+/// twice: the second has the better bearing, and what lies across is known to centimetres.
+Vec3 better_bearing(const Vec3& line, const Placement& best) {
+  constexpr double kSame = 0.9;  // cosine
+  const Vec3& least_known = best.registration.directions[0].direction_odom;
+  return std::abs(line.dot(least_known)) > kSame ? least_known : line;
+}
+
+/// Along the axis the place is as guessed, and what is across is measured there: passages bend.
+void leave_open(const Submap& target, const Submap& source, const RecogniseSettings& s,
+                const std::optional<Guess>& guess, const Vec3& axis, Recognition& out) {
+  Placement& best = out.placements.front();
+  SE3 start = best.registration.T_target_source;
+  if (guess) start.p += axis * axis.dot(guess->T_target_source.p - start.p);
+  best.registration = align(target, source, start, s.align, axis);
+  if (best.registration.converged)
+    best.verdict = verify(target, source, best.registration, s.verify);
+  const bool holds = best.registration.converged && best.verdict.believable();
+  out.certainty = holds ? Certainty::kAlongAxis : Certainty::kAmbiguous;
   out.axis_target = axis;
-  forget_direction(out.placements.front().registration, axis);
 }
 
 /// Compares the best placement with the others and takes from it what it must not claim.
-void judge(const Submap& target, const Submap& source, const RecogniseSettings& s, bool guided,
-           Recognition& out) {
+void judge(const Submap& target, const Submap& source, const RecogniseSettings& s,
+           const std::optional<Guess>& guess, Recognition& out) {
   if (out.placements.empty()) return;
   const Placement& best = out.placements.front();
   std::vector<SE3> others;
@@ -122,14 +138,14 @@ void judge(const Submap& target, const Submap& source, const RecogniseSettings& 
   const bool held = is_held(v, s);
   const int stations = std::min(v.along_in_target.stations, v.along_in_source.stations);
   out.certainty = Certainty::kUnique;
-  if (!guided && (!held || stations < s.stations_min)) {
+  if (!guess && (!held || stations < s.stations_min)) {
     out.certainty = Certainty::kAmbiguous;
   } else if (!others.empty()) {
     const auto axis = common_axis(best, others, s);
-    if (axis) leave_open(*axis, out);
+    if (axis) leave_open(target, source, s, guess, better_bearing(*axis, best), out);
     if (!axis) out.certainty = Certainty::kAmbiguous;
   } else if (!held) {
-    leave_open(best.registration.directions[0].direction_odom, out);
+    leave_open(target, source, s, guess, best.registration.directions[0].direction_odom, out);
   }
 }
 
@@ -155,7 +171,7 @@ Recognition recognise_from(const Submap& target, const Submap& source, std::span
   if (out.found()) out.refusal = Refusal::kNone;
   std::stable_sort(out.placements.begin(), out.placements.end(),
                    [](const Placement& a, const Placement& b) { return merit(a) > merit(b); });
-  judge(target, source, s, guess.has_value(), out);
+  judge(target, source, s, guess, out);
   return out;
 }
 
