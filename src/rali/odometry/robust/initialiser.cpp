@@ -162,13 +162,15 @@ struct MotionFit {
 };
 
 /// @param g_guess  gravity as the mean force has it: holds where the LiDAR is blind
+/// @param speed_sigma_mps  of the first speed: the same
 MotionFit fit_motion(const std::vector<TrackedPose>& track, const ForceIntegral& force,
-                     const Vec3& g_guess) {
+                     const Vec3& g_guess, double speed_sigma_mps) {
   constexpr double kPoseFloor_m = 0.005;        // a young map is wrong by that much
   constexpr double kMeanForceSigma_mps2 = 0.7;  // the vehicle's own acceleration
   Eigen::Matrix<double, 9, 9> N = Eigen::Matrix<double, 9, 9>::Zero();
   Eigen::Matrix<double, 9, 1> rhs = Eigen::Matrix<double, 9, 1>::Zero();
   const double prior = 1.0 / (kMeanForceSigma_mps2 * kMeanForceSigma_mps2);
+  N.block<3, 3>(3, 3) = 1.0 / (speed_sigma_mps * speed_sigma_mps) * Mat3::Identity();
   N.bottomRightCorner<3, 3>() = prior * Mat3::Identity();
   rhs.tail<3>() = prior * g_guess;
   const auto row_at = [&](std::size_t k) {
@@ -204,6 +206,7 @@ MotionFit fit_motion(const std::vector<TrackedPose>& track, const ForceIntegral&
 std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& track,
                                             const InertialBuffer& imu,
                                             const InitialisationSettings& settings) {
+  constexpr double kSpeedSigma_mps = 2.0;  // as ConstraintSettings::speed_usual_mps
   constexpr double kGravitySigmaMax_mps2 = 0.3;
   constexpr double kGravityError_mps2 = 1.0;      // more is another unit, not a bias
   constexpr double kGravitySigmaLate_rad = 0.09;  // 5 deg
@@ -213,7 +216,7 @@ std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& trac
   const Vec3 bias = gyro_bias_from_rotations(track, imu);
   const ForceIntegral force = integrate_force(track, imu, bias);
   const Vec3 g_guess = -force.dv.back() / duration_s;
-  const MotionFit fit = fit_motion(track, force, g_guess);
+  const MotionFit fit = fit_motion(track, force, g_guess, kSpeedSigma_mps);
   const Vec3 g = fit.x.tail<3>();
   const Mat3 g_cov = fit.covariance.bottomRightCorner<3, 3>();
   const double sigma_g = std::sqrt(g_cov.diagonal().maxCoeff());

@@ -36,7 +36,10 @@ ProcessNoise RobustOdometry::rest_noise() const {
 
 /// Holds what the LiDAR alone saw since the last scan against what inertial data say.
 void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialIntegral& felt) {
-  if (seen.matches < settings_.update.matches_min) return motion_noise_.interrupt();
+  // At standstill there is nothing of what driving adds, and the start comes without notice.
+  const bool tells =
+      seen.matches >= settings_.update.matches_min && !standstill_.calm(state_, imu_);
+  if (!tells) return motion_noise_.interrupt();
   const SE3 T_lidar = geometry::boxplus(T_predicted_, seen.lidar_shift);
   imu::MotionStep step;
   step.t = state_.t;
@@ -194,7 +197,24 @@ void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) 
   const Vec3 w =
       imu_.empty() ? Vec3::Zero() : Vec3(imu_.at(state_.t).gyro_radps - state_.gyro_bias_radps);
   constraints_.update(state_, w, map_, known);
+  bound_speed();
   refuse_biases(last_posterior_.gyro_bias_radps, last_posterior_.accel_bias_mps2, findings);
+}
+
+/// Where the LiDAR is blind the speed is the integral of what gravity and bias leave of the force,
+/// and grows without end. A vehicle's does not: it comes back to what is usual.
+void RobustOdometry::bound_speed() {
+  constexpr double kIndependent_s = 3.0;  // a vehicle may keep its speed so long
+  const auto axis = blind_axis();
+  if (!axis || seconds_between(t_speed_bounded_, state_.t) < kIndependent_s) return;
+  const double usual = settings_.constraints.speed_usual_mps;
+  const double variance = axis->dot(state_.P.block<3, 3>(kVel, kVel) * *axis);
+  if (variance < 0.25 * usual * usual) return;
+  t_speed_bounded_ = state_.t;
+  Eigen::Matrix<double, 1, kStateDim> H = Eigen::Matrix<double, 1, kStateDim>::Zero();
+  H.segment<3>(kVel) = axis->transpose();
+  update_linear<1>(state_, H, Eigen::Matrix<double, 1, 1>(-axis->dot(state_.v)),
+                   Eigen::Matrix<double, 1, 1>(usual * usual));
 }
 
 /// A bias that would have to be larger than any such sensor has explains a contradiction, not a

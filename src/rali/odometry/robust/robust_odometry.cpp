@@ -35,6 +35,8 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   // velocity that came out, if it is another one.
   constexpr int kRoundsWithoutImu = 3;
   const UpdateResult done = update(scan, inertial_ ? 1 : kRoundsWithoutImu);
+  // A vehicle without inertial sensor has no prediction but the LiDAR's.
+  if (!inertial_) T_last_predicted_ = last_posterior_.T_odom_body.inverse() * T_predicted_;
   if (follows) measure_noise(done, felt);
   if (inertial_) constrain(done, findings);
   judge(done, findings);
@@ -211,8 +213,17 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
     out.accel_bias_mps2 = state_.accel_bias_mps2;
   }
   out.T_odom_body = quiet_start_ && !inertial_ ? track_.front().T_odom_body : state_.T_odom_body;
-  out.T_odom_body_predicted = held_ ? out.T_odom_body : T_predicted_;
-  if (!held_) out.T_last_predicted = T_last_predicted_;
+  // Until gravity is known, and with the scan that tells it, poses are as told: the start may be
+  // held, and is replayed at last.
+  const bool begins = has_imu_ && (!inertial_ || !told_inertial_);
+  out.T_odom_body_predicted = held_ || begins ? out.T_odom_body : T_predicted_;
+  if (begins) {
+    out.T_last_predicted = T_told_.inverse() * out.T_odom_body;
+  } else if (!held_) {
+    out.T_last_predicted = T_last_predicted_;
+  }
+  T_told_ = out.T_odom_body;
+  told_inertial_ = inertial_;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
   out.covariance = covariance(update);
   out.lidar_information = update.information;

@@ -193,7 +193,12 @@ void RobustOdometry::remember_start(const LidarScan& scan, const UpdateResult& s
 
 /// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.
 void RobustOdometry::try_initialise(FindingList& findings) {
-  track_.push_back({state_.t, state_.T_odom_body, state_.P.block<3, 3>(kPos, kPos)});
+  // Where the LiDAR is blind the pose rests on the belief that nothing moves there. That helps the
+  // registration; whether it is true is what gravity and speed are solved for.
+  constexpr double kUnseen_m = 100.0;
+  const Mat3 unseen = Mat3::Identity() - lidar_known_;
+  track_.push_back({state_.t, state_.T_odom_body,
+                    state_.P.block<3, 3>(kPos, kPos) + kUnseen_m * kUnseen_m * unseen});
   const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_);
   if (!guess) {
     const Time oldest = state_.t - Duration::from_s(settings_.initialisation.give_up_s + 1.0);
@@ -216,7 +221,10 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   if (guess->at_rest) standstill_.learn(imu::statistics(imu_.between(track_.front().t, state_.t)));
   if (guess->at_rest && quiet_start_) {
     // All scans so far were taken from one place: the first pose. The map of the first scan alone
-    // was poor, and the poses found with it wander; begin again with all of them there.
+    // was poor, and the poses found with it wander; begin again with all of them there. Gravity was
+    // found with the last of them: it stays where it was in the body.
+    const Mat3 back = track_.front().T_odom_body.R * state_.T_odom_body.R.transpose();
+    state_.g_odom_mps2 = back * state_.g_odom_mps2;
     state_.T_odom_body = track_.front().T_odom_body;
     decorrelate(state_, kTheta, 6);
     state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
@@ -232,7 +240,8 @@ void RobustOdometry::try_initialise(FindingList& findings) {
       insert_points(state_.T_odom_body);
     }
   }
-  if (!(guess->at_rest && quiet_start_)) replay_start(*guess, findings);
+  // Where the LiDAR is blind a map of few scans drags the pose along: once is enough.
+  if (!(guess->at_rest && quiet_start_) && !blind_axis()) replay_start(*guess, findings);
   start_points_.clear();
   start_scans_.clear();
   track_.clear();

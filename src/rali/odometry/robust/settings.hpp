@@ -109,6 +109,7 @@ struct ConstraintSettings {
   bool ground = true;
   double rest_after_s = 0.7;
   double speed_max_mps = 40.0;
+  double speed_usual_mps = 2.0;
 
   template <class V>
   void visit(V& v) {
@@ -117,6 +118,8 @@ struct ConstraintSettings {
     v("ground", ground, "constant height above ground, once the data have shown that it holds");
     v("rest_after_s", rest_after_s, 0.2, 10.0, "stillness needed before the pose is held");
     v("speed_max_mps", speed_max_mps, 0.1, 300.0, "no vehicle is faster: the pose is lost");
+    v("speed_usual_mps", speed_usual_mps, 0.1, 300.0,
+      "sigma of the speed where nothing else tells it; hand-held 1.5, drones 5");
   }
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include "rali/odometry/robust/stillness.hpp"
 #include "rali/odometry/robust/update.hpp"
 
@@ -18,7 +20,6 @@ constexpr double kSpeedMax_mps = 0.05;
 constexpr double kSpeedSigmaMax_mps = 0.1;
 constexpr double kTravelMax_m = 0.01;
 constexpr double kRateSigmas = 3.0;
-constexpr double kZeroSpeedSigma_mps = 0.01;
 constexpr double kDrives_mps = 0.3;  // the LiDAR sees the vehicle drive
 
 }  // namespace
@@ -34,6 +35,11 @@ bool StandstillDetector::wheels_stand(const imu::ImuStatistics& raw) const {
   };
   return calm(raw.accel_sd_mps2, at_rest_->accel_sd_mps2) &&
          calm(raw.gyro_sd_radps, at_rest_->gyro_sd_radps);
+}
+
+bool StandstillDetector::calm(const FilterState& state, const InertialBuffer& imu) const {
+  const Time begin = state.t - Duration::from_s(constraints_.rest_after_s);
+  return state.v.norm() < kDrives_mps && wheels_stand(imu::statistics(imu.between(begin, state.t)));
 }
 
 /// The calmest stretch of driving shakes the sensor well beyond its spread at standstill.
@@ -104,7 +110,7 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
   learn_driving(state, raw);
   const bool calm = blocks.samples >= 4 && is_quiet(blocks, rest_);
   const bool wheels = wheels_stand(raw);
-  const bool quiet = calm && !turns(state, blocks, gyro_radps_rthz);
+  const bool quiet = calm && !turns(state, blocks, gyro_radps_rthz) && !pushed(state, blocks);
   certain_ = quiet && wheels && driving_shakes();
   // Along a blind axis speed and travel are what the filter believes, not what anybody saw: there
   // the wheels decide.
@@ -115,41 +121,77 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
   return stands;
 }
 
+namespace {
+
+using Rows3 = Eigen::Matrix<double, 3, kStateDim>;
+
+/// The force that the pose leaves unexplained if the vehicle stands, in odom.
+Vec3 unexplained(const FilterState& state, const Vec3& accel_mps2) {
+  return state.T_odom_body.R * (accel_mps2 - state.accel_bias_mps2) + state.g_odom_mps2;
+}
+
+Rows3 unexplained_rows(const FilterState& state, const Vec3& accel_mps2) {
+  const Mat3& R = state.T_odom_body.R;
+  Rows3 H = Rows3::Zero();
+  H.block<3, 3>(0, kTheta) = -R * geometry::skew(accel_mps2 - state.accel_bias_mps2);
+  H.block<3, 3>(0, kAccelBias) = -R;
+  H.block<3, 2>(0, kGravity) =
+      -geometry::skew(state.g_odom_mps2) * gravity_basis(state.g_odom_mps2);
+  return H;
+}
+
+/// Updates biases and gravity; the pose is considered, not estimated (Schmidt 1966): it stays, and
+/// what gravity owes to its error is known when the LiDAR corrects it.
+void teach(FilterState& state, const Rows3& H, const Vec3& residual, double variance) {
+  const Eigen::Matrix<double, kStateDim, 3> PHt = state.P * H.transpose();
+  const Mat3 S = H * PHt + variance * Mat3::Identity();
+  Eigen::Matrix<double, kStateDim, 3> K = PHt * S.inverse();
+  K.topRows<kGyroBias>().setZero();
+  const StateCov A = StateCov::Identity() - K * H;
+  state.P = A * state.P * A.transpose() + variance * K * K.transpose();
+  state.P = 0.5 * (state.P + state.P.transpose()).eval();
+  if (state.side.size() > 0) state.P_side = (A * state.P_side).eval();
+  add_error(state, K * residual);
+}
+
+}  // namespace
+
+/// A vehicle that starts smoothly pushes the sensor before anything else shows it.
+bool StandstillDetector::pushed(const FilterState& state, const imu::ImuStatistics& blocks) {
+  constexpr double kSway_mps2 = 0.03;  // 3 mrad: somebody gets in, the ground gives way
+  constexpr double kSigmas = 4.0;
+  const Vec3 force = unexplained(state, blocks.accel_mean_mps2);
+  const Rows3 H = unexplained_rows(state, blocks.accel_mean_mps2);
+  const Mat3 P = H * state.P * H.transpose();
+  const double variance = P.diagonal().head<2>().maxCoeff() + kSway_mps2 * kSway_mps2;
+  return !(force.head<2>().squaredNorm() < kSigmas * kSigmas * variance);
+}
+
 void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end,
                     const ProcessNoise& noise) {
+  constexpr double kSway_mps2 = 0.002, kSway_radps = 1e-5;  // of a vehicle on its springs
   const double dt_s = (t_end - state.t).s();
   if (dt_s <= 0.0) return;
   const imu::ImuStatistics stats = imu::statistics(buffer.between(state.t + Duration{1}, t_end));
   const ImuSample now = buffer.at(t_end);
   const Vec3 gyro = stats.samples > 0 ? stats.gyro_mean_radps : now.gyro_radps;
   const Vec3 accel = stats.samples > 0 ? stats.accel_mean_mps2 : now.accel_mps2;
-  const Mat3& R = state.T_odom_body.R;
-  const Vec3 a = accel - state.accel_bias_mps2;
-
-  StateCov F = StateCov::Identity();
-  F.block<3, 3>(kVel, kTheta) = -dt_s * R * geometry::skew(a);
-  F.block<3, 3>(kVel, kAccelBias) = -dt_s * R;
-  F.block<3, 2>(kVel, kGravity) =
-      -dt_s * geometry::skew(state.g_odom_mps2) * gravity_basis(state.g_odom_mps2);
-  propagate_covariance(state, F);
-  const double white_a = noise.accel_mps2_rthz;
-  const double white_g = noise.gyro_radps_rthz;
-  state.P.diagonal().segment<3>(kVel).array() += white_a * white_a * dt_s;
   state.P.diagonal().segment<3>(kGyroBias).array() += noise.gyro_walk * noise.gyro_walk * dt_s;
   state.P.diagonal().segment<3>(kAccelBias).array() += noise.accel_walk * noise.accel_walk * dt_s;
-  state.v += dt_s * (R * a + state.g_odom_mps2);
   state.t = t_end;
 
-  using H3 = Eigen::Matrix<double, 3, kStateDim>;
-  H3 H = H3::Zero();
-  H.block<3, 3>(0, kVel).setIdentity();
-  const Vec3 zero_speed = -state.v;
-  update_linear<3>(state, H, zero_speed,
-                   kZeroSpeedSigma_mps * kZeroSpeedSigma_mps * Mat3::Identity());
-  H.setZero();
+  constexpr double kZeroSpeedSigma_mps = 0.01;
+  state.v.setZero();
+  decorrelate(state, kVel, 3);
+  state.P.diagonal().segment<3>(kVel).setConstant(kZeroSpeedSigma_mps * kZeroSpeedSigma_mps);
+
+  const double white_a = noise.accel_mps2_rthz, white_g = noise.gyro_radps_rthz;
+  teach(state, unexplained_rows(state, accel), -unexplained(state, accel),
+        white_a * white_a / dt_s + kSway_mps2 * kSway_mps2);
+  Rows3 H = Rows3::Zero();
   H.block<3, 3>(0, kGyroBias).setIdentity();
-  const Vec3 still = gyro - state.gyro_bias_radps;
-  update_linear<3>(state, H, still, white_g * white_g / dt_s * Mat3::Identity());
+  teach(state, H, gyro - state.gyro_bias_radps,
+        white_g * white_g / dt_s + kSway_radps * kSway_radps);
 }
 
 }  // namespace rali::odometry

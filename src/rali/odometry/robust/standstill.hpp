@@ -30,6 +30,9 @@ class StandstillDetector {
   bool update(const FilterState& state, const InertialBuffer& imu,
               const std::optional<geometry::Vec3>& blind_axis, double gyro_radps_rthz);
 
+  /// The sensor feels no more than at standstill, and nothing else tells of motion.
+  [[nodiscard]] bool calm(const FilterState& state, const InertialBuffer& imu) const;
+
   /// The last update() was decided by the inertial sensor alone.
   [[nodiscard]] bool certain() const { return certain_; }
 
@@ -51,6 +54,7 @@ class StandstillDetector {
   [[nodiscard]] bool moves_visibly(const FilterState& state, const geometry::Mat3& seen) const;
   [[nodiscard]] bool turns(const FilterState& state, const imu::ImuStatistics& blocks,
                            double gyro_radps_rthz) const;
+  [[nodiscard]] static bool pushed(const FilterState& state, const imu::ImuStatistics& blocks);
   void learn_driving(const FilterState& state, const imu::ImuStatistics& raw);
   void learn_standing(Time t, bool stands, const imu::ImuStatistics& raw);
 
@@ -64,9 +68,8 @@ class StandstillDetector {
   bool certain_ = false;
 };
 
-/// Propagation while the pose is held: attitude and position stay, velocity and biases evolve.
-/// Followed by "velocity is zero" and "the gyro measures its bias", it learns the biases without
-/// touching what is known about the pose.
+/// Propagation while the pose is held: the pose stays, the velocity is zero, and what the sensor
+/// feels is its biases and gravity.
 void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end,
                     const ProcessNoise& noise);
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/base/rng.hpp"
+#include "rali/odometry/robust/update.hpp"
 
 namespace rali::odometry {
 namespace {
@@ -15,6 +16,7 @@ using geometry::Vec3;
 const Vec3 kTrueBias(0.004, -0.002, 0.006);
 
 struct Recording {
+  double push_mps2 = 0.0;
   InertialBuffer imu;
   FilterState state;
   Rng rng{1, "standstill"};
@@ -32,8 +34,8 @@ struct Recording {
       state.t = state.t + Duration::from_s(0.005);
       const Vec3 noise(rng.normal(), rng.normal(), rng.normal());
       const double shake = shake_mps2 * std::sin(12.0 * state.t.s());
-      imu.add(
-          {state.t, kTrueBias + extra_gyro + 0.005 * noise, Vec3(shake, 0.0, 9.81) + 0.03 * noise});
+      imu.add({state.t, kTrueBias + extra_gyro + 0.005 * noise,
+               Vec3(push_mps2 + shake, 0.0, 9.81) + 0.03 * noise});
     }
   }
 };
@@ -131,6 +133,20 @@ TEST(StandstillDetector, once_driving_is_known_to_shake_the_sensor_alone_proves_
   EXPECT_FALSE(rests(0.0, 0.0)) << "this vehicle drives without shaking: the sensor proves nothing";
 }
 
+TEST(StandstillDetector, a_smooth_start_pushes_the_sensor_and_ends_standstill) {
+  const auto rests = [](double push_mps2) {
+    Recording r;
+    r.state.P.diagonal().segment<3>(kTheta).setConstant(1e-6);
+    r.state.P.diagonal().segment<3>(kAccelBias).setConstant(1e-6);
+    r.state.P.diagonal().segment<2>(kGravity).setConstant(1e-6);
+    r.push_mps2 = push_mps2;
+    return stands_after(r, 12);
+  };
+  EXPECT_TRUE(rests(0.0));
+  EXPECT_TRUE(rests(0.05)) << "somebody leans on it";
+  EXPECT_FALSE(rests(0.4));
+}
+
 TEST(StandstillDetector, can_be_switched_off) {
   ConstraintSettings off;
   off.standstill = false;
@@ -160,13 +176,32 @@ TEST(PropagateHeld, leaves_the_pose_alone_and_learns_the_biases) {
   }
   EXPECT_EQ(s.t, Time::from_s(10.0));
   EXPECT_LT((s.T_odom_body.p - before.T_odom_body.p).norm(), 1e-12);
-  EXPECT_LT(geometry::so3_log(before.T_odom_body.R.transpose() * s.T_odom_body.R).norm(), 1e-4);
+  EXPECT_LT(geometry::so3_log(before.T_odom_body.R.transpose() * s.T_odom_body.R).norm(), 1e-12);
   EXPECT_LT(s.v.norm(), 0.01);
   EXPECT_LT((s.gyro_bias_radps - kTrueBias).norm(), 1.5e-3);
   EXPECT_LT(std::abs(s.accel_bias_mps2.z()), 0.02);
   for (int k = kGyroBias; k < kAccelBias; ++k) EXPECT_LT(s.P(k, k), before.P(k, k));
   EXPECT_LT(s.P(kAccelBias + 2, kAccelBias + 2), before.P(kAccelBias + 2, kAccelBias + 2));
   EXPECT_NEAR(s.P(kPos, kPos), 1e-6, 1e-12);
+}
+
+TEST(PropagateHeld, gravity_takes_what_the_pose_leaves_unexplained_and_follows_its_correction) {
+  Recording r;
+  r.advance(5.0);
+  FilterState s;
+  s.T_odom_body.R = so3_exp(Vec3(0.0, 0.003, 0.0));  // the pose is pitched, the vehicle is not
+  s.P.diagonal().segment<3>(kTheta).setConstant(4e-6);
+  s.P.diagonal().segment<2>(kGravity).setConstant(1e-4);
+  for (int k = 1; k <= 50; ++k) propagate_held(s, r.imu, Time::from_s(0.1 * k), kNoise);
+  const Vec3 left = s.T_odom_body.R * Vec3(0.0, 0.0, 9.81) + s.g_odom_mps2;
+  EXPECT_LT(left.head<2>().norm(), 0.005) << "it would drive off with this acceleration";
+  // The LiDAR takes the pitch back: gravity must follow, or that much acceleration appears.
+  Eigen::Matrix<double, 3, kStateDim> H = Eigen::Matrix<double, 3, kStateDim>::Zero();
+  H.block<3, 3>(0, kTheta).setIdentity();
+  const Vec3 level(0.0, -0.003, 0.0);
+  update_linear<3>(s, H, level, 1e-10 * geometry::Mat3::Identity());
+  const Vec3 after = s.T_odom_body.R * Vec3(0.0, 0.0, 9.81) + s.g_odom_mps2;
+  EXPECT_LT(after.head<2>().norm(), 0.005);
 }
 
 TEST(PropagateHeld, does_not_go_back_in_time) {

@@ -118,6 +118,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void begin_hold(FindingList& findings);
   void end_hold(const FilterState& before);
   void constrain(const UpdateResult& done, FindingList& findings);
+  void bound_speed();
   [[nodiscard]] ProcessNoise process_noise() const;
   [[nodiscard]] ProcessNoise rest_noise() const;
   void measure_noise(const UpdateResult& seen, const InertialIntegral& felt);
@@ -159,6 +160,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
   FilterState last_posterior_;      ///< after the last scan
   geometry::SE3 T_predicted_;       ///< for the newest scan, before it was registered
   geometry::SE3 T_last_predicted_;  ///< motion from the last scan to it, as predicted
+  geometry::SE3 T_told_;            ///< in the last result
+  bool told_inertial_ = false;      ///< in the last result
   /// Projector on the translations that the last scan saw well.
   geometry::Mat3 lidar_known_ = geometry::Mat3::Zero();
   bool held_ = false;                           ///< the vehicle stands
@@ -176,6 +179,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   static constexpr int kYoungScans = 5;
   int scans_in_map_ = 0;
   Time t_last_good_;
+  Time t_speed_bounded_;
   geometry::SE3 last_good_;
   bool bias_reported_ = false;
 };
