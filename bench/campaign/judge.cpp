@@ -168,6 +168,68 @@ std::optional<SE3> map_frame(const Recording& recording, const drive::MapSummary
   return aligned ? std::optional<SE3>(*aligned) : first;
 }
 
+/// Of the odometry, and what was said of the vehicle.
+void judge_alone(const Recording& recording, const drive::MapSummary& summary, std::size_t v,
+                 RunScore& out) {
+  const Track& track = recording.tracks()[v];
+  VehicleScore score_v;
+  score_v.name = track.name;
+  score_v.distance_m = track.distance_m;
+  score_v.diverged_s = summary.vehicles[v].diverged_s;
+  for (const Finding& f : summary.findings) {
+    score_v.pose_findings += is_pose_finding(f) && f.vehicle == track.name ? 1 : 0;
+  }
+  out.lost = out.lost || score_v.diverged_s > 0.0;
+  if (const auto odometry = read(file(summary, "odometry", track.name))) {
+    if (const auto T = frame_at_first(*odometry, track)) {
+      score_v.odometry = score(*odometry, track, *T, recording.t_begin());
+      add_silent(*score_v.odometry, track.name, "odometry", recording, summary.findings, out);
+    }
+  }
+  out.vehicles.push_back(std::move(score_v));
+}
+
+/// Live and final poses of vehicles that share a frame.
+void judge_group(const Recording& recording, const drive::MapSummary& summary,
+                 const std::vector<VehicleId>& group, RunScore& out) {
+  const auto T_live = map_frame(recording, summary, group, "live", false);
+  const auto T_final = map_frame(recording, summary, group, "trajectory", true);
+  const auto T_first = map_frame(recording, summary, group, "trajectory", false);
+  for (const VehicleId id : group) {
+    const Track& track = recording.tracks()[id.value];
+    VehicleScore& v = out.vehicles[id.value];
+    if (const auto live = read(file(summary, "live", track.name)); live && T_live) {
+      v.live = score(*live, track, *T_live, recording.t_begin());
+      add_silent(*v.live, track.name, "live", recording, summary.findings, out);
+    }
+    const auto path = read(file(summary, "trajectory", track.name));
+    if (!path || !T_final) continue;
+    v.final = score(*path, track, *T_final, recording.t_begin());
+    if (T_first) {
+      v.final->nees_position = score(*path, track, *T_first, recording.t_begin()).nees_position;
+    }
+    add_silent(*v.final, track.name, "final", recording, summary.findings, out);
+  }
+}
+
+/// Over all final poses of the groups with most vehicles; 0: there is none.
+double rmse_of_largest(const std::vector<std::vector<VehicleId>>& groups, const RunScore& out) {
+  std::size_t largest = 0;
+  for (const std::vector<VehicleId>& group : groups) largest = std::max(largest, group.size());
+  double squares = 0.0;
+  double poses = 0.0;
+  for (const std::vector<VehicleId>& group : groups) {
+    if (group.size() != largest) continue;
+    for (const VehicleId id : group) {
+      const VehicleScore& v = out.vehicles[id.value];
+      if (!v.final) continue;
+      squares += v.final->rmse_m * v.final->rmse_m * static_cast<double>(v.final->poses);
+      poses += static_cast<double>(v.final->poses);
+    }
+  }
+  return poses > 0.0 ? std::sqrt(squares / poses) : 0.0;
+}
+
 }  // namespace
 
 RunScore judge_run(const Recording& recording, const drive::MapSummary& summary) {
@@ -183,22 +245,7 @@ RunScore judge_run(const Recording& recording, const drive::MapSummary& summary)
   }
   out.said.assign(said.begin(), said.end());
   for (std::size_t v = 0; v < recording.tracks().size(); ++v) {
-    const Track& track = recording.tracks()[v];
-    VehicleScore score_v;
-    score_v.name = track.name;
-    score_v.distance_m = track.distance_m;
-    score_v.diverged_s = summary.vehicles[v].diverged_s;
-    for (const Finding& f : summary.findings) {
-      score_v.pose_findings += is_pose_finding(f) && f.vehicle == track.name ? 1 : 0;
-    }
-    out.lost = out.lost || score_v.diverged_s > 0.0;
-    if (const auto odometry = read(file(summary, "odometry", track.name))) {
-      if (const auto T = frame_at_first(*odometry, track)) {
-        score_v.odometry = score(*odometry, track, *T, recording.t_begin());
-        add_silent(*score_v.odometry, track.name, "odometry", recording, summary.findings, out);
-      }
-    }
-    out.vehicles.push_back(std::move(score_v));
+    judge_alone(recording, summary, v, out);
   }
   std::vector<std::vector<VehicleId>> groups = summary.fleet.groups;
   if (groups.empty()) {
@@ -206,37 +253,8 @@ RunScore judge_run(const Recording& recording, const drive::MapSummary& summary)
       groups.push_back({VehicleId{static_cast<std::uint16_t>(v)}});
     }
   }
-  double squares = 0.0;
-  double poses = 0.0;
-  std::size_t largest = 0;
-  for (const std::vector<VehicleId>& group : groups) {
-    largest = std::max(largest, group.size());
-  }
-  for (const std::vector<VehicleId>& group : groups) {
-    const auto T_live = map_frame(recording, summary, group, "live", false);
-    const auto T_final = map_frame(recording, summary, group, "trajectory", true);
-    const auto T_first = map_frame(recording, summary, group, "trajectory", false);
-    for (const VehicleId id : group) {
-      const Track& track = recording.tracks()[id.value];
-      VehicleScore& v = out.vehicles[id.value];
-      if (const auto live = read(file(summary, "live", track.name)); live && T_live) {
-        v.live = score(*live, track, *T_live, recording.t_begin());
-        add_silent(*v.live, track.name, "live", recording, summary.findings, out);
-      }
-      if (const auto path = read(file(summary, "trajectory", track.name)); path && T_final) {
-        v.final = score(*path, track, *T_final, recording.t_begin());
-        if (T_first) {
-          v.final->nees_position = score(*path, track, *T_first, recording.t_begin()).nees_position;
-        }
-        add_silent(*v.final, track.name, "final", recording, summary.findings, out);
-        if (group.size() == largest) {
-          squares += v.final->rmse_m * v.final->rmse_m * static_cast<double>(v.final->poses);
-          poses += static_cast<double>(v.final->poses);
-        }
-      }
-    }
-  }
-  if (poses > 0.0) out.fleet_rmse_m = std::sqrt(squares / poses);
+  for (const std::vector<VehicleId>& group : groups) judge_group(recording, summary, group, out);
+  out.fleet_rmse_m = rmse_of_largest(groups, out);
   return out;
 }
 

@@ -191,6 +191,28 @@ void RobustOdometry::remember_start(const LidarScan& scan, const UpdateResult& s
   quiet_start_ = !start_moved_ && is_quiet(blocks, settings_.initialisation.rest);
 }
 
+/// All scans so far were taken from one place: the first pose.
+void RobustOdometry::begin_again_at_rest() {
+  // The map of the first scan alone was poor, and the poses found with it wander: all of them are
+  // put there. Gravity was found with the last of them: it stays where it was in the body.
+  const Mat3 back = track_.front().T_odom_body.R * state_.T_odom_body.R.transpose();
+  state_.g_odom_mps2 = back * state_.g_odom_mps2;
+  state_.T_odom_body = track_.front().T_odom_body;
+  decorrelate(state_, kTheta, 6);
+  state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
+  // Registration on the move finds the map tilted against the rest by so much, and for good.
+  const Mat3& R = state_.T_odom_body.R;
+  const Vec3 up_body = R.transpose() * -state_.g_odom_mps2.normalized();
+  const double tilt_var = settings_.update.tilt_sigma_rad * settings_.update.tilt_sigma_rad;
+  state_.P.topLeftCorner<3, 3>() += tilt_var * (Mat3::Identity() - up_body * up_body.transpose());
+  map_ = PlaneMap(settings_.map);
+  recent_.clear();
+  for (const BodyPoints& points : start_points_) {
+    points_ = points;
+    insert_points(state_.T_odom_body);
+  }
+}
+
 /// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.
 void RobustOdometry::try_initialise(FindingList& findings) {
   // Where the LiDAR is blind the pose rests on the belief that nothing moves there. That helps the
@@ -219,27 +241,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
   state_.P.block<5, 5>(kAccelBias, kAccelBias) = guess->bias_gravity_covariance;
   if (guess->at_rest) standstill_.learn(imu::statistics(imu_.between(track_.front().t, state_.t)));
-  if (guess->at_rest && quiet_start_) {
-    // All scans so far were taken from one place: the first pose. The map of the first scan alone
-    // was poor, and the poses found with it wander; begin again with all of them there. Gravity was
-    // found with the last of them: it stays where it was in the body.
-    const Mat3 back = track_.front().T_odom_body.R * state_.T_odom_body.R.transpose();
-    state_.g_odom_mps2 = back * state_.g_odom_mps2;
-    state_.T_odom_body = track_.front().T_odom_body;
-    decorrelate(state_, kTheta, 6);
-    state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
-    // Registration on the move finds the map tilted against the rest by so much, and for good.
-    const Mat3& R = state_.T_odom_body.R;
-    const Vec3 up_body = R.transpose() * -state_.g_odom_mps2.normalized();
-    const double tilt_var = settings_.update.tilt_sigma_rad * settings_.update.tilt_sigma_rad;
-    state_.P.topLeftCorner<3, 3>() += tilt_var * (Mat3::Identity() - up_body * up_body.transpose());
-    map_ = PlaneMap(settings_.map);
-    recent_.clear();
-    for (const BodyPoints& points : start_points_) {
-      points_ = points;
-      insert_points(state_.T_odom_body);
-    }
-  }
+  if (guess->at_rest && quiet_start_) begin_again_at_rest();
   // Where the LiDAR is blind a map of few scans drags the pose along: once is enough.
   if (!(guess->at_rest && quiet_start_) && !blind_axis()) replay_start(*guess, findings);
   start_points_.clear();

@@ -158,6 +158,15 @@ void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& resul
   }
 }
 
+/// @return true: partners are to be looked for again
+bool moved_on(const StateVec& delta, const Vec6& before, const UpdateSettings& settings,
+              UpdateResult& result) {
+  const double step_m = (delta.segment<3>(kPos) - before.tail<3>()).norm();
+  const double step_deg = kRadian * (delta.segment<3>(kTheta) - before.head<3>()).norm();
+  result.converged = step_m < settings.stop_m && step_deg < settings.stop_deg;
+  return step_m > settings.rematch_m || step_deg > 0.2;
+}
+
 void tell_fit(const LidarSystem& system, const Matcher& matcher, UpdateResult& result) {
   result.fit = system.weight_sum / static_cast<double>(matcher.size());
   if (system.weight_sum > 0.0) {
@@ -218,10 +227,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
       state.side.mean += predicted.P_side.topRows<6>().transpose() * y;
     }
 
-    const double step_m = (delta.segment<3>(kPos) - before.tail<3>()).norm();
-    const double step_deg = kRadian * (delta.segment<3>(kTheta) - before.head<3>()).norm();
-    rematch = step_m > settings.update.rematch_m || step_deg > 0.2;
-    result.converged = step_m < settings.update.stop_m && step_deg < settings.update.stop_deg;
+    rematch = moved_on(delta, before, settings.update, result);
     if (result.converged && k > 0) break;
   }
   set_posterior(state, predicted, system.I, Untouched(result.directions, R_odom_v),

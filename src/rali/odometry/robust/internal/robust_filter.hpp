@@ -111,6 +111,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void look_around(const FilterState& predicted, UpdateResult& done);
   void stand_if_still();
   void remember_start(const sensor::LidarScan& scan, const UpdateResult& seen);
+  void begin_again_at_rest();
   void try_initialise(FindingList& findings);
   void insert(const sensor::LidarScan& scan);
   void insert_points(const geometry::SE3& T_odom_body);
