@@ -37,7 +37,8 @@ void Builder::wall(const Vec3& a, const Vec3& b, double height_m,
     mesh_.add_quad(left + up(f.bottom_m), inward, up(tall), refl);
     mesh_.add_quad(left + up(f.bottom_m) + across, inward, up(tall), refl);
     mesh_.add_quad(left + up(f.top_m), inward, across, refl);
-    if (f.bottom_m > 0.0) mesh_.add_quad(left + up(f.bottom_m), inward, across, refl);
+    // The floors on both sides end at the faces of the wall: without this one a door has a slot.
+    if (f.bottom_m > 0.0 || f.open) mesh_.add_quad(left + up(f.bottom_m), inward, across, refl);
     done = end;
   }
   mesh_.add_quad(a + done * e, (length - done) * e, up(height_m), refl);
