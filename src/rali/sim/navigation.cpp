@@ -55,6 +55,7 @@ Result<NavigationGrid> NavigationGrid::build(const TriangleMesh& mesh,
   grid.make_nodes(mesh);
   grid.link_nodes();
   grid.measure_clearance();
+  grid.find_parts();
   return grid;
 }
 
@@ -114,6 +115,26 @@ void NavigationGrid::measure_clearance() {
   }
 }
 
+void NavigationGrid::find_parts() {
+  std::int32_t parts = 0;
+  std::vector<std::int32_t> open;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    if (nodes_[i].part >= 0 || !passable(static_cast<std::int32_t>(i))) continue;
+    nodes_[i].part = parts;
+    open.push_back(static_cast<std::int32_t>(i));
+    while (!open.empty()) {
+      const Node& node = nodes_[static_cast<std::size_t>(open.back())];
+      open.pop_back();
+      for (const std::int32_t next : node.next) {
+        if (!passable(next) || nodes_[static_cast<std::size_t>(next)].part >= 0) continue;
+        nodes_[static_cast<std::size_t>(next)].part = parts;
+        open.push_back(next);
+      }
+    }
+    ++parts;
+  }
+}
+
 std::int32_t NavigationGrid::node_at(std::int64_t x, std::int64_t y, double z_m,
                                      double reach_m) const {
   const auto before = [](const Node& node, const std::pair<std::int64_t, std::int64_t>& cell) {
@@ -150,6 +171,11 @@ bool NavigationGrid::passable(std::int32_t node) const {
 }
 
 bool NavigationGrid::free_at(const Vec3& p) const { return passable(node_of(p)); }
+
+std::int32_t NavigationGrid::part_at(const Vec3& p) const {
+  const std::int32_t node = node_of(p);
+  return node < 0 ? -1 : nodes_[static_cast<std::size_t>(node)].part;
+}
 
 std::optional<double> NavigationGrid::ground_at(double x_m, double y_m, double z_m) const {
   constexpr double kAny_m = 1e6;

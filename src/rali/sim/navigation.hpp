@@ -32,6 +32,10 @@ class NavigationGrid {
   /// True if a vehicle can stand here; p on the ground, within 0.5 m in height.
   [[nodiscard]] bool free_at(const geometry::Vec3& p) const;
 
+  /// Which part of the world a vehicle here can drive in, from 0: two places with a way between
+  /// them have the same. -1: it cannot stand here.
+  [[nodiscard]] std::int32_t part_at(const geometry::Vec3& p) const;
+
   /// Height of the ground on which a vehicle stands at (x, y), the one nearest to z_m.
   [[nodiscard]] std::optional<double> ground_at(double x_m, double y_m, double z_m) const;
 
@@ -58,6 +62,7 @@ class NavigationGrid {
     std::int32_t x = 0, y = 0;
     float z_m = 0.0F;
     float clearance_m = 0.0F;
+    std::int32_t part = -1;
     std::array<std::int32_t, 8> next{};  ///< by kSteps; -1: none
   };
 
@@ -66,6 +71,7 @@ class NavigationGrid {
   void make_nodes(const TriangleMesh& mesh);
   void link_nodes();
   void measure_clearance();
+  void find_parts();
   [[nodiscard]] std::int32_t node_at(std::int64_t x, std::int64_t y, double z_m,
                                      double reach_m) const;
   [[nodiscard]] std::int32_t node_of(const geometry::Vec3& p) const;

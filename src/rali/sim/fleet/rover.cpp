@@ -48,13 +48,11 @@ bool Rover::standing() const { return !turn_ && wish_ == 0.0 && smooth_ == 0.0; 
 
 void Rover::follow(const std::vector<Vec3>& corners, double rounding_m) {
   RALI_ASSERT(idle());
-  constexpr double kNear_m = 0.3;
   constexpr double kThere_m = 0.1;
   std::vector<Vec3> way{ground_};
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const double first_m = i + 1 == corners.size() ? kThere_m : kNear_m;
-    const double apart_m = (corners[i] - way.back()).norm();
-    if (apart_m >= (way.size() == 1 ? first_m : 1e-3)) way.push_back(corners[i]);
+  for (const Vec3& corner : corners) {
+    const double apart_m = (corner - way.back()).norm();
+    if (apart_m >= (way.size() == 1 ? kThere_m : 1e-3)) way.push_back(corner);
   }
   if (way.size() < 2) return;
   Rng rng(seed_, "leg " + std::to_string(legs_++));

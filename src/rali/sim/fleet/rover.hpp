@@ -21,8 +21,7 @@ class Rover {
   Rover(const MotionOptions& options, const VehicleStart& start, std::uint64_t seed);
 
   /// Goes along these corners on the ground from where it stands; only if idle(). First corners
-  /// nearer than 0.3 m to the vehicle are left out, and a last one nearer than 0.1 m; with none
-  /// left it stays idle.
+  /// nearer than 0.1 m to the vehicle are left out; with none left it stays idle.
   void follow(const std::vector<geometry::Vec3>& corners, double rounding_m);
 
   /// Brakes; with false goes on along its way.

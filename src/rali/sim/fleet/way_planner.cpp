@@ -20,6 +20,9 @@ constexpr double kCell_m = 0.05;    // coarser ones close doors of 0.9 m that li
 constexpr double kMoved_m = 1.5;    // a goal that is not free, at most
 constexpr double kHeight_m = 1.5;   // a goal above the ground, at most
 constexpr double kOther_m = 0.5;    // around another vehicle: FleetMotion keeps 0.85 m
+constexpr double kBody_m = 0.35;    // obstacles are farther than this from a path, ...
+constexpr double kBegun_m = 0.5;    // ... but where it starts too near to one
+constexpr double kCheck_m = 0.1;    // between checked places of a path
 
 NavigationOptions grid_options(double radius_m) {
   NavigationOptions o;
@@ -28,45 +31,99 @@ NavigationOptions grid_options(double radius_m) {
   return o;
 }
 
-/// The place itself if it is free, else the nearest free one on rings around it.
-std::optional<Vec3> free_near(const NavigationGrid& grid, const Vec3& p, double reach_m) {
+/// A place where a vehicle can stand, and in which part of the grid.
+struct FreePlace {
+  Vec3 p;
+  std::int32_t part = 0;
+};
+
+/// The place itself if it is free, else of each part of the grid the free one that is nearest, on
+/// rings around it, nearest first.
+std::vector<FreePlace> free_near(const NavigationGrid& grid, const Vec3& p, double reach_m) {
   constexpr int kDirections = 16;
-  const auto on_ground = [&](double x, double y) -> std::optional<Vec3> {
+  std::vector<FreePlace> out;
+  const auto look = [&](double x, double y) {
     const std::optional<double> z = grid.ground_at(x, y, p.z());
-    if (!z || std::abs(*z - p.z()) > kHeight_m) return std::nullopt;
+    if (!z || std::abs(*z - p.z()) > kHeight_m) return;
     const Vec3 place(x, y, *z);
-    if (!grid.free_at(place)) return std::nullopt;
-    return place;
+    const std::int32_t part = grid.part_at(place);
+    const auto has = [part](const FreePlace& f) { return f.part == part; };
+    if (part >= 0 && std::none_of(out.begin(), out.end(), has)) out.push_back({place, part});
   };
-  if (const std::optional<Vec3> here = on_ground(p.x(), p.y())) return here;
+  look(p.x(), p.y());
+  if (!out.empty()) return out;
   for (double r = grid.cell_m(); r <= reach_m; r += grid.cell_m()) {
     for (int k = 0; k < kDirections; ++k) {
       const double a = 2.0 * std::numbers::pi * k / kDirections;
-      const std::optional<Vec3> place = on_ground(p.x() + r * std::cos(a), p.y() + r * std::sin(a));
-      if (place) return place;
+      look(p.x() + r * std::cos(a), p.y() + r * std::sin(a));
     }
   }
-  return std::nullopt;
+  return out;
+}
+
+/// Free places near all of `places` that lie in one part of the grid; none if there are no such.
+std::vector<Vec3> free_in_part(const NavigationGrid& grid, std::span<const Vec3> places,
+                               double moved_m, std::int32_t part) {
+  std::vector<Vec3> out;
+  for (const Vec3& place : places) {
+    const std::vector<FreePlace> near = free_near(grid, place, moved_m);
+    const auto at = std::find_if(near.begin(), near.end(),
+                                 [part](const FreePlace& f) { return f.part == part; });
+    if (at == near.end()) return {};
+    out.push_back(at->p);
+  }
+  return out;
 }
 
 Result<std::vector<Vec3>> corners_through(const NavigationGrid& grid, const Vec3& from,
                                           std::span<const Vec3> places, double moved_m) {
-  const std::optional<Vec3> start = free_near(grid, from, kMoved_m);
-  if (!start) return fail(ErrorCode::kNoAnswer, "from", "no free place near the vehicle");
-  constexpr double kNear_m = 0.3;  // as Rover::follow() does
-  std::vector<Vec3> way{from};
-  Vec3 at = *start;
-  for (const Vec3& place : places) {
-    const std::optional<Vec3> to = free_near(grid, place, moved_m);
-    if (!to) return fail(ErrorCode::kNoAnswer, "to", "no free place near the goal");
-    const Result<std::vector<Vec3>> piece = grid.plan(at, *to);
-    if (!piece) return tl::make_unexpected(piece.error());
-    for (const Vec3& corner : *piece) {
-      if (way.size() > 1 || (corner - from).norm() >= kNear_m) way.push_back(corner);
+  const std::vector<FreePlace> starts = free_near(grid, from, kMoved_m);
+  if (starts.empty()) return fail(ErrorCode::kNoAnswer, "from", "no free place near the vehicle");
+  for (const FreePlace& start : starts) {
+    const std::vector<Vec3> ends = free_in_part(grid, places, moved_m, start.part);
+    if (ends.empty()) continue;
+    std::vector<Vec3> way{from};
+    Vec3 at = start.p;
+    for (const Vec3& to : ends) {
+      const Result<std::vector<Vec3>> piece = grid.plan(at, to);
+      if (!piece) return tl::make_unexpected(piece.error());
+      way.insert(way.end(), piece->begin(), piece->end());
+      at = to;
     }
-    if (way.size() == 1) way.push_back(*to);
-    at = *to;
+    return way;
   }
+  return fail(ErrorCode::kNoAnswer, "to", "no way leads to a free place near the goal");
+}
+
+/// True if a vehicle on a path touches nothing. A path may start too near to an obstacle, since the
+/// vehicle stands there already; once it is free it stays free.
+template <class PointAt>
+bool is_free(const Clearance& clearance, double length_m, const PointAt& point_at) {
+  VehicleShape shape;
+  shape.radius_m = kBody_m;
+  bool begun = false;
+  for (double s = 0.0; s < length_m; s += kCheck_m) {
+    const bool free = clearance.free_at(point_at(s), shape);
+    if (!free && (begun || s >= kBegun_m)) return false;
+    begun = begun || free;
+  }
+  return true;
+}
+
+bool line_is_free(const Clearance& clearance, const Vec3& from, const Vec3& to) {
+  const double length_m = (to - from).norm();
+  return is_free(clearance, length_m,
+                 [&](double s) -> Vec3 { return from + s / length_m * (to - from); });
+}
+
+/// Leaves out first corners so near that they only make the vehicle turn to and fro, if the
+/// straight line to the next one is free.
+std::vector<Vec3> without_near_corners(const Clearance& clearance, std::vector<Vec3> way) {
+  constexpr double kNear_m = 0.3;
+  std::size_t next = 1;
+  while (next + 1 < way.size() && (way[next] - way.front()).norm() < kNear_m) ++next;
+  while (next > 1 && !line_is_free(clearance, way.front(), way[next])) --next;
+  way.erase(way.begin() + 1, way.begin() + static_cast<std::ptrdiff_t>(next));
   return way;
 }
 
@@ -94,20 +151,13 @@ std::vector<Vec3> on_the_ground(const NavigationGrid& grid, const std::vector<Ve
 /// The largest rounding with which a way of these corners touches nothing; none if all do.
 std::optional<double> rounding_for(const Clearance& clearance, const std::vector<Vec3>& corners) {
   constexpr std::array<double, 4> kRoundings{0.8, 0.4, 0.2, 0.05};
-  constexpr double kStep_m = 0.1;
-  VehicleShape shape;
-  shape.radius_m = 0.35;
   double span_m = 0.0;
   for (std::size_t i = 1; i < corners.size(); ++i) span_m += (corners[i] - corners[i - 1]).norm();
-  if (span_m < kStep_m) return kRoundings.front();
+  if (span_m < kCheck_m) return kRoundings.front();
   for (const double rounding : kRoundings) {
     const Route route(corners, rounding);
-    bool free = true;
-    // Where the vehicle stands already it does not help to refuse.
-    for (double s = 0.5; free && s < route.length_m(); s += kStep_m) {
-      free = clearance.free_at(route.point_at(s), shape);
-    }
-    if (free) return rounding;
+    const auto point_at = [&route](double s) { return route.point_at(s); };
+    if (is_free(clearance, route.length_m(), point_at)) return rounding;
   }
   return std::nullopt;
 }
@@ -116,10 +166,10 @@ Result<PlannedWay> plan_in(const NavigationGrid& grid, const Clearance& clearanc
                            std::span<const Vec3> places, double moved_m) {
   const Result<std::vector<Vec3>> corners = corners_through(grid, from, places, moved_m);
   if (!corners) return tl::make_unexpected(corners.error());
-  std::vector<Vec3> way = on_the_ground(grid, *corners);
+  const std::vector<Vec3> way = on_the_ground(grid, without_near_corners(clearance, *corners));
   const std::optional<double> rounding = rounding_for(clearance, way);
   if (!rounding) return fail(ErrorCode::kNoAnswer, "way", "it touches something");
-  return PlannedWay{std::move(way), *rounding};
+  return PlannedWay{way, *rounding};
 }
 
 TriangleMesh with_vehicles(const TriangleMesh& mesh, std::span<const Vec3> others) {

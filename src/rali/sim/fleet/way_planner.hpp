@@ -24,7 +24,7 @@ class WayPlanner {
   [[nodiscard]] static Result<WayPlanner> make(const TriangleMesh& mesh);
 
   /// From `from` through `places` in order. An end that is too near to an obstacle is moved to the
-  /// nearest free place within 1.5 m.
+  /// nearest free place within 1.5 m from which a path leads on.
   /// @param others  where other vehicles stand, to go around them
   /// Errors (kNoAnswer): no free place near an end, or no way between two.
   [[nodiscard]] Result<PlannedWay> plan(const geometry::Vec3& from,
