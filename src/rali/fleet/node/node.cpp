@@ -153,7 +153,10 @@ void Node::on(const VehicleStatus& status, VehicleId from) {
 }
 
 void Node::on(const Table& table, VehicleId from) {
-  if (!accept_table(role_, from, table.term, table.revision)) return;
+  if (accept_table(role_, from, table.term, table.revision)) keep(table);
+}
+
+void Node::keep(const Table& table) {
   for (const TableFrame& frame : table.frames) frames_[frame.stream] = frame.T_map_odom;
   for (const TablePose& pose : table.poses) {
     KeyframePose& known = poses_[{pose.stream.vehicle, pose.keyframe}];

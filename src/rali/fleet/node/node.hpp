@@ -98,6 +98,7 @@ class Node {
   void survey_tick();
   void tell_map();
   void tell_tables(double moved_m);
+  void keep(const Table& table);
   void tell_boundary();
 
   [[nodiscard]] Survey* any_survey() { return survey_ ? survey_.get() : resting_.get(); }

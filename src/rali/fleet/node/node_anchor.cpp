@@ -31,7 +31,7 @@ void Node::survey_tick() {
 
 void Node::tell_tables(double moved_m) {
   for (Table& table : survey_->tables(role_.durable.term, revision_, moved_m)) {
-    for (const TableFrame& frame : table.frames) frames_[frame.stream] = frame.T_map_odom;
+    keep(table);
     post(std::nullopt, std::move(table));
   }
 }

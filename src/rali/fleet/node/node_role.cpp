@@ -159,9 +159,10 @@ void Node::became_anchor(bool new_round) {
   next_estimate_ = next_look_ = next_goals_ = now_;
 }
 
-/// Who was anchor before has cut and drawn the earlier rounds already.
+/// A vehicle that was anchor before goes on with what it has: the earlier rounds are solved, cut
+/// and drawn already.
 void Node::begin_survey() {
-  survey_ = std::move(resting_);
+  if (!survey_) survey_ = std::move(resting_);
   if (survey_) {
     for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
   } else {
@@ -174,7 +175,9 @@ void Node::begin_survey() {
       });
     }
   }
-  if (boundary_) static_cast<void>(survey_->take_over(*boundary_, poses_));
+  // Of an anchor in between; without one its own is the last.
+  const auto boundary = std::exchange(boundary_, std::nullopt);
+  if (boundary) static_cast<void>(survey_->take_over(*boundary, poses_));
 }
 
 void Node::stopped_anchoring() {

@@ -146,22 +146,28 @@ TEST(Node, a_vehicle_that_is_not_levelled_claims_nothing) {
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kStarting);
 }
 
-TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
-  Fleet fleet(2);
-  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
-  fleet.run(5.0);
-  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+/// The second vehicle hears the first one well, then too weakly, until it has finished.
+/// @return why, as the anchor has it
+FinishReason hear_weakly(Fleet& fleet) {
   for (int k = 0; k < 30; ++k) {
     fleet.give(1, HeardRadio{id(0), -60.0});
     fleet.step(0.1);
   }
   // Three packets below -85 dBm are a weak radio, which is latched.
-  const auto told = [&] { return fleet.nodes[0].rounds().finished(id(1)); };
-  for (int k = 0; k < 30 && told() == FinishReason::kNone; ++k) {
+  const auto reason = [&] { return fleet.nodes[0].rounds().finished(id(1)); };
+  for (int k = 0; k < 30 && reason() == FinishReason::kNone; ++k) {
     fleet.give(1, HeardRadio{id(0), -90.0});
     fleet.step(0.1);
   }
-  EXPECT_EQ(told(), FinishReason::kSignal);
+  return reason();
+}
+
+TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  fleet.run(5.0);
+  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  EXPECT_EQ(hear_weakly(fleet), FinishReason::kSignal);
   fleet.run(1.0);
   EXPECT_TRUE(fleet.did(0, RoleActionKind::kSealed));
   ASSERT_FALSE(fleet.nodes[0].rounds().rounds().empty());
@@ -170,6 +176,40 @@ TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
   // Nothing is mapped, so nobody is better than the anchor itself: it goes on in a new round.
   EXPECT_GE(fleet.nodes[0].term(), 2U);
   EXPECT_GE(fleet.nodes[1].rounds().rounds().size(), 2U);
+}
+
+// It once threw its map and the estimate of the finished rounds away, and solved the whole mission
+// anew.
+TEST(Node, an_anchor_that_follows_itself_goes_on_with_its_map) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  fleet.run(5.0);
+  const Node& anchor = fleet.nodes[0];
+  ASSERT_EQ(anchor.mode(), Mode::kAnchor);
+  fleet.run(35.0);
+  ASSERT_NE(anchor.survey(), nullptr);
+  const auto solved = [&] {
+    return anchor.survey()->work().whole + anchor.survey()->work().rounds;
+  };
+  const std::size_t before = solved();
+  EXPECT_GE(before, 3U);
+  hear_weakly(fleet);
+  for (int k = 0; k < 300 && anchor.rounds().rounds().size() < 2; ++k) fleet.step(0.1);
+  ASSERT_EQ(anchor.rounds().rounds().size(), 2U);
+  ASSERT_EQ(anchor.rounds().rounds()[1].anchor, id(0));
+  ASSERT_NE(anchor.survey(), nullptr);
+  EXPECT_GE(solved(), before) << "it is the same one";
+}
+
+// The next anchor starts from what the last one told. What this one told itself was missing when
+// it became anchor again, and nothing of the other's estimate could be used.
+TEST(Node, an_anchor_keeps_what_it_tells_of_keyframes) {
+  Fleet fleet(2);
+  for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
+  fleet.run(5.0);
+  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+  ASSERT_FALSE(fleet.nodes[1].map_poses().empty());
+  EXPECT_EQ(fleet.nodes[0].map_poses().size(), fleet.nodes[1].map_poses().size());
 }
 
 /// Two vehicles whose first anchor has just heard that the second is the next.
