@@ -255,8 +255,32 @@ void FrontierBook::visited(const Vec2& place_map_m) {
   }
 }
 
+void FrontierBook::found_no_path(VehicleId vehicle, const Vec2& place_map_m) {
+  if (has_no_path(vehicle, place_map_m)) return;
+  if (no_path_.size() >= kBookMax) no_path_.erase(no_path_.begin());
+  no_path_.push_back({vehicle, place_map_m});
+}
+
+bool FrontierBook::has_no_path(VehicleId vehicle, const Vec2& place_map_m) const {
+  return std::any_of(no_path_.begin(), no_path_.end(), [&](const NoPath& n) {
+    return n.vehicle == vehicle && (n.place_map_m - place_map_m).norm() <= kSame_m;
+  });
+}
+
+void FrontierBook::give_up_unreached(std::vector<FrontierArea>& frontiers,
+                                     std::span<const VehicleId> vehicles) const {
+  if (vehicles.empty()) return;
+  for (FrontierArea& f : frontiers) {
+    if (f.state != FrontierState::kOpen) continue;
+    f.tried = std::all_of(vehicles.begin(), vehicles.end(),
+                          [&](VehicleId v) { return has_no_path(v, f.centre_map_m); });
+    if (f.tried) f.state = FrontierState::kUnreachable;
+  }
+}
+
 void FrontierBook::take(const FrontierMemory& newer) {
   entries_.clear();
+  no_path_ = newer.no_path;
   for (const NamedFrontier& f : newer.named) entries_.push_back({f, true});
   last_id_ = std::max(last_id_, newer.last_id);
 }
@@ -265,6 +289,7 @@ FrontierMemory FrontierBook::memory() const {
   FrontierMemory memory;
   for (const Entry& e : entries_) memory.named.push_back(e.frontier);
   memory.last_id = last_id_;
+  memory.no_path = no_path_;
   return memory;
 }
 

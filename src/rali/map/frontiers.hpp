@@ -55,6 +55,7 @@ struct FrontierArea {
   double size = 0.0;        ///< by FrontierSettings::size: cells, m or m2
   std::size_t nearest = 0;  ///< which of the places has the shortest way to it
   double path_m = 0.0;      ///< length of that way; infinite if unreachable
+  bool tried = false;       ///< unreachable though the map shows a path: no vehicle found one
 };
 
 /// All frontiers of a map, by their first cell: free cells with an unknown neighbour that a vehicle
@@ -89,6 +90,16 @@ class FrontierBook {
   /// A vehicle has arrived here, on its way to a frontier or by chance; once per arrival.
   void visited(const geometry::Vec2& place_map_m);
 
+  /// A vehicle that was sent here found no path. Unlike a visit this tells nothing about what
+  /// lies behind.
+  void found_no_path(VehicleId vehicle, const geometry::Vec2& place_map_m);
+
+  [[nodiscard]] bool has_no_path(VehicleId vehicle, const geometry::Vec2& place_map_m) const;
+
+  /// Open frontiers to which none of the vehicles found a path become kUnreachable.
+  void give_up_unreached(std::vector<FrontierArea>& frontiers,
+                         std::span<const VehicleId> vehicles) const;
+
   /// Goes on where somebody else's newer book ends: frontiers keep their names and their visits.
   void take(const FrontierMemory& newer);
 
@@ -105,6 +116,7 @@ class FrontierBook {
 
   FrontierSettings settings_;
   std::vector<Entry> entries_;  ///< one per frontier of the last list
+  std::vector<NoPath> no_path_;
   std::uint32_t last_id_ = 0;
 };
 

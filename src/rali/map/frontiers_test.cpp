@@ -224,6 +224,30 @@ TEST(FrontierBook, goes_on_where_another_one_ends) {
   EXPECT_EQ(list[0].id, 21U) << "no name is given twice";
 }
 
+TEST(FrontierBook, gives_up_what_every_vehicle_found_no_path_to_and_passes_it_on) {
+  const CellMap map = drawn(kCorridor);
+  const std::vector<VehicleId> fleet = {VehicleId{0}, VehicleId{1}};
+  const auto look = [&](FrontierBook& book) {
+    auto list = found(map, {0.5, 0.7}, FrontierSettings{});
+    book.name(list);
+    book.give_up_unreached(list, fleet);
+    return list[0];
+  };
+  FrontierBook first{FrontierSettings{}};
+  const Vec2 centre = look(first).centre_map_m;
+  for (int k = 0; k < 5; ++k) first.found_no_path(fleet[1], centre);
+  EXPECT_EQ(look(first).state, FrontierState::kOpen) << "the other may get there";
+  EXPECT_TRUE(first.has_no_path(fleet[1], centre + Vec2(0.3, 0.0)));
+  EXPECT_FALSE(first.has_no_path(fleet[1], centre + Vec2(1.0, 0.0)));
+  EXPECT_FALSE(first.has_no_path(fleet[0], centre));
+  FrontierBook second{FrontierSettings{}};
+  second.take(first.memory());
+  second.found_no_path(fleet[0], centre);
+  const FrontierArea given_up = look(second);
+  EXPECT_EQ(given_up.state, FrontierState::kUnreachable);
+  EXPECT_TRUE(given_up.tried);
+}
+
 TEST(PathField, goes_around_a_wall_the_short_way) {
   const CellMap map = drawn({".......", ".......", "..####.", ".......", "......."});
   const auto passable = passable_cells(map, 0.0);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "rali/base/ids.hpp"
 #include "rali/geometry/types.hpp"
 
 namespace rali::map {
@@ -17,10 +18,19 @@ struct NamedFrontier {
   bool operator==(const NamedFrontier&) const = default;
 };
 
+/// A place to which a vehicle was sent and found no path.
+struct NoPath {
+  VehicleId vehicle;
+  geometry::Vec2 place_map_m = geometry::Vec2::Zero();
+
+  bool operator==(const NoPath&) const = default;
+};
+
 /// What a FrontierBook knows.
 struct FrontierMemory {
   std::vector<NamedFrontier> named;
   std::uint32_t last_id = 0;  ///< the highest that was ever given
+  std::vector<NoPath> no_path = {};
 
   bool operator==(const FrontierMemory&) const = default;
 };

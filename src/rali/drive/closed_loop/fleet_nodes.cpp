@@ -28,6 +28,8 @@ fleet::DriveState state_of(sim::DriveStatus status) {
       return fleet::DriveState::kArrived;
     case sim::DriveStatus::kUnreachable:
       return fleet::DriveState::kUnreachable;
+    case sim::DriveStatus::kBlocked:
+      return fleet::DriveState::kBlocked;
   }
   return fleet::DriveState::kStanding;
 }

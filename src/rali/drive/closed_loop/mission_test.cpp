@@ -48,6 +48,18 @@ Simulation narrow_corridor() {
   return driven(std::move(world), 2);
 }
 
+/// A room with a second one behind a gap of 0.7 m: rays and a map of cells of 0.2 m show a path
+/// through it, vehicles need 0.76 m.
+Simulation room_behind_a_gap() {
+  sim::World world;
+  world.mesh.add_box({4.0, 0.0, 0.0}, {14.0, 8.0, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({5.0, -2.125, 0.0}, {0.2, 3.75, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({5.0, 2.225, 0.0}, {0.2, 3.55, 3.0}, 0.0, 0.6);
+  world.route = {{0.0, 0.0, 0.0}, {3.0, 0.0, 0.0}};
+  world.starts = {{{0.0, 0.0, 0.0}, 0.0}, {{-1.0, 2.0, 0.0}, 0.0}};
+  return driven(std::move(world), 2);
+}
+
 /// Ground and two walls, 40 m long and 5 m apart; behind either end is nothing that a ray could
 /// meet.
 Simulation open_tunnel(double start_x_m) {
@@ -196,6 +208,31 @@ TEST(Mission, whoever_stands_at_a_frontier_has_come_to_it) {
     ASSERT_TRUE(mission.has_value()) << mission.error().message();
     EXPECT_TRUE(fleet.nodes().log().explored) << "begun at " << start_x_m << " m";
   }
+}
+
+// Each vehicle once tried the same frontier again in every round, or it counted as seen since two
+// drives to it had ended elsewhere.
+TEST(Mission, ends_when_each_vehicle_has_found_no_path_to_what_is_left_and_names_it) {
+  const Simulation sim = room_behind_a_gap();
+  ExactFleet fleet(*sim, without_loops());
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(600.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  EXPECT_TRUE(mission->finished);
+  EXPECT_LT(mission->duration_s, 120.0);
+  const MissionLog log = fleet.nodes().log();
+  EXPECT_TRUE(log.explored);
+  EXPECT_LE(log.rounds.size(), 3U);
+  std::size_t tried = 0;
+  for (const fleet::FrontierRow& row : log.frontiers) {
+    if (row.round != log.rounds.size()) continue;
+    EXPECT_NE(row.state, map::FrontierState::kOpen) << row.x_m << ' ' << row.y_m;
+    if (!row.tried) continue;
+    ++tried;
+    EXPECT_EQ(row.state, map::FrontierState::kUnreachable);
+    EXPECT_EQ(row.reason, "no vehicle that was sent there found a path");
+    EXPECT_GT(row.x_m, 4.5) << "behind the gap";
+  }
+  EXPECT_GE(tried, 1U);
 }
 
 TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_anybody_held) {

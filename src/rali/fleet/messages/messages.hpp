@@ -170,6 +170,21 @@ enum class Mode : std::uint8_t {
   kHolding  ///< stands until the new anchor has its ranges to it
 };
 
+/// How a drive to a goal goes.
+enum class DriveState : std::uint8_t {
+  kStanding,  ///< no goal
+  kDriving,
+  kArrived,
+  kUnreachable,  ///< given up: no path leads there
+  kBlocked       ///< given up: another vehicle stands in every path
+};
+
+/// How the drive to a goal ended: arrived, unreachable or blocked.
+struct DriveEnd {
+  DriveState state = DriveState::kArrived;
+  geometry::Vec3 goal_map_m = geometry::Vec3::Zero();
+};
+
 /// How a vehicle is, once a second.
 struct VehicleStatus {
   std::uint32_t epoch = 0;
@@ -184,6 +199,8 @@ struct VehicleStatus {
   bool at_rest = false;
   double rssi_dbm = 0.0;  ///< median to the anchor; 0: not known
   Time t_send;            ///< on the sender's own clock
+  /// Of the goal that it has; none: it is on its path, or has no goal.
+  std::optional<DriveEnd> drive_end;
 };
 
 /// The edge of what is known, and how much lies behind it (10.2).

@@ -10,6 +10,8 @@ using map::FrontierState;
 
 namespace {
 
+constexpr double kSameGoal_m = 0.05;  ///< as Node::drive() has it
+
 /// The point of a way nearest to a place, and the way's end.
 std::vector<Vec2> via_and_end(const std::vector<Vec2>& path, const Vec2& place) {
   Vec2 via = path.front();
@@ -22,12 +24,6 @@ std::vector<Vec2> via_and_end(const std::vector<Vec2>& path, const Vec2& place) 
     if ((q - place).norm() < (via - place).norm()) via = q;
   }
   return {via, path.back()};
-}
-
-/// Of a place from a way.
-double distance_to(const std::vector<Vec2>& path, const Vec2& place) {
-  const std::vector<Vec2> via = via_and_end(path, place);
-  return (via.front() - place).norm();
 }
 
 }  // namespace
@@ -64,6 +60,11 @@ void Errands::find(std::span<const Whereabouts> fleet) {
   for (const Whereabouts& w : fleet) fields.emplace_back(map_, passable_, w.place_map_m);
   frontiers_ = map::find_frontiers(map_, passable_, fields, settings_.frontiers);
   book_.name(frontiers_);
+  std::vector<VehicleId> vehicles;
+  for (const Whereabouts& w : fleet) {
+    if (!w.lost) vehicles.push_back(w.vehicle);
+  }
+  book_.give_up_unreached(frontiers_, vehicles);
 }
 
 bool Errands::look(const Survey& survey, std::span<const Whereabouts> fleet,
@@ -104,17 +105,15 @@ void Errands::settle(std::span<const Whereabouts> fleet, Time now) {
 bool Errands::settled(Errand& errand, const Whereabouts& at, Time now) {
   if (!at.at_rest) errand.moved = now;
   const Vec2& goal = errand.places_map_m.back();
-  const double rests_s = seconds_between(std::max(errand.moved, errand.since), now);
-  const bool there = (at.place_map_m - goal).norm() <= settings_.arrive_m;
-  if (there && at.at_rest && rests_s >= settings_.look_s) {
-    book_.visited(errand.frontier_map_m);
-    return true;
-  }
-  if (rests_s >= settings_.stuck_s) {
-    // Behind somebody who stands there may be a lot to see; a wall of glass stays one.
-    if (errand.beside) shut_off_.insert(errand.vehicle);
-    if (!errand.beside) book_.visited(errand.frontier_map_m);
-    missed_.emplace_back(errand.vehicle, errand.frontier_map_m);
+  if (at.drive_end && (at.drive_end->goal_map_m.head<2>() - goal).norm() <= kSameGoal_m) {
+    if (at.drive_end->state != DriveState::kArrived) {
+      gave_up(errand, at.drive_end->state);
+      return true;
+    }
+    // Its keyframe from there has to arrive first.
+    const double rests_s = seconds_between(std::max(errand.moved, errand.since), now);
+    if (!at.at_rest || rests_s < settings_.look_s) return false;
+    arrived(errand);
     return true;
   }
   // Seen from afar: nothing unknown is left where it was going.
@@ -122,6 +121,25 @@ bool Errands::settled(Errand& errand, const Whereabouts& at, Time now) {
     return f.state == FrontierState::kOpen &&
            (f.centre_map_m - errand.frontier_map_m).norm() <= settings_.taken_m;
   });
+}
+
+/// At the frontier, or as near to it as it may come in this round.
+void Errands::arrived(const Errand& errand) {
+  if (errand.cut) {
+    missed_.emplace_back(errand.vehicle, errand.frontier_map_m);
+  } else {
+    book_.visited(errand.frontier_map_m);
+  }
+}
+
+/// Another vehicle in the path leaves in a later round; a path that does not exist never will.
+void Errands::gave_up(const Errand& errand, DriveState state) {
+  if (state == DriveState::kUnreachable) {
+    book_.found_no_path(errand.vehicle, errand.frontier_map_m);
+    return;
+  }
+  shut_off_.insert(errand.vehicle);
+  missed_.emplace_back(errand.vehicle, errand.frontier_map_m);
 }
 
 std::vector<std::size_t> Errands::open_frontiers() const {
@@ -151,15 +169,15 @@ std::vector<FrontierSpot> Errands::spots_of(const std::vector<std::size_t>& whic
   return spots;
 }
 
-std::vector<std::size_t> Errands::missed_by(VehicleId vehicle,
-                                            std::span<const FrontierSpot> spots) const {
+std::vector<std::size_t> Errands::missed_by(VehicleId vehicle, std::span<const FrontierSpot> spots,
+                                            bool in_this_round) const {
   std::vector<std::size_t> out;
   for (std::size_t k = 0; k < spots.size(); ++k) {
+    const Vec2& centre = spots[k].centre_map_m;
     const bool missed = std::any_of(missed_.begin(), missed_.end(), [&](const auto& m) {
-      return m.first == vehicle &&
-             (m.second - spots[k].centre_map_m).norm() <= settings_.frontiers.visit_m;
+      return m.first == vehicle && (m.second - centre).norm() <= settings_.frontiers.visit_m;
     });
-    if (missed) out.push_back(k);
+    if ((in_this_round && missed) || book_.has_no_path(vehicle, centre)) out.push_back(k);
   }
   return out;
 }
@@ -172,7 +190,7 @@ void Errands::send(const Survey& survey, std::span<const Whereabouts> fleet,
   for (const Whereabouts& w : fleet) {
     Traveller t{w.vehicle, w.place_map_m, w.stands, has_passed(w.vehicle), w.no_further};
     t.wide = shut_off_.contains(w.vehicle);
-    t.missed = missed_by(w.vehicle, spots);
+    t.missed = missed_by(w.vehicle, spots, true);
     const bool busy = std::any_of(errands_.begin(), errands_.end(),
                                   [&](const Errand& e) { return e.vehicle == w.vehicle; });
     any = any || (!w.stands && !busy);
@@ -202,15 +220,11 @@ Errands::Errand Errands::errand_of(const PlannedGoal& goal, const FrontierSpot& 
   errand.vehicle = goal.vehicle;
   errand.frontier = frontier.id;
   errand.frontier_map_m = frontier.centre_map_m;
-  errand.passes = goal.passes && anchor.has_value();
+  errand.cut = goal.cut;
   errand.places_map_m = {goal.path_map_m.back()};
-  if (errand.passes) {
+  if (goal.passes && anchor) {
     errand.places_map_m = via_and_end(goal.path_map_m, fleet[*anchor].place_map_m);
   }
-  errand.beside = std::any_of(fleet.begin(), fleet.end(), [&](const Whereabouts& w) {
-    const bool other = w.vehicle != goal.vehicle && w.stands;
-    return other && distance_to(goal.path_map_m, w.place_map_m) <= settings_.rounds.goals.around_m;
-  });
   errand.since = errand.moved = now;
   return errand;
 }
@@ -233,7 +247,7 @@ GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> flee
     const Whereabouts& w = fleet[i];
     Traveller t{w.vehicle, w.place_map_m, w.lost || i == anchor, true, false};
     t.wide = missed_counts && shut_off_.contains(w.vehicle);
-    if (missed_counts) t.missed = missed_by(w.vehicle, spots);
+    t.missed = missed_by(w.vehicle, spots, missed_counts);
     travellers.push_back(std::move(t));
   }
   GoalSettings goals = settings_.rounds.goals;

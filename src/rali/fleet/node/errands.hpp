@@ -21,6 +21,7 @@ struct Whereabouts {
   bool stands = false;      ///< anchor, or finished
   bool no_further = false;  ///< no goal farther from the anchor
   bool lost = false;        ///< nothing was heard of it for long: it stands there for good
+  std::optional<DriveEnd> drive_end = {};  ///< of its goal, if the drive has ended
 };
 
 /// Who is on the way to which frontier. A goal lives until it is reached, missed, or seen from
@@ -62,8 +63,7 @@ class Errands {
     std::uint32_t frontier = 0;  ///< id
     geometry::Vec2 frontier_map_m = geometry::Vec2::Zero();
     std::vector<geometry::Vec2> places_map_m;
-    bool passes = false;
-    bool beside = false;  ///< its way leads close by somebody who stands
+    bool cut = false;  ///< ends before the frontier
     Time since;
     Time moved;  ///< when it was last seen moving
   };
@@ -79,13 +79,18 @@ class Errands {
   void find(std::span<const Whereabouts> fleet);
   void settle(std::span<const Whereabouts> fleet, Time now);
   [[nodiscard]] bool settled(Errand& errand, const Whereabouts& at, Time now);
+  void arrived(const Errand& errand);
+  void gave_up(const Errand& errand, DriveState state);
   void send(const Survey& survey, std::span<const Whereabouts> fleet,
             std::optional<std::size_t> anchor, Time now);
   [[nodiscard]] std::vector<std::size_t> open_frontiers() const;
   [[nodiscard]] std::vector<std::size_t> free_frontiers() const;
   [[nodiscard]] std::vector<FrontierSpot> spots_of(const std::vector<std::size_t>& which) const;
+  /// Indices of spots that a vehicle is not sent to: it found no path, or did not get there in this
+  /// round.
   [[nodiscard]] std::vector<std::size_t> missed_by(VehicleId vehicle,
-                                                   std::span<const FrontierSpot> spots) const;
+                                                   std::span<const FrontierSpot> spots,
+                                                   bool in_this_round) const;
   [[nodiscard]] Errand errand_of(const PlannedGoal& goal, const FrontierSpot& frontier,
                                  std::span<const Whereabouts> fleet,
                                  std::optional<std::size_t> anchor, Time now) const;
@@ -101,7 +106,7 @@ class Errands {
   std::vector<Errand> errands_;
   // Of this round:
   std::vector<std::pair<VehicleId, geometry::Vec2>> missed_;  ///< frontiers
-  std::set<VehicleId> shut_off_;                              ///< could not get past somebody
+  std::set<VehicleId> shut_off_;                              ///< another vehicle blocked them
   std::map<VehicleId, Passage> passages_;                     ///< by the anchor
 };
 

@@ -39,8 +39,6 @@ struct HeardRadio {
   double rssi_dbm = 0.0;
 };
 
-enum class DriveState : std::uint8_t { kStanding, kDriving, kArrived, kUnreachable };
-
 /// How the drive to the place of order `number` goes.
 struct DriveStatus {
   std::uint64_t number = 0;

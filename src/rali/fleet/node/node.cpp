@@ -114,9 +114,15 @@ void Node::on(const HeardRadio& event) {
 void Node::on(const DriveStatus& event) {
   const bool news = event.number != drive_.number || event.state != drive_.state;
   drive_ = event;
-  if (!news || event.number != order_.number) return;
-  input_.goal_reached |= event.state == DriveState::kArrived;
-  input_.goal_missed |= event.state == DriveState::kUnreachable;
+  if (news) next_status_ = now_;
+}
+
+std::optional<DriveEnd> Node::drive_end() const {
+  const bool ended = drive_.state == DriveState::kArrived ||
+                     drive_.state == DriveState::kUnreachable ||
+                     drive_.state == DriveState::kBlocked;
+  if (!ended || drive_.number != order_.number || order_.places_map_m.empty()) return std::nullopt;
+  return DriveEnd{drive_.state, order_.places_map_m.back()};
 }
 
 void Node::on(const Envelope& event) {
@@ -229,6 +235,7 @@ VehicleStatus Node::status() const {
   s.mode = mode();
   s.at_rest = !is_moving();
   s.t_send = now_;
+  s.drive_end = drive_end();
   if (!pose_) return s;
   s.T_odom_body = pose_->T_odom_body;
   s.sigma_m = pose_->sigma_m;

@@ -119,6 +119,7 @@ class Node {
   [[nodiscard]] std::vector<geometry::Vec3> way_back() const;
 
   [[nodiscard]] VehicleStatus status() const;
+  [[nodiscard]] std::optional<DriveEnd> drive_end() const;
   [[nodiscard]] std::optional<geometry::Vec3> place_of(VehicleId vehicle) const;
 
   [[nodiscard]] bool is_moving() const { return !standing_since_.has_value(); }

@@ -71,6 +71,7 @@ std::vector<Whereabouts> Node::whereabouts() const {
     const VehicleStatus* told = vehicle == self_ ? nullptr : &peers_.at(vehicle).status;
     w.stands = told == nullptr || told->mode == Mode::kHolding;
     w.at_rest = told == nullptr ? !is_moving() : told->at_rest;
+    if (told != nullptr) w.drive_end = told->drive_end;
     if (const auto tag = tags_.find(vehicle); tag != tags_.end()) {
       // Who has only seen all of its surroundings goes on when something new comes up.
       const bool idle = tag->second == FinishReason::kNone ||

@@ -38,7 +38,6 @@ struct NodeSettings {
   double moved_m = 0.02;
   double rest_s = 1.0;
   double arrive_m = 2.0;
-  double stuck_s = 7.0;
   double taken_m = 4.0;
   double choice_wait_s = 15.0;
   double back_m = 3.0;
@@ -61,7 +60,6 @@ struct NodeSettings {
     v("moved_m", moved_m, 0.0, 10.0, "keyframes that moved more are told anew [m]");
     v("rest_s", rest_s, 0.0, 60.0, "not at rest for so long is moving [s]");
     v("arrive_m", arrive_m, 0.1, 20.0, "who rests nearer than this to its goal has arrived [m]");
-    v("stuck_s", stuck_s, 1.0, 600.0, "who rests elsewhere for so long has missed it [s]");
     v("taken_m", taken_m, 0.0, 50.0, "frontiers nearer than this to a goal are taken [m]");
     v("choice_wait_s", choice_wait_s, 0.0, 600.0, "for the best next anchor to have all facts [s]");
     v("back_m", back_m, 0.0, 50.0, "driven back where ranges were lost [m]");

@@ -78,8 +78,6 @@ std::optional<double> FinishWatch::distance_m(const FinishInput& input) const {
 }
 
 FinishReason FinishWatch::latching(const FinishInput& input) {
-  if (input.goal_reached) missed_ = 0.0;
-  if (input.goal_missed) missed_ += 1.0;
   const auto rssi = rssi_median_dbm();
   const auto far = distance_m(input);
   if (input.operator_stop) return FinishReason::kOperator;
@@ -90,7 +88,6 @@ FinishReason FinishWatch::latching(const FinishInput& input) {
   if (is_number(input.battery_share) && *input.battery_share < settings_.battery_min) {
     return FinishReason::kBattery;
   }
-  if (missed_ >= settings_.unreachable_max) return FinishReason::kUnreachable;
   return FinishReason::kNone;
 }
 
@@ -102,9 +99,7 @@ FinishReason FinishWatch::clearing(const FinishInput& input, FinishView& view) {
   }
   const bool explored =
       explored_since_ && seconds_between(*explored_since_, input.t) >= settings_.explored_hold_s;
-  if (explored) {
-    return beyond_ || missed_ > 0.0 ? FinishReason::kUnreachable : FinishReason::kExplored;
-  }
+  if (explored) return beyond_ ? FinishReason::kUnreachable : FinishReason::kExplored;
   if (settings_.rule == FinishRule::kPaper) return FinishReason::kNone;
   if (ranges_are_lost(input, view)) return FinishReason::kRangeLost;
   unsure_ = is_unsure(input);

@@ -23,10 +23,8 @@ struct FinishInput {
   std::optional<bool> frontier_left;  ///< a reachable one of its own; none: not looked yet
   bool frontier_beyond = false;       ///< one that nobody is on the way to: it has no way there
   bool moves = false;
-  bool blind = false;        ///< the LiDAR does not tell a direction of travel here
-  double sigma_m = 0.0;      ///< of its place
-  bool goal_missed = false;  ///< gave up on the way to a goal since the last input
-  bool goal_reached = false;
+  bool blind = false;    ///< the LiDAR does not tell a direction of travel here
+  double sigma_m = 0.0;  ///< of its place
   std::optional<double> battery_share;
   bool timeout = false;
   bool operator_stop = false;
@@ -41,7 +39,7 @@ struct FinishView {
 
 /// When a tag has finished its part of the round (algorithms_fleet 10.1; paper "System
 /// Definition"): radio too weak, anchor too far, or surroundings explored; `robust` adds ranges
-/// lost in a blind stretch, an unsure place, goals missed, battery. Radio and distance are latched:
+/// lost in a blind stretch, an unsure place, battery. Radio and distance are latched:
 /// a vehicle at the edge must not start and stop. An unsure place is one that has become so in this
 /// round: in a long tunnel sigma grows from stand to stand, and standing does not lessen it; and
 /// not beside the anchor, where ranges tell nothing of the way: who stops there stays unsure, who
@@ -78,7 +76,6 @@ class FinishWatch {
   bool unsure_ = false;
   double least_sigma_m_ = std::numeric_limits<double>::infinity();  ///< in this round
   bool beyond_ = false;                                             ///< at the last look
-  double missed_ = 0.0;                                             ///< goals in a row
   FinishReason latch_ = FinishReason::kNone;
 };
 

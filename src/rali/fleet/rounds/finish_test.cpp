@@ -97,18 +97,6 @@ TEST(FinishWatch, says_unreachable_where_frontiers_are_left_to_which_it_has_no_w
   EXPECT_EQ(watch.step(in).reason, FinishReason::kExplored) << "nothing is left beyond";
 }
 
-TEST(FinishWatch, whose_last_goal_was_missed_has_not_explored_all) {
-  FinishWatch watch{FinishSettings{}};
-  FinishInput in = at(0.0);
-  in.goal_missed = true;
-  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone) << "one of three";
-  in = at(1.0);
-  in.frontier_left = false;
-  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
-  in.t = Time::from_s(6.1);
-  EXPECT_EQ(watch.step(in).reason, FinishReason::kUnreachable);
-}
-
 TEST(FinishWatch, warns_a_tenth_of_the_distance_and_five_decibels_before) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
@@ -230,19 +218,9 @@ TEST(FinishWatch, what_was_unsure_when_the_round_began_does_not_end_it) {
   EXPECT_EQ(reason_at(5.0, 0.51), FinishReason::kNone);
 }
 
-TEST(FinishWatch, three_goals_missed_in_a_row_a_low_battery_and_the_operator_end_it) {
-  FinishWatch missed{FinishSettings{}};
-  for (int k = 0; k < 5; ++k) {
-    FinishInput in = at(k);
-    in.goal_missed = k != 2;
-    in.goal_reached = k == 2;  // two, a success, two: not three in a row
-    EXPECT_EQ(missed.step(in).reason, FinishReason::kNone) << k;
-  }
-  FinishInput in = at(5.0);
-  in.goal_missed = true;
-  EXPECT_EQ(missed.step(in).reason, FinishReason::kUnreachable);
+TEST(FinishWatch, a_low_battery_and_the_operator_end_it) {
   FinishWatch battery{FinishSettings{}};
-  in = at(0.0);
+  FinishInput in = at(0.0);
   in.battery_share = 0.05;
   EXPECT_EQ(battery.step(in).reason, FinishReason::kBattery);
   FinishWatch stopped{FinishSettings{}};
@@ -260,7 +238,6 @@ TEST(FinishWatch, the_paper_knows_radio_distance_and_explored_only) {
     in.blind = true;
     in.sigma_m = 5.0;
     in.battery_share = 0.01;
-    in.goal_missed = true;
     const FinishView view = watch.step(in);
     EXPECT_EQ(view.reason, FinishReason::kNone);
     EXPECT_FALSE(view.drive_back);

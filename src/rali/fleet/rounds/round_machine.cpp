@@ -16,7 +16,8 @@ std::string reason_of(const map::FrontierArea& f) {
     case map::FrontierState::kTooSmall:
       return "shorter than frontiers.length_min_m";
     case map::FrontierState::kUnreachable:
-      return "no way to it between the obstacles";
+      return f.tried ? "no vehicle that was sent there found a path"
+                     : "no path to it between the obstacles";
   }
   return {};
 }
@@ -134,6 +135,7 @@ void RoundMachine::frontiers_seen(std::span<const map::FrontierArea> frontiers,
     }
     row.state = f.state;
     row.reason = reason_of(f);
+    row.tried = f.tried;
     any_open = any_open || f.state == map::FrontierState::kOpen;
     now.push_back(std::move(row));
   }

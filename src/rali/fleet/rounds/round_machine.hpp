@@ -55,6 +55,7 @@ struct FrontierRow {
   std::optional<VehicleId> nearest_vehicle;
   map::FrontierState state = map::FrontierState::kOpen;
   std::string reason;  ///< a sentence without a full stop
+  bool tried = false;  ///< map::FrontierArea::tried
 
   bool operator==(const FrontierRow&) const = default;
 };

@@ -19,10 +19,9 @@ struct FinishSettings {
   double range_lost_s = 5.0;
   double max_sigma_m = 0.3;
   double sigma_beyond_m = 5.0;
-  double warn_rssi_db = 5.0;     ///< no goals further out from here on
-  double warn_distance = 0.1;    ///< likewise, share of max_distance_m
-  double unreachable_max = 3.0;  ///< goals given up in a row
-  double battery_min = 0.1;      ///< share
+  double warn_rssi_db = 5.0;   ///< no goals further out from here on
+  double warn_distance = 0.1;  ///< likewise, share of max_distance_m
+  double battery_min = 0.1;    ///< share
 
   template <class V>
   void visit(V& v) {
@@ -38,7 +37,6 @@ struct FinishSettings {
       "but not nearer to the anchor, where its ranges are across the way [m]");
     v("warn_rssi_db", warn_rssi_db, 0.0, 50.0, "no goals further out, this much before [dB]");
     v("warn_distance", warn_distance, 0.0, 1.0, "likewise, share of the distance");
-    v("unreachable_max", unreachable_max, 1.0, 100.0, "goals missed in a row likewise");
     v("battery_min", battery_min, 0.0, 1.0, "share of the battery likewise");
   }
 };

@@ -26,10 +26,11 @@ struct DriveCommand {
 };
 
 enum class DriveStatus {
-  kStanding,    ///< has no goal
-  kDriving,     ///< under way, or waiting for another vehicle to pass
-  kArrived,     ///< stands at its goal
-  kUnreachable  ///< gave up: there is no way, or another vehicle stands in it for good
+  kStanding,     ///< has no goal
+  kDriving,      ///< under way, or waiting for another vehicle to pass
+  kArrived,      ///< stands at its goal
+  kUnreachable,  ///< gave up: no path leads there
+  kBlocked       ///< gave up: other vehicles stand in every path for good
 };
 
 /// What a vehicle tells the fleet software about its drive.

@@ -172,7 +172,7 @@ TEST(ClosedLoop, a_goal_behind_a_vehicle_that_fills_the_passage_is_given_up_with
   const auto mission = run_closed_loop(*sim, script);
   ASSERT_TRUE(mission.has_value());
   ASSERT_EQ(script.states.size(), 1U);
-  EXPECT_EQ(script.states[0], DriveStatus::kUnreachable);
+  EXPECT_EQ(script.states[0], DriveStatus::kBlocked);
   EXPECT_LT(mission->duration_s, 45.0) << "10 s of them to drive there";
 }
 

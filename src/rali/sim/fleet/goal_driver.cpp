@@ -54,7 +54,7 @@ void GoalDriver::set_out() {
   if (around_) others = others_in_the_way();
   if (tries_ > options_->blocked_tries || shut_ >= kShut) {
     places_.clear();
-    report_.status = DriveStatus::kUnreachable;
+    report_.status = DriveStatus::kBlocked;
     return;
   }
   const Result<PlannedWay> way = planner_->plan(rover().ground(), places_, others);

@@ -87,6 +87,9 @@ TEST(FleetCodec, fields_of_soft_messages_come_back) {
   EXPECT_EQ(status.mode, status_in.mode);
   EXPECT_EQ(status.blind_azimuth_rad, 1.0);
   EXPECT_EQ(status.T_odom_body.p, status_in.T_odom_body.p);
+  ASSERT_TRUE(status.drive_end);
+  EXPECT_EQ(status.drive_end->state, fleet::DriveState::kBlocked);
+  EXPECT_EQ(status.drive_end->goal_map_m, geometry::Vec3(9.0, 6.0, 0.5));
   const auto goals = std::get<fleet::GoalList>(again(1).message);
   EXPECT_EQ(goals.goals[0].frontier, 1U);
   EXPECT_EQ(goals.frontiers[1].centre_map_m, geometry::Vec3(10.0, 12.0, 0.0));
@@ -149,7 +152,8 @@ TEST(FleetCodec, a_message_that_ends_too_early_is_an_error_wherever_it_ends) {
       const auto lucky = decode_envelope(sealed(cut));
       if (lucky) {
         const Kind kind = fleet::kind_of(lucky->message);
-        EXPECT_TRUE(kind == Kind::kRole || kind == Kind::kGoals) << static_cast<int>(kind);
+        EXPECT_TRUE(kind == Kind::kRole || kind == Kind::kGoals || kind == Kind::kStatus)
+            << static_cast<int>(kind);
       }
     }
   }

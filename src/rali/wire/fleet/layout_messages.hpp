@@ -110,6 +110,12 @@ void layout_status(Body& body, Of& status) {
     a.as_float(status.rssi_dbm);
     a.number(status.t_send.ns);
   });
+  body.optional_section(2, status.drive_end.has_value(), [&](auto& a) {
+    a.maybe(status.drive_end, [](auto& b, auto& end) {
+      b.choice(end.state, fleet::DriveState::kBlocked);
+      b.float3(end.goal_map_m);
+    });
+  });
 }
 
 template <class Archive, class Pose>
@@ -163,6 +169,13 @@ void layout_goals(Body& body, Of& goals) {
       b.as_float(frontier.centre_map_m.y());
       b.as_float(frontier.size);
       b.varint(frontier.visits);
+    });
+  });
+  body.optional_section(3, !goals.memory.no_path.empty(), [&](auto& a) {
+    a.list(goals.memory.no_path, kFrontiersMax, [](auto& b, auto& place) {
+      b.varint(place.vehicle.value);
+      b.as_float(place.place_map_m.x());
+      b.as_float(place.place_map_m.y());
     });
   });
 }

@@ -118,10 +118,13 @@ inline std::vector<fleet::Envelope> all_messages() {
   status.at_rest = true;
   status.rssi_dbm = -80.5;
   status.t_send = Time::from_s(5.0);
+  status.drive_end = {fleet::DriveState::kBlocked, {9.0, 6.0, 0.5}};
   add(status);
   fleet::GoalList goals{4, 8, 1, {{{30.0, 0.5, 0.0}, 9.0}, {{10.0, 12.0, 0.0}, 4.0}}, {}, {}};
   goals.goals = {{VehicleId{2}, {9.0, 6.0, 0.0}, 1}, {VehicleId{3}, {1.0, 2.0, 0.0}, std::nullopt}};
-  goals.memory = {{{7, {30.0, 0.5}, 9.0, 0}, {3, {-5.0, -0.5}, 30.0, 2}}, 300};
+  goals.memory = {{{7, {30.0, 0.5}, 9.0, 0}, {3, {-5.0, -0.5}, 30.0, 2}},
+                  300,
+                  {{VehicleId{2}, {30.0, 0.5}}, {VehicleId{0}, {-1.0, 4.5}}}};
   add(goals);
   return all;
 }
