@@ -37,12 +37,17 @@ Simulation three_rooms() {
   return driven(std::move(world), 3);
 }
 
-/// A corridor of 1.4 m around a corner. The first vehicle stands ahead of the second, which cannot
-/// get past it.
-Simulation narrow_corridor() {
+/// A corridor around a corner. The first vehicle stands ahead of the second, which cannot get past
+/// it.
+Simulation narrow_corridor(double width_m = 1.4) {
+  const double half = 0.5 * width_m;
   sim::World world;
-  world.mesh.add_box({3.0, 5.65, 0.0}, {14.0, 12.7, 2.5}, 0.0, 0.6);
-  world.mesh.add_box({2.3, 6.35, 0.0}, {12.6, 11.3, 2.5}, 0.0, 0.6);
+  const auto box = [&world](double x_m, double low_m) {
+    world.mesh.add_box({0.5 * (x_m - 4.0), 0.5 * (low_m + 12.0), 0.0},
+                       {x_m + 4.0, 12.0 - low_m, 2.5}, 0.0, 0.6);
+  };
+  box(9.3 + half, -half);
+  box(9.3 - half, half);
   world.route = {{0.0, 0.0, 0.0}, {9.3, 0.0, 0.0}, {9.3, 11.0, 0.0}};
   world.starts = {{{3.0, 0.0, 0.0}, 0.0}, {{0.0, 0.0, 0.0}, 0.0}};
   return driven(std::move(world), 2);
@@ -78,10 +83,10 @@ fleet::NodeSettings without_loops() {
   return settings;
 }
 
-fleet::NodeSettings short_of_hearing() {
+fleet::NodeSettings short_of_hearing(double distance_m = 12.0) {
   fleet::NodeSettings settings = without_loops();
-  settings.rounds.finish.max_distance_m = 12.0;
-  settings.rounds.anchor.range_limit_m = 12.0;
+  settings.rounds.finish.max_distance_m = distance_m;
+  settings.rounds.anchor.range_limit_m = distance_m;
   settings.rounds.anchor.range_soft_m = 1.0;
   return settings;
 }
@@ -172,6 +177,21 @@ TEST(Mission, of_a_tag_that_cannot_pass_its_anchor_goes_on_with_the_roles_change
   EXPECT_EQ(log.rounds[1].anchor, VehicleId{1});
   EXPECT_TRUE(log.explored);
   EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(9.3, 11.0, 0.0)));
+}
+
+// The anchor that was left behind had no path past the other vehicle to any frontier, so it stayed
+// anchor, and the mission ended half way.
+TEST(Mission, a_vehicle_behind_closes_up_when_the_one_ahead_is_as_far_as_it_may_be) {
+  const Simulation sim = narrow_corridor(1.8);
+  fleet::NodeSettings settings = short_of_hearing(8.0);
+  settings.explore.range_m = 4.0;
+  ExactFleet fleet(*sim, settings);
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(600.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  EXPECT_TRUE(mission->finished);
+  EXPECT_TRUE(fleet.nodes().log().explored);
+  EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(9.3, 11.0, 0.0)));
+  EXPECT_GT(sim->way_m(1), 3.0) << "v2 has followed";
 }
 
 // Each anchor once counted its own visits: what one had given up the next one opened again, here

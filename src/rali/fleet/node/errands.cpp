@@ -12,6 +12,15 @@ namespace {
 
 constexpr double kSameGoal_m = 0.05;  ///< as Node::drive() has it
 
+AnchorUse use_of(const GoalPlan& plan) {
+  AnchorUse use = AnchorUse::kNone;
+  for (const PlannedGoal& goal : plan.goals) {
+    if (goal.path_map_m.size() < 2) continue;
+    use = std::max(use, goal.reach == Reach::kBlocked ? AnchorUse::kCloseUp : AnchorUse::kExplore);
+  }
+  return use;
+}
+
 /// The point of a way nearest to a place, and the way's end.
 std::vector<Vec2> via_and_end(const std::vector<Vec2>& path, const Vec2& place) {
   Vec2 via = path.front();
@@ -220,7 +229,7 @@ Errands::Errand Errands::errand_of(const PlannedGoal& goal, const FrontierSpot& 
   errand.vehicle = goal.vehicle;
   errand.frontier = frontier.id;
   errand.frontier_map_m = frontier.centre_map_m;
-  errand.cut = goal.cut;
+  errand.cut = goal.is_cut();
   errand.places_map_m = {goal.path_map_m.back()};
   if (goal.passes && anchor) {
     errand.places_map_m = via_and_end(goal.path_map_m, fleet[*anchor].place_map_m);
@@ -245,7 +254,9 @@ GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> flee
   std::vector<Traveller> travellers;
   for (std::size_t i = 0; i < fleet.size(); ++i) {
     const Whereabouts& w = fleet[i];
-    Traveller t{w.vehicle, w.place_map_m, w.lost || i == anchor, true, false};
+    const double apart_m = (w.place_map_m - fleet[anchor].place_map_m).norm();
+    const bool at_edge = apart_m > settings_.rounds.finish.warn_from_m();
+    Traveller t{w.vehicle, w.place_map_m, w.lost || i == anchor, true, at_edge};
     t.wide = missed_counts && shut_off_.contains(w.vehicle);
     t.missed = missed_by(w.vehicle, spots, missed_counts);
     travellers.push_back(std::move(t));
@@ -274,8 +285,7 @@ std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
     AnchorOption option;
     option.candidate = {fleet[i].vehicle, fleet[i].place_map_m};
     const GoalPlan drivable = round_of(i, fleet, spots, axis, missed_counts, link_min);
-    option.helps = std::any_of(drivable.goals.begin(), drivable.goals.end(),
-                               [](const PlannedGoal& g) { return g.path_map_m.size() > 1; });
+    option.use = use_of(drivable);
     // What it is worth is asked as if links held all along: which anchor makes them hold?
     const GoalPlan plan = round_of(i, fleet, spots, axis, missed_counts, 0.0);
     for (const PlannedGoal& goal : plan.goals) {

@@ -45,7 +45,8 @@ class Errands {
   void note_who_stands(std::span<const Whereabouts> fleet);
 
   /// Who should be next anchor where everybody stands, best first, by the last look and by what
-  /// was missed while `anchor` stood. Whoever would stand in everybody's way comes last.
+  /// was missed while `anchor` stood: under whom the others get to a frontier, before whom they
+  /// only close up behind.
   [[nodiscard]] std::vector<VehicleId> next_anchors(const Survey& survey,
                                                     std::span<const Whereabouts> fleet,
                                                     VehicleId anchor) const;

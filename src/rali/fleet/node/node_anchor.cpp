@@ -84,9 +84,8 @@ std::vector<Whereabouts> Node::whereabouts() const {
     w.at_rest = w.at_rest || w.lost;
     if (here && vehicle != self_) {
       const double rssi_dbm = peers_.at(vehicle).status.rssi_dbm;
-      w.no_further =
-          (*place - *here).norm() > finish.max_distance_m * (1.0 - finish.warn_distance) ||
-          (rssi_dbm < 0.0 && rssi_dbm < finish.rssi_stop_dbm + finish.warn_rssi_db);
+      w.no_further = (*place - *here).norm() > finish.warn_from_m() ||
+                     (rssi_dbm < 0.0 && rssi_dbm < finish.rssi_stop_dbm + finish.warn_rssi_db);
     }
     out.push_back(w);
   }

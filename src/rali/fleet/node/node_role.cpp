@@ -136,8 +136,7 @@ bool Node::was_near(const FinishInput& input) {
   const FinishSettings& finish = settings_.rounds.finish;
   const bool heard_well =
       rssi_dbm_ == 0.0 || rssi_dbm_ >= finish.rssi_stop_dbm + finish.warn_rssi_db;
-  const bool close = !input.distance_m ||
-                     *input.distance_m <= finish.max_distance_m * (1.0 - finish.warn_distance);
+  const bool close = !input.distance_m || *input.distance_m <= finish.warn_from_m();
   // Both radios have had their turn by then.
   const bool known = seconds_between(followed_, now_) >= settings_.roles.stand_s;
   was_near_ = was_near_ || (known && heard_well && close);

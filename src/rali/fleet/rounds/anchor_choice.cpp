@@ -115,7 +115,7 @@ std::vector<RankedAnchor> rank_anchors(std::span<const AnchorOption> options,
                                        const AnchorSettings& settings) {
   struct Item {
     RankedAnchor anchor;
-    bool helps;
+    AnchorUse use;
     double far_m;
   };
 
@@ -129,11 +129,11 @@ std::vector<RankedAnchor> rank_anchors(std::span<const AnchorOption> options,
     if (settings.choice == AnchorChoice::kInformed) {
       anchor = best_place(c, field, option.predicted, map, settings);
     }
-    ranked.push_back({anchor, option.helps, far_m});
+    ranked.push_back({anchor, option.use, far_m});
   }
   std::sort(ranked.begin(), ranked.end(), [](const Item& a, const Item& b) {
-    return std::tuple(!a.helps, -a.anchor.score, a.far_m, a.anchor.vehicle) <
-           std::tuple(!b.helps, -b.anchor.score, b.far_m, b.anchor.vehicle);
+    return std::tuple(b.use, -a.anchor.score, a.far_m, a.anchor.vehicle) <
+           std::tuple(a.use, -b.anchor.score, b.far_m, b.anchor.vehicle);
   });
   std::vector<RankedAnchor> out;
   for (const Item& item : ranked) out.push_back(item.anchor);

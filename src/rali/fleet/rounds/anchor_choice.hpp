@@ -77,17 +77,24 @@ struct RankedAnchor {
   double score = 0.0;   ///< V - path_cost * path_m
 };
 
+/// What others can do while a candidate stands, best last.
+enum class AnchorUse : std::uint8_t {
+  kNone,
+  kCloseUp,  ///< nobody gets past it, or another one, but they can come nearer
+  kExplore   ///< somebody has a path to a frontier
+};
+
 /// A candidate and the round that would follow.
 struct AnchorOption {
   AnchorCandidate candidate;
-  bool helps = true;                      ///< somebody else has a way to a frontier while it stands
+  AnchorUse use = AnchorUse::kExplore;
   std::vector<PredictedPlace> predicted;  ///< on the ways of the others
 };
 
-/// Each candidate at its best place, within near_m of where it stands, best first. Whoever stands
-/// in the way of all others comes after those who do not. Equal scores: the one nearer to the
-/// largest frontier, then the lowest number. With the paper's choice: by distance to the largest
-/// frontier, score = -distance, everyone where it is. `passable` as from map::passable_cells.
+/// Each candidate at its best place, within near_m of where it stands, best first: first by its
+/// use, then by its score. Equal scores: the one nearer to the largest frontier, then the lowest
+/// number. With the paper's choice: by distance to the largest frontier, score = -distance,
+/// everyone where it is. `passable` as from map::passable_cells.
 [[nodiscard]] std::vector<RankedAnchor> rank_anchors(std::span<const AnchorOption> options,
                                                      std::span<const FrontierSpot> frontiers,
                                                      const map::CellMap& map,

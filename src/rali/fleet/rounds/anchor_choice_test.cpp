@@ -132,7 +132,7 @@ TEST(AnchorValue, belongs_on_the_blind_axis_with_sight_and_not_into_a_side_room)
 std::vector<AnchorOption> options_of(const std::vector<AnchorCandidate>& candidates,
                                      const std::vector<PredictedPlace>& predicted) {
   std::vector<AnchorOption> out;
-  for (const AnchorCandidate& c : candidates) out.push_back({c, true, predicted});
+  for (const AnchorCandidate& c : candidates) out.push_back({c, AnchorUse::kExplore, predicted});
   return out;
 }
 
@@ -186,16 +186,19 @@ TEST(RankAnchors, whoever_stands_in_the_way_of_all_others_comes_last_however_wel
   // v1 has the corridor before it and v2 behind it, which sees as far but nobody helps there.
   std::vector<AnchorOption> options =
       options_of({{id(1), {4.0, 0.0}}, {id(2), {2.0, 0.0}}}, along_corridor());
-  options[0].helps = false;
+  options[0].use = AnchorUse::kNone;
   for (const AnchorChoice choice : {AnchorChoice::kInformed, AnchorChoice::kPaper}) {
     AnchorSettings settings;
     settings.choice = choice;
     const auto ranked = rank_anchors(options, frontiers, map, passable, settings);
     ASSERT_EQ(ranked.size(), 2U);
     EXPECT_EQ(ranked[0].vehicle, id(2));
-    options[0].helps = true;
+    options[0].use = AnchorUse::kExplore;
     EXPECT_EQ(rank_anchors(options, frontiers, map, passable, settings)[0].vehicle, id(1));
-    options[0].helps = false;
+    options[0].use = AnchorUse::kNone;
+    options[1].use = AnchorUse::kCloseUp;
+    EXPECT_EQ(rank_anchors(options, frontiers, map, passable, settings)[0].vehicle, id(2));
+    options[1].use = AnchorUse::kExplore;
   }
 }
 

@@ -39,7 +39,7 @@ FinishView FinishWatch::step(const FinishInput& input) {
   const auto rssi = rssi_median_dbm();
   const auto far = distance_m(input);
   view.warn = (rssi && *rssi < settings_.rssi_stop_dbm + settings_.warn_rssi_db) ||
-              (far && *far > settings_.max_distance_m * (1.0 - settings_.warn_distance));
+              (far && *far > settings_.warn_from_m());
   return view;
 }
 

@@ -54,7 +54,7 @@ class Planner {
         blind_axis_(blind_axis),
         links_(links),
         settings_(settings) {
-    wide_ = passable_;
+    wide_ = open_ = passable_;
     for (const Traveller& t : travellers_) {
       if (!t.stands) continue;
       map::close_around(map_, t.place_map_m, settings_.beside_m, passable_);
@@ -72,17 +72,23 @@ class Planner {
       movers.push_back(i);
       const map::PathField field(map_, cells_of(travellers_[i]), travellers_[i].place_map_m);
       const std::vector<std::size_t>& missed = travellers_[i].missed;
+      std::optional<map::PathField> open;
       for (std::size_t k = 0; k < frontiers_.size(); ++k) {
         const bool again = std::find(missed.begin(), missed.end(), k) != missed.end();
         options.push_back(again ? PlannedGoal{} : way(i, k, field));
+        if (!again && options.back().reach == Reach::kNoPath) {
+          if (!open) open.emplace(map_, open_, travellers_[i].place_map_m);
+          options.back() = behind_others(i, k, *open);
+        }
         table.cost.push_back(cost_of(options.back(), frontiers_[k]));
       }
     }
     table.rows = movers.size();
     const auto chosen = assign(table);
     GoalPlan out;
-    for (const Traveller& t : travellers_)
-      out.goals.push_back({t.vehicle, {}, {}, 0.0, false, false});
+    for (const Traveller& t : travellers_) {
+      out.goals.push_back({t.vehicle, {}, {}, 0.0, Reach::kNoPath, false});
+    }
     for (std::size_t row = 0; row < movers.size(); ++row) {
       if (!chosen[row]) continue;
       PlannedGoal& goal = options[row * frontiers_.size() + *chosen[row]];
@@ -102,23 +108,57 @@ class Planner {
 
   [[nodiscard]] double cost_of(const PlannedGoal& goal, const FrontierSpot& f) const {
     if (goal.path_map_m.size() < 2) return kFar;
-    return goal.path_m - settings_.size_weight * f.size + (goal.cut ? kCutCost_m : 0.0);
+    return goal.path_m - settings_.size_weight * f.size + (goal.is_cut() ? kCutCost_m : 0.0);
   }
 
-  [[nodiscard]] PlannedGoal way(std::size_t i, std::size_t k, const map::PathField& field) const {
+  /// The path over the cells of a field, if there is one.
+  [[nodiscard]] PlannedGoal path_over(std::size_t i, std::size_t k,
+                                      const map::PathField& field) const {
     PlannedGoal goal;
     goal.vehicle = travellers_[i].vehicle;
     goal.frontier = k;
-    goal.path_map_m = field.path_to(map_.cell_at(frontiers_[k].centre_map_m));
-    if (goal.path_map_m.size() < 2) {
-      goal.path_map_m.clear();
-      return goal;
-    }
+    std::vector<Vec2> path = field.path_to(map_.cell_at(frontiers_[k].centre_map_m));
+    if (path.size() < 2) return goal;
+    goal.path_map_m = std::move(path);
+    goal.reach = Reach::kThere;
+    return goal;
+  }
+
+  [[nodiscard]] PlannedGoal way(std::size_t i, std::size_t k, const map::PathField& field) const {
+    PlannedGoal goal = path_over(i, k, field);
+    if (goal.reach == Reach::kNoPath) return goal;
     goal.path_map_m = shortened(std::move(goal.path_map_m), settings_.frontier_back_m);
     lead_past(i, k, field, goal);
     cut(travellers_[i], goal);
     goal.path_m = length_of(goal.path_map_m);
     return goal;
+  }
+
+  /// Where others stand in every path: as far as around_m before the first of them.
+  [[nodiscard]] PlannedGoal behind_others(std::size_t i, std::size_t k,
+                                          const map::PathField& open) const {
+    PlannedGoal goal = path_over(i, k, open);
+    if (goal.reach == Reach::kNoPath) return goal;
+    double free_m = 0.0;
+    for (const PredictedPlace& q : predict_places(goal.path_map_m, {}, map_.cell_m)) {
+      if (nearest_stander_m(q.place_map_m) < settings_.around_m) break;
+      free_m += map_.cell_m;
+    }
+    const double total_m = length_of(goal.path_map_m);
+    goal.path_map_m = shortened(std::move(goal.path_map_m), std::max(0.0, total_m - free_m));
+    cut(travellers_[i], goal);
+    goal.reach = Reach::kBlocked;
+    goal.path_m = length_of(goal.path_map_m);
+    if (goal.path_m < kCutMin_m) goal.path_map_m.clear();
+    return goal;
+  }
+
+  [[nodiscard]] double nearest_stander_m(const Vec2& place) const {
+    double nearest_m = kFar;
+    for (const Traveller& t : travellers_) {
+      if (t.stands) nearest_m = std::min(nearest_m, (t.place_map_m - place).norm());
+    }
+    return nearest_m;
   }
 
   void lead_past(std::size_t i, std::size_t k, const map::PathField& field,
@@ -156,11 +196,12 @@ class Planner {
     for (const PredictedPlace& q : places) {
       at_m = std::min(at_m + links_.spacing_m, total_m);
       const bool linked = !q.blind_axis || link_at(q.place_map_m) >= settings_.link_min;
-      if (!linked || leaves(traveller, q.place_map_m)) break;
+      if (!linked) goal.reach = Reach::kNoLink;
+      if (leaves(traveller, q.place_map_m)) goal.reach = Reach::kTooFar;
+      if (goal.is_cut()) break;
       good_m = at_m;
     }
     if (good_m >= total_m - 1e-9) return;
-    goal.cut = true;
     goal.path_map_m = shortened(std::move(goal.path_map_m), total_m - good_m);
     if (length_of(goal.path_map_m) < kCutMin_m) goal.path_map_m.clear();
   }
@@ -187,6 +228,7 @@ class Planner {
   const map::CellMap& map_;
   std::vector<std::uint8_t> passable_;  ///< but where somebody stands
   std::vector<std::uint8_t> wide_;      ///< likewise, with around_m
+  std::vector<std::uint8_t> open_;      ///< as if nobody stood anywhere
   const BlindAxisAt& blind_axis_;
   const AnchorSettings& links_;
   const GoalSettings& settings_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,14 +20,26 @@ struct Traveller {
   std::vector<std::size_t> missed = {};  ///< indices of frontiers that it did not get to
 };
 
+/// How near a path brings a vehicle to a frontier, best last.
+enum class Reach : std::uint8_t {
+  kNoPath,   ///< none in the map, or the vehicle is not to try again
+  kBlocked,  ///< another vehicle stands in every path
+  kTooFar,   ///< farther from the anchor than the vehicle may go
+  kNoLink,   ///< no range to anybody where the LiDAR is degenerate
+  kThere
+};
+
 /// Where a vehicle goes in this round.
 struct PlannedGoal {
   VehicleId vehicle;
   std::optional<std::size_t> frontier;     ///< index; none: stands as one more anchor
   std::vector<geometry::Vec2> path_map_m;  ///< corners, from where it is; empty: stands
   double path_m = 0.0;
-  bool cut = false;     ///< ends before the frontier: further on the link would be lost
+  Reach reach = Reach::kNoPath;
   bool passes = false;  ///< leads past the anchor
+
+  /// The path ends before the frontier.
+  [[nodiscard]] bool is_cut() const { return reach != Reach::kThere; }
 };
 
 struct GoalPlan {
@@ -37,12 +50,13 @@ struct GoalPlan {
 
 /// Who goes where (algorithms_fleet 10.4): vehicles that do not stand are assigned to frontiers so
 /// that the sum of ways minus size_weight * size is least, at most one per frontier; whoever is
-/// left stands. Ways lead around those who stand: in a narrow corridor there is none past them.
-/// Each place of a way has a chance of at least link_min of a range to somebody who stands, or the
-/// LiDAR sees all there (`blind_axis` says none); else the way is cut before it, and ways that need
-/// no cut come first. `anchor`: index in `travellers`; with pass_anchor, ways lead past it where
-/// that costs at most pass_detour_m and the vehicle has not passed yet (10.3: passing makes the
-/// pair's bias observable).
+/// left stands. Ways lead around those who stand. Where there is none past them, in a narrow
+/// corridor, a vehicle closes up to around_m behind the one in its path. Each place of a way has a
+/// chance of at least link_min of a range to somebody who stands, or the LiDAR sees all there
+/// (`blind_axis` says none); else the way is cut before it, and ways that need no cut come first.
+/// `anchor`: index in `travellers`; with pass_anchor, ways lead past it where that costs at most
+/// pass_detour_m and the vehicle has not passed yet (10.3: passing makes the pair's bias
+/// observable).
 [[nodiscard]] GoalPlan plan_goals(std::span<const Traveller> travellers,
                                   std::optional<std::size_t> anchor,
                                   std::span<const FrontierSpot> frontiers, const map::CellMap& map,

@@ -68,12 +68,12 @@ TEST(Goals, end_in_a_blind_stretch_where_no_range_arrives_any_more) {
   const std::vector<Traveller> two = {{id(1), {0.0, 0.0}, true, false, false}, {id(2), {2.0, 0.5}}};
   const auto out = plan(two, 0, {kEnd}, {}, along_x, links);
   ASSERT_TRUE(out.goals[1].frontier.has_value());
-  EXPECT_TRUE(out.goals[1].cut);
+  EXPECT_EQ(out.goals[1].reach, Reach::kNoLink);
   EXPECT_LE(out.goals[1].path_map_m.back().x(), 20.1);
   EXPECT_GE(out.goals[1].path_map_m.back().x(), 17.0);
   EXPECT_GE(out.link_least, 0.5);
   const auto seeing = plan(two, 0, {kEnd}, {}, {}, links);
-  EXPECT_FALSE(seeing.goals[1].cut) << "where the LiDAR sees all no range is needed";
+  EXPECT_FALSE(seeing.goals[1].is_cut()) << "where the LiDAR sees all no range is needed";
   EXPECT_GT(seeing.goals[1].path_map_m.back().x(), 48.0);
 }
 
@@ -90,7 +90,7 @@ TEST(Goals, prefer_a_frontier_that_needs_no_cut) {
                         {{1, {49.5, 0.0}, 90.0}, kRoom}, {}, blind_in_corridor, links);
   ASSERT_TRUE(out.goals[1].frontier.has_value());
   EXPECT_EQ(*out.goals[1].frontier, 1U);
-  EXPECT_FALSE(out.goals[1].cut);
+  EXPECT_FALSE(out.goals[1].is_cut());
 }
 
 TEST(Goals, lead_past_the_anchor_where_the_vehicle_starts_ahead_of_it) {
@@ -124,11 +124,12 @@ TEST(Goals, of_a_warned_vehicle_lead_no_further_from_the_anchor) {
   EXPECT_TRUE(out.goals[1].path_map_m.empty());
 }
 
-TEST(Goals, lead_around_whoever_stands_and_are_none_where_that_leaves_no_room) {
+TEST(Goals, lead_around_whoever_stands_and_close_up_to_it_where_that_leaves_no_room) {
   // The corridor is 3 m wide, of which 2.4 m are left for the middle of a vehicle.
   std::vector<Traveller> column = {{id(1), {10.0, 0.0}, true}, {id(2), {2.0, 0.0}}};
   const auto past = plan(column, 0, {kEnd});
   ASSERT_TRUE(past.goals[1].frontier.has_value());
+  EXPECT_EQ(past.goals[1].reach, Reach::kThere);
   double nearest_m = 99.0;
   for (const PredictedPlace& q : predict_places(past.goals[1].path_map_m, {}, 0.05)) {
     nearest_m = std::min(nearest_m, (q.place_map_m - Vec2(10.0, 0.0)).norm());
@@ -136,13 +137,27 @@ TEST(Goals, lead_around_whoever_stands_and_are_none_where_that_leaves_no_room) {
   EXPECT_GT(nearest_m, 0.65) << "0.8 m less the side of a cell";
   GoalSettings tight;
   tight.beside_m = 1.4;
-  EXPECT_FALSE(plan(column, 0, {kEnd}, tight).goals[1].frontier.has_value());
+  const auto behind = plan(column, 0, {kEnd}, tight);
+  EXPECT_EQ(behind.goals[1].reach, Reach::kBlocked);
+  ASSERT_FALSE(behind.goals[1].path_map_m.empty());
+  EXPECT_NEAR(behind.goals[1].path_map_m.back().x(), 10.0 - tight.around_m, 0.3);
   column[1].wide = true;
-  EXPECT_FALSE(plan(column, 0, {kEnd}).goals[1].frontier.has_value())
-      << "who could not get past does not try again";
+  EXPECT_EQ(plan(column, 0, {kEnd}).goals[1].reach, Reach::kBlocked) << "it could not get past";
+  column[1].place_map_m = {7.5, 0.0};
+  EXPECT_FALSE(plan(column, 0, {kEnd}).goals[1].frontier.has_value()) << "it stands behind already";
+  column[1].place_map_m = {2.0, 0.0};
   column[0].stands = false;
-  EXPECT_TRUE(plan(column, std::nullopt, {kEnd}).goals[0].frontier.has_value())
+  EXPECT_EQ(plan(column, std::nullopt, {kEnd}).goals[0].reach, Reach::kThere)
       << "who drives off is in nobody's way";
+}
+
+TEST(Goals, lead_behind_another_vehicle_only_where_no_frontier_is_free) {
+  GoalSettings tight;
+  tight.beside_m = 1.4;
+  const std::vector<Traveller> column = {{id(1), {35.0, 0.0}, true}, {id(2), {30.0, 0.0}}};
+  const auto out = plan(column, 0, {kEnd, kRoom}, tight);
+  EXPECT_EQ(out.goals[1].frontier, 1U) << "the room behind it is farther";
+  EXPECT_EQ(out.goals[1].reach, Reach::kThere);
 }
 
 TEST(Goals, are_never_a_frontier_that_the_vehicle_has_missed) {

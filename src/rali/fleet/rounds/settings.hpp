@@ -23,6 +23,9 @@ struct FinishSettings {
   double warn_distance = 0.1;  ///< likewise, share of max_distance_m
   double battery_min = 0.1;    ///< share
 
+  /// Distance to the anchor beyond which no goal leads farther away [m].
+  [[nodiscard]] double warn_from_m() const { return max_distance_m * (1.0 - warn_distance); }
+
   template <class V>
   void visit(V& v) {
     v.choice("rule", rule, kFinishRuleNames, "conditions of the paper, or more");
