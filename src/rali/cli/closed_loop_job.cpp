@@ -1,6 +1,7 @@
 #include "rali/cli/closed_loop_job.hpp"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -201,22 +202,37 @@ Status check_mission_settings(const std::vector<std::string>& assignments) {
   return {};
 }
 
+namespace {
+
+/// The reasons of the frontiers that are left, each with how many it holds for.
+std::string reasons_text(const std::vector<const fleet::FrontierRow*>& left) {
+  std::map<std::string, std::size_t> counts;
+  for (const fleet::FrontierRow* f : left) ++counts[f->reason];
+  std::string text;
+  for (const auto& [reason, count] : counts) {
+    text += fmt::format("  {} of them: {}\n", count, reason);
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string mission_text(const drive::MissionLog& mission, double duration_s) {
   const std::size_t rounds = mission.rounds.size();
   std::string text =
       fmt::format("{} round{} in {:.0f} s: ", rounds, rounds == 1 ? "" : "s", duration_s);
-  std::size_t open = 0;
+  std::vector<const fleet::FrontierRow*> left;
   for (const fleet::FrontierRow& f : mission.frontiers) {
-    open += f.round == rounds && f.state == map::FrontierState::kOpen ? 1 : 0;
+    if (f.round == rounds && f.state == map::FrontierState::kOpen) left.push_back(&f);
   }
   if (!mission.ended) {
     text += "it was ended by its time before everything was explored\n";
   } else if (mission.explored) {
     text += "no frontier is left, everything is explored\n";
   } else {
-    text += fmt::format(
-        "nobody got any further, {} frontier{} left (frontiers.csv says where and why)\n", open,
-        open == 1 ? " is" : "s are");
+    text += fmt::format("nobody got any further, {} frontier{} left (frontiers.csv says where)\n",
+                        left.size(), left.size() == 1 ? " is" : "s are");
+    text += reasons_text(left);
   }
   std::uint64_t most = 0;
   for (const fleet::TrafficCount& said : mission.said) most = std::max(most, said.total().bytes);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "rali/cli/app.hpp"
+#include "rali/cli/closed_loop_job.hpp"
 #include "rali/cli/run_for_test.hpp"
 #include "rali/config/load_fleet.hpp"
 
@@ -88,6 +89,26 @@ TEST_F(Simulate, a_closed_loop_that_its_time_ends_says_so_and_leaves_the_recordi
   EXPECT_TRUE(traffic.starts_with("vehicle,kind,messages,bytes,mb_per_min\n")) << traffic;
   EXPECT_NE(traffic.find("v2,peer,"), std::string::npos) << traffic;
   EXPECT_NE(ended.out.find("MB per minute and vehicle"), std::string::npos) << ended.out;
+}
+
+TEST(MissionText, of_a_mission_that_stops_says_what_stopped_it) {
+  drive::MissionLog mission;
+  mission.ended = true;
+  mission.rounds.resize(2);
+  fleet::FrontierRow row;
+  row.reason = "3 m2 unknown behind it";
+  row.round = 1;
+  mission.frontiers.push_back(row);
+  row.round = 2;
+  row.reason = "another vehicle stands in every path to it";
+  mission.frontiers.push_back(row);
+  mission.frontiers.push_back(row);
+  const std::string text = mission_text(mission, 60.0);
+  EXPECT_NE(text.find("nobody got any further, 2 frontiers are left"), std::string::npos) << text;
+  EXPECT_NE(text.find("  2 of them: another vehicle stands in every path to it\n"),
+            std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("unknown behind"), std::string::npos) << text;
 }
 
 TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {

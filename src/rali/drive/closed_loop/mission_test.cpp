@@ -39,7 +39,7 @@ Simulation three_rooms() {
 
 /// A corridor around a corner. The first vehicle stands ahead of the second, which cannot get past
 /// it.
-Simulation narrow_corridor(double width_m = 1.4) {
+Simulation narrow_corridor(double width_m = 1.4, int vehicles = 2) {
   const double half = 0.5 * width_m;
   sim::World world;
   const auto box = [&world](double x_m, double low_m) {
@@ -49,8 +49,9 @@ Simulation narrow_corridor(double width_m = 1.4) {
   box(9.3 + half, -half);
   box(9.3 - half, half);
   world.route = {{0.0, 0.0, 0.0}, {9.3, 0.0, 0.0}, {9.3, 11.0, 0.0}};
-  world.starts = {{{3.0, 0.0, 0.0}, 0.0}, {{0.0, 0.0, 0.0}, 0.0}};
-  return driven(std::move(world), 2);
+  world.starts = {{{3.0, 0.0, 0.0}, 0.0}, {{0.0, 0.0, 0.0}, 0.0}, {{-2.0, 0.0, 0.0}, 0.0}};
+  world.starts.resize(static_cast<std::size_t>(vehicles));
+  return driven(std::move(world), vehicles);
 }
 
 /// A room with a second one behind a gap of 0.7 m: rays and a map of cells of 0.2 m show a path
@@ -253,6 +254,30 @@ TEST(Mission, ends_when_each_vehicle_has_found_no_path_to_what_is_left_and_names
     EXPECT_GT(row.x_m, 4.5) << "behind the gap";
   }
   EXPECT_GE(tried, 1U);
+}
+
+TEST(Mission, that_a_dead_vehicle_stops_says_that_it_stands_in_every_path) {
+  const Simulation sim = narrow_corridor(1.4, 3);
+  ExactFleet fleet(*sim, without_loops());
+  bool dead = false;
+  fleet.on_time = [&](Time now) {
+    if (dead || seconds_between(sim->t_begin(), now) < 5.0) return;
+    fleet.nodes().kill(0);
+    dead = true;
+  };
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(600.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  EXPECT_TRUE(mission->finished);
+  const MissionLog log = fleet.nodes().log();
+  EXPECT_FALSE(log.explored);
+  std::size_t left = 0;
+  for (const fleet::FrontierRow& row : log.frontiers) {
+    if (row.round != log.rounds.size() || row.state != map::FrontierState::kOpen) continue;
+    ++left;
+    EXPECT_EQ(row.reason, "another vehicle stands in every path to it")
+        << row.x_m << ' ' << row.y_m;
+  }
+  EXPECT_GE(left, 1U);
 }
 
 TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_anybody_held) {

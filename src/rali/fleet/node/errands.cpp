@@ -267,6 +267,12 @@ GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> flee
                     goals);
 }
 
+/// The paper's choice knows no links.
+double Errands::link_min() const {
+  const RoundSettings& rounds = settings_.rounds;
+  return rounds.anchor.choice == AnchorChoice::kPaper ? 0.0 : rounds.goals.link_min;
+}
+
 std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
                                              std::span<const Whereabouts> fleet,
                                              VehicleId anchor) const {
@@ -275,17 +281,13 @@ std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
   // Everybody stands until there is an anchor again: candidates are judged where they are.
   AnchorSettings here = settings_.rounds.anchor;
   here.near_m = 0.0;
-  // The paper's choice knows no links.
-  const double link_min =
-      here.choice == AnchorChoice::kPaper ? 0.0 : settings_.rounds.goals.link_min;
   std::vector<AnchorOption> options;
   for (std::size_t i = 0; i < fleet.size(); ++i) {
     if (fleet[i].lost) continue;
     const bool missed_counts = fleet[i].vehicle == anchor;
     AnchorOption option;
     option.candidate = {fleet[i].vehicle, fleet[i].place_map_m};
-    const GoalPlan drivable = round_of(i, fleet, spots, axis, missed_counts, link_min);
-    option.use = use_of(drivable);
+    option.use = use_of(round_of(i, fleet, spots, axis, missed_counts, link_min()));
     // What it is worth is asked as if links held all along: which anchor makes them hold?
     const GoalPlan plan = round_of(i, fleet, spots, axis, missed_counts, 0.0);
     for (const PlannedGoal& goal : plan.goals) {
@@ -297,6 +299,22 @@ std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
   std::vector<VehicleId> out;
   for (const RankedAnchor& r : rank_anchors(options, spots, map_, passable_, here)) {
     out.push_back(r.vehicle);
+  }
+  return out;
+}
+
+std::vector<Errands::Stop> Errands::stops(const Survey& survey, std::span<const Whereabouts> fleet,
+                                          VehicleId anchor) const {
+  const std::vector<FrontierSpot> spots = spots_of(open_frontiers());
+  std::vector<Stop> out;
+  for (const FrontierSpot& spot : spots) out.push_back({spot.id, Reach::kNoPath});
+  for (std::size_t i = 0; i < fleet.size(); ++i) {
+    if (fleet[i].lost) continue;
+    const bool missed_counts = fleet[i].vehicle == anchor;
+    const GoalPlan plan = round_of(i, fleet, spots, survey.blind_axis(), missed_counts, link_min());
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      out[k].reach = std::max(out[k].reach, plan.reach[k]);
+    }
   }
   return out;
 }

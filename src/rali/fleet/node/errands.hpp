@@ -51,6 +51,16 @@ class Errands {
                                                     std::span<const Whereabouts> fleet,
                                                     VehicleId anchor) const;
 
+  /// An open frontier and how near a vehicle could come to it, under the best anchor.
+  struct Stop {
+    std::uint32_t frontier = 0;  ///< id
+    Reach reach = Reach::kNoPath;
+  };
+
+  /// Likewise: what keeps the vehicles from the open frontiers.
+  [[nodiscard]] std::vector<Stop> stops(const Survey& survey, std::span<const Whereabouts> fleet,
+                                        VehicleId anchor) const;
+
   [[nodiscard]] GoalList goals(const Survey& survey) const;
 
   [[nodiscard]] const std::vector<map::FrontierArea>& frontiers() const { return frontiers_; }
@@ -95,6 +105,7 @@ class Errands {
   [[nodiscard]] Errand errand_of(const PlannedGoal& goal, const FrontierSpot& frontier,
                                  std::span<const Whereabouts> fleet,
                                  std::optional<std::size_t> anchor, Time now) const;
+  [[nodiscard]] double link_min() const;
   [[nodiscard]] GoalPlan round_of(std::size_t anchor, std::span<const Whereabouts> fleet,
                                   std::span<const FrontierSpot> spots, const BlindAxisAt& axis,
                                   bool missed_counts, double link_min) const;

@@ -92,6 +92,7 @@ class Node {
   void stopped_anchoring();
   void sealed();
   [[nodiscard]] bool last_look(const std::vector<Whereabouts>& fleet);
+  void note_stops(const std::vector<Whereabouts>& fleet);
   void offer_choice();
 
   // The anchor's map (node_anchor.cpp).

@@ -73,11 +73,7 @@ std::vector<Whereabouts> Node::whereabouts() const {
     w.at_rest = told == nullptr ? !is_moving() : told->at_rest;
     if (told != nullptr) w.drive_end = told->drive_end;
     if (const auto tag = tags_.find(vehicle); tag != tags_.end()) {
-      // Who has only seen all of its surroundings goes on when something new comes up.
-      const bool idle = tag->second == FinishReason::kNone ||
-                        tag->second == FinishReason::kExplored ||
-                        tag->second == FinishReason::kUnreachable;
-      w.stands = w.stands || !idle;
+      w.stands = w.stands || forbids_driving(tag->second);
     }
     w.lost = is_lost(vehicle);
     w.stands = w.stands || w.lost;

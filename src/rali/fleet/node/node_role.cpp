@@ -206,6 +206,7 @@ void Node::sealed() {
   const bool looked = last_look(fleet);
   const bool idle = nobody_gets_further();
   const bool all_seen = idle && looked && !errands_->largest();
+  if (idle && looked) note_stops(fleet);
   rounds_.anchor_ended(all_seen ? RoundEnd::kExplored : why, now_);
   if (idle) return end_mission(RoundEnd::kFinished);
   if (looked) ranked_ = errands_->next_anchors(*survey_, fleet, self_);
@@ -226,6 +227,23 @@ bool Node::last_look(const std::vector<Whereabouts>& fleet) {
   // Told as it is; whether the mission is over is asked while the anchor acts.
   note_frontiers(fleet, false);
   return true;
+}
+
+/// A frontier to which a path leads was left because those who could drive had ended their part.
+void Node::note_stops(const std::vector<Whereabouts>& fleet) {
+  std::string ended;
+  for (const VehicleId v : role_.durable.fleet) {
+    const FinishReason reason = rounds_.finished(v);
+    if (!forbids_driving(reason)) continue;
+    ended += fmt::format("{}v{} ({})", ended.empty() ? "" : ", ", v.value + 1, name_of(reason));
+  }
+  for (const Errands::Stop& stop : errands_->stops(*survey_, fleet, self_)) {
+    std::string why(reason_of(stop.reach));
+    if (stop.reach == Reach::kThere && !ended.empty()) {
+      why = "a path leads there, but these ended their part of the round: " + ended;
+    }
+    rounds_.frontier_stopped(stop.frontier, std::move(why));
+  }
 }
 
 /// Only who holds what the seal names may be next; the best is waited for a while.

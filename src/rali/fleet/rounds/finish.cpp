@@ -16,6 +16,11 @@ bool is_number(const std::optional<double>& v) { return v && std::isfinite(*v); 
 
 }  // namespace
 
+bool forbids_driving(FinishReason reason) {
+  return reason != FinishReason::kNone && reason != FinishReason::kExplored &&
+         reason != FinishReason::kUnreachable;
+}
+
 void FinishWatch::new_round(Time t) {
   const FinishSettings settings = settings_;
   *this = FinishWatch(settings);

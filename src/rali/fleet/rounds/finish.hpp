@@ -30,6 +30,9 @@ struct FinishInput {
   bool operator_stop = false;
 };
 
+/// The vehicle stands even where a goal is left, unlike one that has only seen its surroundings.
+[[nodiscard]] bool forbids_driving(FinishReason reason);
+
 struct FinishView {
   FinishReason reason = FinishReason::kNone;  ///< other than kNone: stop, stand, tell the anchor
   bool latched = false;                       ///< stays until the next round

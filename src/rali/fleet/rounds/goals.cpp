@@ -86,6 +86,11 @@ class Planner {
     table.rows = movers.size();
     const auto chosen = assign(table);
     GoalPlan out;
+    out.reach.assign(frontiers_.size(), Reach::kNoPath);
+    for (std::size_t n = 0; n < options.size(); ++n) {
+      Reach& best = out.reach[n % frontiers_.size()];
+      best = std::max(best, options[n].reach);
+    }
     for (const Traveller& t : travellers_) {
       out.goals.push_back({t.vehicle, {}, {}, 0.0, Reach::kNoPath, false});
     }
@@ -235,6 +240,22 @@ class Planner {
 };
 
 }  // namespace
+
+std::string_view reason_of(Reach reach) {
+  switch (reach) {
+    case Reach::kNoPath:
+      return "no vehicle that can drive has a path to it";
+    case Reach::kBlocked:
+      return "another vehicle stands in every path to it";
+    case Reach::kTooFar:
+      return "it is farther from the anchor than a vehicle may go";
+    case Reach::kNoLink:
+      return "no range to a standing vehicle arrives on the way, where the LiDAR is degenerate";
+    case Reach::kThere:
+      return "a path leads there, but no drive arrived";
+  }
+  return {};
+}
 
 double length_of(std::span<const Vec2> path_map_m) {
   double sum = 0.0;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "rali/fleet/rounds/anchor_choice.hpp"
@@ -29,6 +30,9 @@ enum class Reach : std::uint8_t {
   kThere
 };
 
+/// What keeps vehicles from a frontier, a sentence without a full stop.
+[[nodiscard]] std::string_view reason_of(Reach reach);
+
 /// Where a vehicle goes in this round.
 struct PlannedGoal {
   VehicleId vehicle;
@@ -46,6 +50,7 @@ struct GoalPlan {
   std::vector<PlannedGoal> goals;  ///< one per traveller, in their order
   /// The least chance along the ways, 1 where the LiDAR sees all: told to the user.
   double link_least = 1.0;
+  std::vector<Reach> reach;  ///< by frontier: the best of all who do not stand
 };
 
 /// Who goes where (algorithms_fleet 10.4): vehicles that do not stand are assigned to frontiers so

@@ -122,6 +122,8 @@ TEST(Goals, of_a_warned_vehicle_lead_no_further_from_the_anchor) {
       plan({{id(1), {0.0, 0.0}, true, false, false}, {id(2), {20.0, 0.5}, false, true, true}}, 0,
            {kEnd});
   EXPECT_TRUE(out.goals[1].path_map_m.empty());
+  ASSERT_EQ(out.reach.size(), 1U);
+  EXPECT_EQ(out.reach[0], Reach::kTooFar);
 }
 
 TEST(Goals, lead_around_whoever_stands_and_close_up_to_it_where_that_leaves_no_room) {

@@ -1,6 +1,7 @@
 #include "rali/fleet/rounds/round_machine.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -152,6 +153,12 @@ void RoundMachine::frontiers_seen(std::span<const map::FrontierArea> frontiers,
   seen_ = std::move(now);
   // A list without an open frontier proves something only when no keyframe is still on its way.
   looks_without_ = any_open ? 0.0 : looks_without_ + (facts_agree ? 1.0 : 0.0);
+}
+
+void RoundMachine::frontier_stopped(std::uint32_t frontier, std::string why) {
+  for (FrontierRow& row : seen_) {
+    if (row.id == frontier) row.reason = std::move(why);
+  }
 }
 
 void RoundMachine::end_of_data(Time t) { anchor_ended(RoundEnd::kEndOfData, t); }

@@ -83,6 +83,9 @@ class RoundMachine {
   /// missing because its keyframes are.
   void frontiers_seen(std::span<const map::FrontierArea> frontiers,
                       std::span<const VehicleId> vehicles, bool facts_agree);
+  /// An open frontier of the last look, with which the mission ends: what kept the vehicles from
+  /// it.
+  void frontier_stopped(std::uint32_t frontier, std::string why);
   /// No more data: closes the open round.
   void end_of_data(Time t);
 

@@ -100,6 +100,22 @@ TEST(RoundMachine, lists_each_frontier_of_a_round_with_its_reason) {
   for (const FrontierRow& row : rows) EXPECT_EQ(row.round, 1U);
 }
 
+TEST(RoundMachine, says_of_frontiers_that_a_mission_leaves_what_kept_the_vehicles_from_them) {
+  RoundMachine machine{RoundSettings{}};
+  machine.anchor_began(id(0), at(0.0));
+  const std::vector<VehicleId> two = {id(0), id(1)};
+  const std::vector open = {area(1, map::FrontierState::kOpen, 3.0),
+                            area(2, map::FrontierState::kOpen, 8.0)};
+  machine.frontiers_seen(open, two, true);
+  machine.frontier_stopped(2, "another vehicle stands in every path to it");
+  machine.anchor_ended(RoundEnd::kFinished, at(50.0));
+  const auto& rows = machine.frontiers();
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].reason, "0 m2 unknown behind it");
+  EXPECT_EQ(rows[1].reason, "another vehicle stands in every path to it");
+  EXPECT_EQ(rows[1].state, map::FrontierState::kOpen);
+}
+
 TEST(StandFinder, finds_stands_of_three_seconds_and_no_shorter_ones) {
   StandFinder finder(id(1), 3.0);
   for (int k = 0; k <= 100; ++k) {
