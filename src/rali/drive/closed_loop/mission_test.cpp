@@ -66,6 +66,18 @@ Simulation room_behind_a_gap() {
   return driven(std::move(world), 2);
 }
 
+/// The first vehicle stands behind the gap; the second one before it, in a room of two parts.
+Simulation anchor_behind_a_gap() {
+  sim::World world;
+  world.mesh.add_box({4.0, 0.0, 0.0}, {14.0, 8.0, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({5.0, -2.125, 0.0}, {0.2, 3.75, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({5.0, 2.225, 0.0}, {0.2, 3.55, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({0.0, -1.0, 0.0}, {0.2, 6.0, 3.0}, 0.0, 0.6);
+  world.route = {{8.0, 0.0, 0.0}, {9.0, 0.0, 0.0}};
+  world.starts = {{{8.0, 0.0, 0.0}, 0.0}, {{2.5, 0.0, 0.0}, 0.0}};
+  return driven(std::move(world), 2);
+}
+
 /// Ground and two walls, 40 m long and 5 m apart; behind either end is nothing that a ray could
 /// meet.
 Simulation open_tunnel(double start_x_m) {
@@ -254,6 +266,17 @@ TEST(Mission, ends_when_each_vehicle_has_found_no_path_to_what_is_left_and_names
     EXPECT_GT(row.x_m, 4.5) << "behind the gap";
   }
   EXPECT_GE(tried, 1U);
+}
+
+// The detour past the anchor led through the gap. The frontier counted as one to which the vehicle
+// has no path.
+TEST(Mission, a_vehicle_that_cannot_pass_its_anchor_drives_to_the_frontier_without) {
+  const Simulation sim = anchor_behind_a_gap();
+  ExactFleet fleet(*sim, without_loops());
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(300.0));
+  ASSERT_TRUE(mission.has_value()) << mission.error().message();
+  EXPECT_TRUE(mission->finished);
+  EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(-2.0, -3.0, 0.0)));
 }
 
 TEST(Mission, that_a_dead_vehicle_stops_says_that_it_stands_in_every_path) {

@@ -41,6 +41,7 @@ void Errands::new_round() {
   errands_.clear();
   missed_.clear();
   shut_off_.clear();
+  not_past_.clear();
   passages_.clear();
 }
 
@@ -141,9 +142,14 @@ void Errands::arrived(const Errand& errand) {
   }
 }
 
-/// Another vehicle in the path leaves in a later round; a path that does not exist never will.
+/// Another vehicle in the path leaves in a later round; a path that does not exist never will. A
+/// place beside the anchor that cannot be reached says nothing about the frontier.
 void Errands::gave_up(const Errand& errand, DriveState state) {
   if (state == DriveState::kUnreachable) {
+    if (errand.places_map_m.size() > 1) {
+      not_past_.insert(errand.vehicle);
+      return;
+    }
     book_.found_no_path(errand.vehicle, errand.frontier_map_m);
     return;
   }
@@ -197,7 +203,8 @@ void Errands::send(const Survey& survey, std::span<const Whereabouts> fleet,
   std::vector<Traveller> travellers;
   bool any = false;
   for (const Whereabouts& w : fleet) {
-    Traveller t{w.vehicle, w.place_map_m, w.stands, has_passed(w.vehicle), w.no_further};
+    const bool direct = has_passed(w.vehicle) || not_past_.contains(w.vehicle);
+    Traveller t{w.vehicle, w.place_map_m, w.stands, direct, w.no_further};
     t.wide = shut_off_.contains(w.vehicle);
     t.missed = missed_by(w.vehicle, spots, true);
     const bool busy = std::any_of(errands_.begin(), errands_.end(),

@@ -119,7 +119,8 @@ class Errands {
   // Of this round:
   std::vector<std::pair<VehicleId, geometry::Vec2>> missed_;  ///< frontiers
   std::set<VehicleId> shut_off_;                              ///< another vehicle blocked them
-  std::map<VehicleId, Passage> passages_;                     ///< by the anchor
+  std::set<VehicleId> not_past_;           ///< they found no path past the anchor
+  std::map<VehicleId, Passage> passages_;  ///< by the anchor
 };
 
 }  // namespace rali::fleet
