@@ -112,7 +112,9 @@ CommitInputs FrameSolver::inputs(const FrameGroup& a, const FrameGroup& b) const
     }
     return n;
   };
-  out.keyframes = std::min(most(a), most(b));
+  // Preset paper: the size of the tag's map counts, an anchor that stands has but one keyframe.
+  const bool of_either = settings_.commit.rule == CommitRule::kAtSize;
+  out.keyframes = of_either ? std::max(most(a), most(b)) : std::min(most(a), most(b));
   for (const auto& [pair, check] : checks_) {
     if (between(a, b, pair.first, pair.second)) out.check = check;
   }
