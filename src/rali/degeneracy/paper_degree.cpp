@@ -51,6 +51,7 @@ double degree_of(const Vec3& values, DegreeRatio which) {
       return ratio(values(0), values(2));
     case DegreeRatio::kL1L2:
       return ratio(values(0), values(1));
+    case DegreeRatio::kHorizontal:
     case DegreeRatio::kL2L3:
       break;
   }
@@ -64,27 +65,34 @@ std::optional<Vec3> horizontal(const Vec3& e3, const Vec3& up) {
   return Vec3(flat / length);
 }
 
-Vec3 least_horizontal(const Mat3& S, const Vec3& up) {
+/// The horizontal 2x2 block: its eigenvalues, the smaller first, and the direction of that.
+struct Horizontal {
+  Eigen::Vector2d values;
+  Vec3 least;
+};
+
+Horizontal horizontal_block(const Mat3& S, const Vec3& up) {
   const Mat3 R = geometry::rotation_between(up, Vec3::UnitZ());
   const Eigen::Matrix2d block = (R * S * R.transpose()).topLeftCorner<2, 2>();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(block);
   const Eigen::Vector2d axis = solver.eigenvectors().col(0);
-  return R.transpose() * Vec3(axis.x(), axis.y(), 0.0);
+  return {solver.eigenvalues(), R.transpose() * Vec3(axis.x(), axis.y(), 0.0)};
 }
+
+bool is_usable(const Vec3& up) { return up.allFinite() && up.norm() > 1e-9; }
 
 std::optional<Vec3> direction_of(const Moments& moments, const Vec3& e3, const Vec3& up,
                                  DegreeDirection which) {
-  const bool up_usable = up.allFinite() && up.norm() > 1e-9;
   switch (which) {
     case DegreeDirection::kE3:
       return e3;
     case DegreeDirection::kMinHorizontal:
-      if (!up_usable) return std::nullopt;
-      return least_horizontal(moments.S, up.normalized());
+      if (!is_usable(up)) return std::nullopt;
+      return horizontal_block(moments.S, up.normalized()).least;
     case DegreeDirection::kE3Xy:
       break;
   }
-  if (!up_usable) return std::nullopt;
+  if (!is_usable(up)) return std::nullopt;
   return horizontal(e3, up.normalized());
 }
 
@@ -100,8 +108,16 @@ PaperDegree paper_degree(std::span<const Vec3> normals_body, const Vec3& up_body
     return out;
   }
   const geometry::Pca3 pca = geometry::pca3(moments.S);
-  out.known = true;
+  out.known = settings.deg_ratio != DegreeRatio::kHorizontal || is_usable(up_body);
+  if (!out.known) {
+    out.degenerate = true;
+    return out;
+  }
   out.degree = degree_of(pca.values, settings.deg_ratio);
+  if (settings.deg_ratio == DegreeRatio::kHorizontal) {
+    const Eigen::Vector2d h = horizontal_block(moments.S, up_body.normalized()).values;
+    out.degree = ratio(h(1), h(0));
+  }
   out.e3_body = pca.vectors.col(2);
   out.degenerate = out.degree < settings.deg_below ||
                    (settings.deg_above > 0.0 && out.degree > settings.deg_above);

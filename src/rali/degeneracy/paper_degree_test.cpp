@@ -16,6 +16,9 @@ using geometry::Vec3;
 
 const Vec3 kUp = Vec3::UnitZ();
 
+/// The paper's rule as printed.
+const PaperDegreeSettings kPrinted = PaperDegreeSettings{}.resolved(true);
+
 void repeat(std::vector<Vec3>& out, int times, const Vec3& n) {
   out.insert(out.end(), static_cast<std::size_t>(times), n);
 }
@@ -36,7 +39,7 @@ double angle_to_axis(const Vec3& a, const Vec3& b) {
 }
 
 TEST(PaperDegree, of_a_corridor_worked_by_hand_is_3_36_along_x) {
-  const PaperDegree d = paper_degree(corridor(), kUp, {});
+  const PaperDegree d = paper_degree(corridor(), kUp, kPrinted);
   EXPECT_TRUE(d.known);
   EXPECT_EQ(d.normals, 100);
   EXPECT_NEAR(d.degree, 0.1344 / 0.04, 1e-12);
@@ -47,14 +50,14 @@ TEST(PaperDegree, of_a_corridor_worked_by_hand_is_3_36_along_x) {
 }
 
 TEST(PaperDegree, of_the_second_moment_is_4_whatever_the_signs) {
-  PaperDegreeSettings free;
+  PaperDegreeSettings free = kPrinted;
   free.normal_sign = NormalSign::kFree;
   EXPECT_NEAR(paper_degree(corridor(), kUp, free).degree, 4.0, 1e-12);
   EXPECT_NEAR(paper_degree(corridor(Vec3::UnitY()), kUp, free).degree, 4.0, 1e-12);
 }
 
 TEST(PaperDegree, changes_when_one_wall_changes_its_sign) {
-  const PaperDegree d = paper_degree(corridor(Vec3::UnitY()), kUp, {});
+  const PaperDegree d = paper_degree(corridor(Vec3::UnitY()), kUp, kPrinted);
   EXPECT_NEAR(d.degree, 0.04 / 0.018562, 2e-4);
   EXPECT_TRUE(d.degenerate);
   EXPECT_LT(angle_to_axis(d.e3_body, Vec3(0.0, 0.671, 0.741)), 1e-3);
@@ -64,7 +67,7 @@ TEST(PaperDegree, changes_when_one_wall_changes_its_sign) {
 }
 
 TEST(PaperDegree, takes_the_ratio_that_is_set) {
-  PaperDegreeSettings s;
+  PaperDegreeSettings s = kPrinted;
   s.deg_ratio = DegreeRatio::kL1L3;
   EXPECT_NEAR(paper_degree(corridor(), kUp, s).degree, 20.0, 1e-12);
   s.deg_ratio = DegreeRatio::kL1L2;
@@ -72,12 +75,35 @@ TEST(PaperDegree, takes_the_ratio_that_is_set) {
 }
 
 TEST(PaperDegree, threshold_can_be_turned_round_for_many_rings) {
-  PaperDegreeSettings s;
+  PaperDegreeSettings s = kPrinted;
   s.deg_below = 0.0;
   s.deg_above = 3.0;
   EXPECT_TRUE(paper_degree(corridor(), kUp, s).degenerate);
   s.deg_above = 3.5;
   EXPECT_FALSE(paper_degree(corridor(), kUp, s).degenerate);
+}
+
+TEST(PaperDegree, of_the_horizontal_block_does_not_ask_for_the_ground) {
+  // T7 without and with ground: 0.80/0.04 = 20 along y and x, whatever the vertical says.
+  PaperDegreeSettings s;
+  s.deg_above = 15.0;
+  const PaperDegree d = paper_degree(corridor(), kUp, s);
+  EXPECT_NEAR(d.degree, 20.0, 1e-12);
+  EXPECT_TRUE(d.degenerate);
+  ASSERT_TRUE(d.direction_known);
+  EXPECT_LT(angle_to_axis(d.direction_body, Vec3::UnitX()), 1e-9);
+  // A closed room whose ground is not seen: the vertical is the weakest, the room is not
+  // degenerate.
+  std::vector<Vec3> room;
+  repeat(room, 50, Vec3::UnitX());
+  repeat(room, 50, -Vec3::UnitX());
+  repeat(room, 50, Vec3::UnitY());
+  repeat(room, 50, -Vec3::UnitY());
+  const PaperDegree seen = paper_degree(room, kUp, s);
+  EXPECT_NEAR(seen.degree, 1.0, 1e-12);
+  EXPECT_FALSE(seen.degenerate);
+  // Without a vertical nothing is horizontal.
+  EXPECT_FALSE(paper_degree(room, Vec3::Zero(), s).known);
 }
 
 TEST(PaperDegree, refuses_a_direction_that_is_nearly_vertical) {
@@ -87,10 +113,10 @@ TEST(PaperDegree, refuses_a_direction_that_is_nearly_vertical) {
   repeat(room, 40, Vec3::UnitY());
   repeat(room, 40, -Vec3::UnitY());
   repeat(room, 2, Vec3::UnitZ());
-  const PaperDegree d = paper_degree(room, kUp, {});
+  const PaperDegree d = paper_degree(room, kUp, kPrinted);
   EXPECT_LT(angle_to_axis(d.e3_body, Vec3::UnitZ()), 1e-9);
   EXPECT_FALSE(d.direction_known);
-  PaperDegreeSettings s;
+  PaperDegreeSettings s = kPrinted;
   s.deg_direction = DegreeDirection::kMinHorizontal;
   const PaperDegree flat = paper_degree(room, kUp, s);
   EXPECT_TRUE(flat.direction_known);
@@ -101,12 +127,12 @@ TEST(PaperDegree, refuses_a_direction_that_is_nearly_vertical) {
 
 TEST(PaperDegree, is_unknown_and_degenerate_with_too_few_normals) {
   std::vector<Vec3> few(49, Vec3::UnitX());
-  const PaperDegree d = paper_degree(few, kUp, {});
+  const PaperDegree d = paper_degree(few, kUp, kPrinted);
   EXPECT_FALSE(d.known);
   EXPECT_TRUE(d.degenerate);
   EXPECT_FALSE(d.direction_known);
   EXPECT_EQ(d.normals, 49);
-  PaperDegreeSettings any;
+  PaperDegreeSettings any = kPrinted;
   any.deg_min_normals = 0;
   EXPECT_TRUE(paper_degree(few, kUp, any).known);
   EXPECT_FALSE(paper_degree({}, kUp, any).known);
@@ -117,7 +143,7 @@ TEST(PaperDegree, of_one_single_plane_is_infinite_or_finite_but_never_nan) {
   const std::vector<Vec3> plane(80, Vec3(0.6, 0.8, 0.0));
   for (const auto sign : {NormalSign::kGiven, NormalSign::kFree}) {
     for (const auto which : {DegreeRatio::kL2L3, DegreeRatio::kL1L3, DegreeRatio::kL1L2}) {
-      PaperDegreeSettings s;
+      PaperDegreeSettings s = kPrinted;
       s.normal_sign = sign;
       s.deg_ratio = which;
       EXPECT_FALSE(std::isnan(paper_degree(plane, kUp, s).degree));
@@ -128,22 +154,22 @@ TEST(PaperDegree, of_one_single_plane_is_infinite_or_finite_but_never_nan) {
 TEST(PaperDegree, leaves_out_normals_that_are_not_numbers) {
   auto normals = corridor();
   normals.push_back(Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));
-  const PaperDegree d = paper_degree(normals, kUp, {});
+  const PaperDegree d = paper_degree(normals, kUp, kPrinted);
   EXPECT_EQ(d.normals, 100);
   EXPECT_NEAR(d.degree, 3.36, 1e-12);
 }
 
 TEST(PaperDegree, knows_no_horizontal_direction_without_a_vertical) {
-  EXPECT_FALSE(paper_degree(corridor(), Vec3::Zero(), {}).direction_known);
+  EXPECT_FALSE(paper_degree(corridor(), Vec3::Zero(), kPrinted).direction_known);
   const Vec3 nan = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_FALSE(paper_degree(corridor(), nan, {}).direction_known);
+  EXPECT_FALSE(paper_degree(corridor(), nan, kPrinted).direction_known);
 }
 
 TEST(PaperDegree, turns_with_the_body) {
   Rng rng(11);
   for (const auto which :
        {DegreeDirection::kE3Xy, DegreeDirection::kE3, DegreeDirection::kMinHorizontal}) {
-    PaperDegreeSettings s;
+    PaperDegreeSettings s = kPrinted;
     s.deg_direction = which;
     const PaperDegree before = paper_degree(corridor(), kUp, s);
     for (int trial = 0; trial < 10; ++trial) {

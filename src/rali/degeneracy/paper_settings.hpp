@@ -11,9 +11,14 @@ enum class NormalSign {
 };
 inline constexpr ChoiceNames<2> kNormalSignNames{"given", "free"};
 
-/// Which eigenvalues, l1 >= l2 >= l3, make the degree.
-enum class DegreeRatio { kL2L3, kL1L3, kL1L2 };
-inline constexpr ChoiceNames<3> kDegreeRatioNames{"l2_l3", "l1_l3", "l1_l2"};
+/// Which eigenvalues make the degree.
+enum class DegreeRatio {
+  kL2L3,  ///< of the covariance, l1 >= l2 >= l3; as printed
+  kL1L3,
+  kL1L2,
+  kHorizontal  ///< of its horizontal 2x2 block, h1 >= h2: h1/h2
+};
+inline constexpr ChoiceNames<4> kDegreeRatioNames{"l2_l3", "l1_l3", "l1_l2", "horizontal"};
 
 /// What is taken as the blind direction.
 enum class DegreeDirection {
@@ -26,10 +31,10 @@ inline constexpr ChoiceNames<3> kDegreeDirectionNames{"e3_xy", "e3", "min_horizo
 /// The paper's detector: each open point of its text is a setting (algorithms.md table 0.2).
 struct PaperDegreeSettings {
   NormalSign normal_sign = NormalSign::kGiven;
-  DegreeRatio deg_ratio = DegreeRatio::kL2L3;
-  double deg_below = 3.0;
-  double deg_above = 0.0;
-  DegreeDirection deg_direction = DegreeDirection::kE3Xy;
+  DegreeRatio deg_ratio = DegreeRatio::kHorizontal;
+  double deg_below = 0.0;
+  double deg_above = 150.0;
+  DegreeDirection deg_direction = DegreeDirection::kMinHorizontal;
   int deg_min_normals = 50;
 
   template <class V>
@@ -38,10 +43,21 @@ struct PaperDegreeSettings {
              "given: covariance of the normals; free: second moment, sign does not matter");
     v.choice("deg_ratio", deg_ratio, kDegreeRatioNames, "eigenvalues that make the degree");
     v("deg_below", deg_below, 0.0, 1e6, "degenerate if the degree is below; 0 switches it off");
-    v("deg_above", deg_above, 0.0, 1e6,
-      "degenerate if the degree is above; 0 switches it off (for 32 and more rings)");
+    v("deg_above", deg_above, 0.0, 1e6, "degenerate if the degree is above; 0 switches it off");
     v.choice("deg_direction", deg_direction, kDegreeDirectionNames, "what is the blind direction");
     v("deg_min_normals", deg_min_normals, 0, 100000, "with fewer normals the degree is unknown");
+  }
+
+  /// The settings with the odometry's `literal` resolved into the readings it stands for.
+  [[nodiscard]] PaperDegreeSettings resolved(bool literal) const {
+    PaperDegreeSettings out = *this;
+    if (!literal) return out;
+    out.normal_sign = NormalSign::kGiven;
+    out.deg_ratio = DegreeRatio::kL2L3;
+    out.deg_below = 3.0;
+    out.deg_above = 0.0;
+    out.deg_direction = DegreeDirection::kE3Xy;
+    return out;
   }
 };
 

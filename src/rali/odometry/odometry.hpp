@@ -61,17 +61,34 @@ struct KeyframeInertia {
   const imu::Preintegration* since_last = nullptr;  ///< keyframe; null if samples are missing
 };
 
+/// A position that was measured along one direction, and put where it was measured.
+struct KnownAlong {
+  geometry::Vec3 e_odom = geometry::Vec3::UnitX();  ///< unit
+  double shift_m = 0.0;                             ///< how far it was moved along e_odom
+  double sigma_m = 0.0;                             ///< of the measurement
+  double place_sigma_m = 0.0;                       ///< of the place it was measured from
+};
+
 /// What a measurement made of the last keyframes. All in odom.
 struct KeyframeMove {
   geometry::SE3 T_odom_body;           ///< of the keyframe that was asked about
   std::vector<geometry::SE3> earlier;  ///< of those before it, oldest first; may be fewer than kept
   std::optional<KeyframeMotion> motion;  ///< at the keyframe; nothing: as it was
+  std::optional<KnownAlong> known;       ///< what of the keyframe's position was measured
 };
 
 /// Moves keyframes by what others than LiDAR and IMU measured.
 class KeyframeCorrector {
  public:
   virtual ~KeyframeCorrector() = default;
+
+  /// Called once for each scan, before its registration.
+  /// @return unit direction in the body along which the scan's normals do not constrain the
+  ///         position; nothing if there is none
+  [[nodiscard]] virtual std::optional<geometry::Vec3> degenerate_direction(
+      std::span<const geometry::Vec3> /*normals_body*/, const geometry::Vec3& /*up_body*/) const {
+    return std::nullopt;
+  }
 
   /// Called once for each scan that becomes a keyframe, after its registration and before it enters
   /// the map. The odometry goes on from the pose that is answered.

@@ -46,11 +46,12 @@ inline constexpr ChoiceNames<2> kPaperRangeTimeNames{"measured", "keyframe"};
 
 /// Which smoothed ranges are factors of the local graph.
 enum class PaperFactor {
-  kCorrected,  ///< those that moved the state (algorithms 5.2)
-  kAlways,     ///< one at each keyframe that has one
+  kDegenerate,  ///< wherever the place is degenerate, also if the range fits already
+  kCorrected,   ///< those that moved the state (algorithms 5.2)
+  kAlways,      ///< one at each keyframe that has one
   kNone
 };
-inline constexpr ChoiceNames<3> kPaperFactorNames{"corrected", "always", "none"};
+inline constexpr ChoiceNames<4> kPaperFactorNames{"degenerate", "corrected", "always", "none"};
 
 /// Who moves with a keyframe that is corrected.
 enum class PaperShare {
@@ -70,8 +71,8 @@ struct PaperRangeSettings {
   PaperRange2d range_2d = PaperRange2d::kProject;
   PaperRoot root = PaperRoot::kSmallest;
   PaperNoRoot no_root = PaperNoRoot::kClosest;
-  double gap_m = 0.3;
-  double max_s_m = 5.0;
+  double gap_m = 0.1;
+  double max_s_m = 1e6;
   double max_sensitivity = 4.0;
   double min_horizontal = 0.5;
   double ambiguous_sigmas = 2.0;
@@ -79,7 +80,7 @@ struct PaperRangeSettings {
   double range_sigma_m = 0.1;
   int smoother_samples_min = 5;
   PaperRangeTime range_time = PaperRangeTime::kMeasured;
-  PaperFactor factor = PaperFactor::kCorrected;
+  PaperFactor factor = PaperFactor::kDegenerate;
   PaperShare share = PaperShare::kKeyframes;
   double lidar_sd_m = 0.05;
   double lidar_sd_deg = 0.5;
@@ -130,6 +131,7 @@ struct PaperRangeSettings {
     out.range_2d = PaperRange2d::kFlat;
     out.range_time = PaperRangeTime::kKeyframe;
     out.share = PaperShare::kNone;
+    out.factor = PaperFactor::kAlways;
     out.max_s_m = std::numeric_limits<double>::infinity();
     out.max_sensitivity = std::numeric_limits<double>::infinity();
     return out;

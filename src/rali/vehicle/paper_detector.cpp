@@ -5,7 +5,8 @@ namespace rali::vehicle {
 using geometry::Vec3;
 
 PaperDetector::PaperDetector(const VehicleSettings& settings)
-    : settings_(settings.paper_degree), R_body_lidar_(settings.calibration.T_body_lidar.R) {
+    : settings_(settings.paper_degree.resolved(settings.odometry.paper.literal)),
+      R_body_lidar_(settings.calibration.T_body_lidar.R) {
   feature_settings_.downsample_m = settings.paper_degree_downsample_m;
   feature_settings_.theta_planar_deg = settings.odometry.paper.theta_planar_deg;
 }

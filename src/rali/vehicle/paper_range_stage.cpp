@@ -60,6 +60,7 @@ PaperRangeStage::PaperRangeStage(VehicleId self, const VehicleSettings& settings
     : self_(self),
       settings_(settings),
       paper_(settings.ranging.paper.resolved(settings.odometry.paper.literal)),
+      degree_(settings.paper_degree.resolved(settings.odometry.paper.literal)),
       peers_(watch_peers(settings)),
       window_(paper_) {}
 
@@ -168,14 +169,23 @@ void PaperRangeStage::know_place(const PairKey& key, Pair& pair) {
   if (pair.p_odom_peer_m || !first_pose_) return;
   const PeerWatch& peer = peers_.at(std::get<1>(key));
   const std::optional<KnownPlace> place = place_of(peer, peers_end(key), *first_pose_, kUpOdom);
-  if (place) pair.p_odom_peer_m = place->p_odom_m;
+  if (!place) return;
+  pair.p_odom_peer_m = place->p_odom_m;
+  pair.place_covariance_m2 = place->covariance_m2;
+}
+
+std::optional<Vec3> PaperRangeStage::degenerate_direction(std::span<const Vec3> normals_body,
+                                                          const Vec3& up_body) const {
+  const degeneracy::PaperDegree degree = degeneracy::paper_degree(normals_body, up_body, degree_);
+  if (!degree.degenerate || !degree.direction_known) return std::nullopt;
+  return degree.direction_body;
 }
 
 std::optional<KeyframeMove> PaperRangeStage::at_keyframe(const ScanResult& scan,
                                                          const KeyframeInertia& inertia) {
   const Vec3 up_body = scan.T_odom_body.R.transpose() * kUpOdom;
   const degeneracy::PaperDegree degree =
-      degeneracy::paper_degree(scan.feature_normals_body, up_body, settings_.paper_degree);
+      degeneracy::paper_degree(scan.feature_normals_body, up_body, degree_);
   const bool lost = scan.state == odometry::TrackState::kDiverged;
   if (lost) window_.clear();  // a new map: nothing ties it to the old one
   const std::uint32_t seq = next_seq_++;
@@ -188,7 +198,7 @@ std::optional<KeyframeMove> PaperRangeStage::at_keyframe(const ScanResult& scan,
   if (lost || !candidate) return std::nullopt;
   const Correction done = correct(*candidate, scan, degree, inertia.T_odom_body_predicted);
   count(done);
-  const bool moved = apply(done, *candidate);
+  const bool moved = apply(done, *candidate, wants_factor(done, blind, candidate->along));
   judge(done.outcome, moved, *candidate->pair);
   if (!moved) return std::nullopt;
   const SE3& T_new = window_.nodes().back().T_odom_body;
@@ -196,7 +206,9 @@ std::optional<KeyframeMove> PaperRangeStage::at_keyframe(const ScanResult& scan,
   T_uncorrected_ = scan.T_odom_body;
   effect_.shift_m = (T_new.p - scan.T_odom_body.p).norm();
   effect_.from = candidate->peer;
-  return move_of_window();
+  KeyframeMove move = move_of_window();
+  if (blind) move.known = known_along(*candidate, e3_odom, T_new.p - scan.T_odom_body.p);
+  return move;
 }
 
 PaperWindow::Node PaperRangeStage::node_of(std::uint32_t seq, const ScanResult& scan,
@@ -226,6 +238,7 @@ std::optional<PaperRangeStage::Candidate> PaperRangeStage::best_candidate(const 
     const double along = std::abs(sight.normalized().dot(e3_odom));
     if (!(along > best_along)) continue;
     best = found;
+    best->along = along;
     best_along = along;
   }
   return best;
@@ -268,11 +281,27 @@ Correction PaperRangeStage::correct(const Candidate& candidate, const ScanResult
   return ranging::correct_on_circle(in, paper_);
 }
 
-/// @return whether the range moved keyframes
-bool PaperRangeStage::apply(const Correction& done, const Candidate& candidate) {
+/// Across the degenerate direction a range says nothing about it, but pulls at what the LiDAR
+/// knows.
+bool PaperRangeStage::wants_factor(const Correction& done, bool degenerate, double along) const {
   const bool corrected = done.outcome == CorrectionOutcome::kCorrected;
-  const bool factor = paper_.factor == PaperFactor::kAlways ||
-                      (corrected && paper_.factor == PaperFactor::kCorrected);
+  const bool fits = done.outcome == CorrectionOutcome::kNotNeeded;
+  switch (paper_.factor) {
+    case PaperFactor::kDegenerate:
+      return corrected || (fits && degenerate && along * paper_.max_sensitivity >= 1.0);
+    case PaperFactor::kCorrected:
+      return corrected;
+    case PaperFactor::kAlways:
+      return true;
+    case PaperFactor::kNone:
+      break;
+  }
+  return false;
+}
+
+/// @return whether the range moved keyframes
+bool PaperRangeStage::apply(const Correction& done, const Candidate& candidate, bool factor) {
+  const bool corrected = done.outcome == CorrectionOutcome::kCorrected;
   const bool state = corrected && paper_.correct_then_factor == PaperThenFactor::kState;
   if (!factor && !state) return false;
   if (corrected) window_.shift_newest(done.shift_m);
@@ -307,11 +336,22 @@ void PaperRangeStage::judge(CorrectionOutcome outcome, bool used, Pair& pair) co
   }
 }
 
+/// With the sigma of a single range: smoothed ones share their errors.
+odometry::KnownAlong PaperRangeStage::known_along(const Candidate& candidate, const Vec3& e3_odom,
+                                                  const Vec3& shift_odom_m) const {
+  odometry::KnownAlong known;
+  known.e_odom = e3_odom;
+  known.shift_m = shift_odom_m.dot(e3_odom);
+  known.sigma_m = paper_.range_sigma_m / std::max(candidate.along, 0.1);
+  known.place_sigma_m =
+      std::sqrt(std::max(0.0, e3_odom.dot(candidate.pair->place_covariance_m2 * e3_odom)));
+  return known;
+}
+
 KeyframeMove PaperRangeStage::move_of_window() const {
   KeyframeMove move;
   for (const PaperWindow::Node& node : window_.nodes()) move.earlier.push_back(node.T_odom_body);
   move.T_odom_body = move.earlier.back();
-  if (window_.nodes().back().range) move.motion = window_.nodes().back().motion;
   move.earlier.pop_back();
   return move;
 }

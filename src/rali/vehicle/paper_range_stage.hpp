@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -35,6 +36,9 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
 
   /// Smooths what was measured up to `t_end`, the end of the sweep that is processed next.
   void before_sweep(Time t_end, OutputList& out);
+
+  [[nodiscard]] std::optional<geometry::Vec3> degenerate_direction(
+      std::span<const geometry::Vec3> normals_body, const geometry::Vec3& up_body) const override;
 
   std::optional<odometry::KeyframeMove> at_keyframe(
       const odometry::ScanResult& scan, const odometry::KeyframeInertia& inertia) override;
@@ -69,6 +73,7 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
     ranging::AnchorFinder finder;
     std::optional<ranging::SmoothedRange> newest;
     std::optional<geometry::Vec3> p_odom_peer_m;  ///< of antenna or body, as setting range_point
+    geometry::Mat3 place_covariance_m2 = geometry::Mat3::Zero();
     std::deque<Pending> pending;
     std::vector<sensor::RangeSample> sought;  ///< of this sweep, while the place is not known
   };
@@ -78,6 +83,7 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
     Pair* pair = nullptr;
     VehicleId peer;
     geometry::Vec3 p_body_m = geometry::Vec3::Zero();  ///< own end at the time of the range
+    double along = 0.0;  ///< cosine between line of sight and degenerate direction, without sign
   };
 
   [[nodiscard]] std::optional<PairKey> understand(const sensor::RangeSample& sample) const;
@@ -97,10 +103,16 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
                                             const odometry::ScanResult& scan,
                                             const degeneracy::PaperDegree& degree,
                                             const geometry::SE3& T_odom_body_predicted) const;
-  [[nodiscard]] bool apply(const ranging::Correction& done, const Candidate& candidate);
+  [[nodiscard]] bool wants_factor(const ranging::Correction& done, bool degenerate,
+                                  double along) const;
+  [[nodiscard]] bool apply(const ranging::Correction& done, const Candidate& candidate,
+                           bool factor);
   void count(const ranging::Correction& done);
   void judge(ranging::CorrectionOutcome outcome, bool used, Pair& pair) const;
   [[nodiscard]] odometry::KeyframeMove move_of_window() const;
+  [[nodiscard]] odometry::KnownAlong known_along(const Candidate& candidate,
+                                                 const geometry::Vec3& e3_odom,
+                                                 const geometry::Vec3& shift_odom_m) const;
   [[nodiscard]] geometry::SE3 pose_at(Time t, Time t_end, const geometry::SE3& T_end) const;
   void seek(const PairKey& key, Pair& pair, const odometry::ScanResult& result,
             const geometry::SE3& T_end);
@@ -112,6 +124,7 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
   VehicleId self_;
   VehicleSettings settings_;
   ranging::PaperRangeSettings paper_;
+  degeneracy::PaperDegreeSettings degree_;
   std::map<VehicleId, PeerWatch> peers_;
   std::map<PairKey, Pair> pairs_;
   std::deque<sensor::RangeSample> waiting_;

@@ -55,6 +55,10 @@ struct Bench {
     peer.antennas_body_m = {Vec3::Zero()};
     settings.peers = {peer};
     settings.odometry.preset = odometry::Preset::kPaper;
+    settings.paper_degree = settings.paper_degree.resolved(true);
+    settings.ranging.paper.factor = ranging::PaperFactor::kCorrected;
+    settings.ranging.paper.gap_m = 0.3;
+    settings.ranging.paper.max_s_m = 5.0;
   }
 
   void begin() {
@@ -153,6 +157,27 @@ TEST(PaperRanges, do_nothing_while_they_fit_within_the_gap) {
   Bench b;
   EXPECT_FALSE(b.one({20.0, 0.0, 0.0}, 20.3));
   EXPECT_EQ(b.count(RangeReason::kNotNeeded), 20);
+}
+
+TEST(PaperRanges, that_fit_are_factors_too_where_the_place_is_degenerate) {
+  Bench b;
+  b.settings.ranging.paper.factor = ranging::PaperFactor::kDegenerate;
+  const auto move = b.one({20.0, 0.0, 0.0}, 20.1);  // 0.075 m more than it is
+  ASSERT_TRUE(move);
+  EXPECT_EQ(b.count(RangeReason::kUsed), 20);
+  EXPECT_NEAR(move->T_odom_body.p.x(), 20.0375, 0.0375);
+  ASSERT_TRUE(move->known);
+  EXPECT_NEAR(move->known->sigma_m, 0.1, 2e-3);
+  EXPECT_NEAR(move->known->place_sigma_m, 0.2, 1e-2);  // of the prior
+  EXPECT_NEAR(move->known->shift_m * move->known->e_odom.x(), move->T_odom_body.p.x() - 20.0, 1e-9);
+}
+
+TEST(PaperRanges, tell_the_odometry_which_direction_is_degenerate) {
+  Bench b;
+  b.begin();
+  const auto along = b.stage->degenerate_direction(kCorridor, Vec3::UnitZ());
+  ASSERT_TRUE(along && std::abs(along->x()) > 1.0 - 1e-9);
+  EXPECT_FALSE(b.stage->degenerate_direction(kRoom, Vec3::UnitZ()));
 }
 
 TEST(PaperRanges, are_refused_when_seen_across_the_blind_direction) {

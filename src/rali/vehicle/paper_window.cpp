@@ -40,6 +40,10 @@ graph::PriorFactor prior_of(const PaperWindow::Node& node, double level_rad, boo
   graph::PriorFactor prior;
   prior.i = node.seq;
   prior.mean = state_of(node);
+  // What the graph made of them would be its own evidence, again with every keyframe.
+  prior.mean.v_odom_mps = node.told.v_odom_imu_mps;
+  prior.mean.gyro_bias_radps = node.told.bias.gyro_radps;
+  prior.mean.accel_bias_mps2 = node.told.bias.accel_mps2;
   const Vec3 up_body = node.T_odom_body.R.row(2).transpose();
   const Mat3 level = Mat3::Identity() - up_body * up_body.transpose();
   prior.information.topLeftCorner<3, 3>() = information(level_rad) * level;
@@ -94,6 +98,7 @@ void take(const graph::KeyframeState& x, PaperWindow::Node& node) {
 
 void PaperWindow::add(Node node, bool degenerate) {
   node.room_m2 = degenerate ? settings_.lidar_sd_m * settings_.lidar_sd_m : 0.0;
+  node.told = node.motion;
   if (nodes_.empty()) {
     node.inertial.reset();
   } else {

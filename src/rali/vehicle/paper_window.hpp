@@ -37,6 +37,7 @@ class PaperWindow {
     double room_m2 = 0.0;  ///< variance it added along the blind direction; 0 where nothing was
     bool corrected = false;
     odometry::KeyframeMotion motion;                ///< as known now
+    odometry::KeyframeMotion told;                  ///< as the odometry told
     std::optional<graph::InertialFactor> inertial;  ///< from the keyframe before
     std::optional<PaperRangeFactor> range;
   };

@@ -142,6 +142,7 @@ void InertialGuess::predict(Time t_end, std::vector<TimedPose>& poses) {
   poses.assign(1, {t_, T_odom_body()});
   pre_.reset(bias_);
   const double span_s = seconds_between(t_, t_end);
+  predicted_s_ = std::max(0.0, span_s);
   if (!(span_s > 0.0)) return;
   const imu::InertialState before = state_;
   const double covered_s = integrate_to(t_end, poses);
@@ -261,6 +262,33 @@ void InertialGuess::fuse(const geometry::Mat6& information, const geometry::Vec6
   graph_.add_registration(G.transpose() * information * G, G.transpose() * pull, state_, bias_);
   remember_registered();
   drop_used();
+}
+
+void InertialGuess::fuse_covariance(const geometry::Mat6& information) {
+  const geometry::Mat6 G = d_body_d_imu();
+  imu::InertialState state = state_;
+  imu::InertialBias bias = bias_;
+  graph_.add_registration(G.transpose() * information * G, geometry::Vec6::Zero(), state, bias);
+}
+
+void InertialGuess::begin_standstill() { graph_.begin_standstill(); }
+
+void InertialGuess::stay(const SE3& T_odom_body) {
+  const SE3 T_odom_imu = T_odom_body * T_body_imu_;
+  state_ = {T_odom_imu.R, T_odom_imu.p, Vec3::Zero()};
+  graph_.stay();
+  keyframe_covered_ = false;  // deltas over minutes of standing say nothing of the drive after them
+  remember_registered();
+  learn_gyro_bias();
+  drop_used();
+}
+
+void InertialGuess::know_along(const KnownAlong& known) {
+  const Vec3 p_odom_body = T_odom_body().p;
+  graph_.know_along(known.e_odom, known.shift_m, known.sigma_m * known.sigma_m, state_, bias_);
+  state_.p_odom_m += p_odom_body - T_odom_body().p;  // the body stays, the IMU turns about it
+  cut_biases();
+  last_registered_ = state_;
 }
 
 void InertialGuess::move(const SE3& T_new_old) {

@@ -63,8 +63,33 @@ class InertialGuess {
   /// Biases beyond what a sound sensor has are cut.
   void set_motion(const KeyframeMotion& motion);
 
+  /// The same without moving anything: the pose is told by correct(), this is how well it is known.
+  void fuse_covariance(const geometry::Mat6& information);
+
+  /// The vehicle stands there since the time last predicted to: no velocity, and the gyro measures
+  /// its bias.
+  void begin_standstill();
+  /// It still stands, at this pose.
+  void stay(const geometry::SE3& T_odom_body);
+
+  /// A measurement moved the body's position along a direction, and move() has done so already.
+  void know_along(const KnownAlong& known);
+
+  /// Over the last prediction the accelerometer's bias wandered by this density as well.
+  void let_accel_bias_wander(double walk_mps3_rthz) {
+    graph_.let_accel_bias_wander(walk_mps3_rthz * walk_mps3_rthz * predicted_s_);
+  }
+
   /// Of the body's pose by the local graph, boxplus order.
   [[nodiscard]] geometry::Mat6 covariance() const;
+
+  /// Of the IMU's velocity and the gyro's bias.
+  [[nodiscard]] geometry::Mat6 motion_covariance() const { return graph_.motion_covariance(); }
+
+  /// The last sample that was taken, in m/s^2 and rad/s; null if there is none.
+  [[nodiscard]] const sensor::ImuSample* newest_sample() const {
+    return samples_.empty() ? nullptr : &samples_.back();
+  }
 
   /// Puts the vehicle at a pose at time t without velocity.
   void reset(Time t, const geometry::SE3& T_odom_body);
@@ -122,6 +147,7 @@ class InertialGuess {
   geometry::Mat3 delta_rotation_ = geometry::Mat3::Identity();
   std::deque<PastPose> past_;  ///< registered poses of the last second
   bool inertial_ = false;
+  double predicted_s_ = 0.0;
 };
 
 }  // namespace rali::odometry::paper

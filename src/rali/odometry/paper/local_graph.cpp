@@ -25,6 +25,7 @@ constexpr double kYawRad = 1e-4;
 constexpr double kPositionM = 1e-4;
 constexpr double kRestMps = 0.01;
 constexpr double kMovingMps = 2.0;
+constexpr double kStandingMps = 0.03;  // it drives off before anybody notices
 constexpr double kRestGyroBias = 1e-3;
 constexpr double kMovingGyroBias = 0.01;
 constexpr double kAccelBias = 0.05;
@@ -103,6 +104,39 @@ void LocalGraph::add_registration(const Mat6& information, const Vec6& pull,
   state.p_odom_m += d.segment<3>(kP);
   bias.gyro_radps += d.segment<3>(kBg);
   bias.accel_mps2 += d.segment<3>(kBa);
+}
+
+void LocalGraph::begin_standstill() {
+  P_.middleRows<3>(kV).setZero();
+  P_.middleCols<3>(kV).setZero();
+  P_.diagonal().segment<3>(kV).setConstant(square(kStandingMps));
+  P_standing_ = P_;
+}
+
+void LocalGraph::know_along(const Vec3& e_odom, double shift_m, double variance_m2,
+                            imu::InertialState& state, imu::InertialBias& bias) {
+  const Eigen::Matrix<double, 15, 1> Ph = P_.middleCols<3>(kP) * e_odom;
+  const double S = e_odom.dot(Ph.segment<3>(kP)) + variance_m2;
+  if (!(S > 0.0) || !Ph.allFinite()) return;
+  const Eigen::Matrix<double, 15, 1> d = Ph * (shift_m / S);
+  P_ -= Ph * Ph.transpose() / S;
+  P_ = (0.5 * (P_ + P_.transpose())).eval();
+  state.R_odom_imu =
+      geometry::so3_normalised(state.R_odom_imu * geometry::so3_exp(d.segment<3>(kR)));
+  state.v_odom_mps += d.segment<3>(kV);
+  bias.gyro_radps += d.segment<3>(kBg);
+  bias.accel_mps2 += d.segment<3>(kBa);
+}
+
+void LocalGraph::let_accel_bias_wander(double variance_m2ps4) {
+  P_.diagonal().segment<3>(kBa).array() += variance_m2ps4;
+}
+
+Mat6 LocalGraph::motion_covariance() const {
+  Mat6 out = Mat6::Zero();
+  out.topLeftCorner<3, 3>() = P_.block<3, 3>(kV, kV);
+  out.bottomRightCorner<3, 3>() = P_.block<3, 3>(kBg, kBg);
+  return out;
 }
 
 Mat6 LocalGraph::pose_covariance() const {

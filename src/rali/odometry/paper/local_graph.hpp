@@ -31,14 +31,31 @@ class LocalGraph {
   void add_registration(const geometry::Mat6& information, const geometry::Vec6& pull,
                         imu::InertialState& state, imu::InertialBias& bias);
 
+  /// The vehicle stands from now on: the velocity is zero, whatever it was thought to be.
+  void begin_standstill();
+
+  /// It still stands: all is known as well as when that began.
+  void stay() { P_ = P_standing_; }
+
+  /// A measurement of this variance moved the position by shift_m along e_odom. All else that the
+  /// inertial data tie to the position follows by its part: velocity, attitude and biases.
+  void know_along(const geometry::Vec3& e_odom, double shift_m, double variance_m2,
+                  imu::InertialState& state, imu::InertialBias& bias);
+
+  void let_accel_bias_wander(double variance_m2ps4);
+
   /// Of the IMU's pose, boxplus order.
   [[nodiscard]] geometry::Mat6 pose_covariance() const;
+
+  /// Of velocity and gyro bias; what they have to do with each other is left out.
+  [[nodiscard]] geometry::Mat6 motion_covariance() const;
 
  private:
   using Mat15 = Eigen::Matrix<double, 15, 15>;
 
   ImuNoiseSettings noise_;
   Mat15 P_ = Mat15::Zero();
+  Mat15 P_standing_ = Mat15::Zero();
 };
 
 }  // namespace rali::odometry::paper

@@ -75,5 +75,28 @@ TEST(LocalGraph, keeps_the_state_when_the_pull_is_no_number) {
   EXPECT_EQ(state.p_odom_m, Vec3(1.0, 2.0, 3.0));
 }
 
+TEST(LocalGraph, lets_the_speed_follow_a_measured_position_by_its_correlation) {
+  // Prior 5 m2, speed tied to it by 4; a range of 5 m2 moved it by 1 m: S = 10, speed 0.4 m/s.
+  LocalGraph graph = after_a_blind_second();
+  imu::InertialState state;
+  imu::InertialBias bias;
+  graph.know_along(Vec3::UnitX(), 1.0, 5.0, state, bias);
+  EXPECT_NEAR(state.v_odom_mps.x(), 0.4, 1e-6);
+  EXPECT_EQ(state.p_odom_m.x(), 0.0) << "whoever measured has moved it";
+  EXPECT_NEAR(graph.pose_covariance()(3, 3), 2.5, 1e-6);
+  EXPECT_NEAR(graph.pose_covariance()(4, 4), 5.0, 1e-6);
+}
+
+TEST(LocalGraph, knows_as_much_after_a_minute_of_standing_as_before) {
+  LocalGraph graph = after_a_blind_second();
+  graph.begin_standstill();
+  EXPECT_NEAR(graph.motion_covariance()(0, 0), 0.03 * 0.03, 1e-12);
+  for (int k = 0; k < 600; ++k) {
+    graph.advance_blind(0.1);
+    graph.stay();
+  }
+  EXPECT_NEAR(graph.pose_covariance()(3, 3), 5.0, 1e-6);
+}
+
 }  // namespace
 }  // namespace rali::odometry::paper

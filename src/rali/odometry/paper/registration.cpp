@@ -5,12 +5,14 @@
 #include <numbers>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "rali/geometry/so3.hpp"
 #include "rali/odometry/paper/weights.hpp"
 
 namespace rali::odometry::paper {
 
+using geometry::Mat3;
 using geometry::Mat6;
 using geometry::SE3;
 using geometry::Vec3;
@@ -23,6 +25,18 @@ constexpr double kStopRad = 0.01 * std::numbers::pi / 180.0;  // algorithms.md 2
 constexpr double kSigmaFloorM = 3e-3;  // no point is known better to its plane (2.3)
 constexpr double kDampingMax = 1e6;    // of a step, in units of the hold
 constexpr std::size_t kBlock = 256;
+constexpr double kFirm = 1e3;           // times the largest information: along there nothing moves
+constexpr double kSameDirection = 0.9;  // cosine
+constexpr double kPivotMin = 1e-9;      // relative; rotations known worse are not adapted
+
+Mat3 inverse_of_rotation(const Mat6& I) {
+  const Eigen::SelfAdjointEigenSolver<Mat3> rotation(I.topLeftCorner<3, 3>());
+  const Vec3& values = rotation.eigenvalues();
+  const double least = kPivotMin * std::max(values.z(), 0.0);
+  Vec3 inverse = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) inverse(k) = values(k) > least ? 1.0 / values(k) : 0.0;
+  return rotation.eigenvectors() * inverse.asDiagonal() * rotation.eigenvectors().transpose();
+}
 
 }  // namespace
 
@@ -35,6 +49,35 @@ PlaneResidual plane_residual(const SE3& T_odom_body, const Vec3& p_body, const V
   out.J << p_body.y() * m.z() - p_body.z() * m.y(), p_body.z() * m.x() - p_body.x() * m.z(),
       p_body.x() * m.y() - p_body.y() * m.x(), n_odom;
   return out;
+}
+
+std::optional<Vec3> weakest_translation(const Mat6& I, const Vec3& near) {
+  const Mat3 I_pr = I.bottomLeftCorner<3, 3>();
+  const Mat3 I_t = I.bottomRightCorner<3, 3>() - I_pr * inverse_of_rotation(I) * I_pr.transpose();
+  // Only what lies in the plane of `near` and across it within the horizontal can be meant; the
+  // vertical is weak too where few normals point up.
+  const Vec3 up = Vec3::UnitZ();
+  const Vec3 across = up.cross(near).normalized();
+  Eigen::Matrix<double, 3, 2> B;
+  B << near, across;
+  const Eigen::Matrix2d flat = B.transpose() * I_t * B;
+  if (!flat.allFinite()) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(flat);
+  const Vec3 weakest = B * solver.eigenvectors().col(0);
+  if (std::abs(weakest.dot(near)) < kSameDirection) return std::nullopt;
+  return weakest;
+}
+
+void remove_translation(Mat6& I, Vec6& b, const Vec3& direction) {
+  // The rotations that go with the translation, as they lower its cost most.
+  Vec6 u;
+  u << -(inverse_of_rotation(I) * I.topRightCorner<3, 3>() * direction), direction;
+  const Vec6 Iu = I * u;
+  const double information = u.dot(Iu);
+  if (!(information > 0.0)) return;
+  b -= Iu * (u.dot(b) / information);
+  I -= Iu * Iu.transpose() / information;
+  I = (0.5 * (I + I.transpose())).eval();
 }
 
 void Registration::set_features(const PlanarFeatures& features, const SE3& T_body_lidar) {
@@ -102,24 +145,29 @@ double Registration::cost(const SE3& T) const {
 // way.
 void Registration::hold(const Mat6& H, const SE3& guess) {
   guess_ = guess;
-  hold_.head<3>().setConstant(settings_.damping * H.diagonal().head<3>().maxCoeff());
-  hold_.tail<3>().setConstant(settings_.damping * H.diagonal().tail<3>().maxCoeff());
+  const double translation = H.diagonal().tail<3>().maxCoeff();
+  hold_.setZero();
+  hold_.diagonal().head<3>().setConstant(settings_.damping * H.diagonal().head<3>().maxCoeff());
+  hold_.diagonal().tail<3>().setConstant(settings_.damping * translation);
+  if (!degenerate_odom_) return;
+  const std::optional<Vec3> axis = weakest_translation(H, *degenerate_odom_);
+  if (!axis) return;
+  hold_.bottomRightCorner<3, 3>() += kFirm * translation * *axis * axis->transpose();
 }
 
 double Registration::hold_cost(const SE3& T) const {
   const Vec6 d = geometry::boxminus(T, guess_);
-  return 0.5 * d.dot(hold_.cwiseProduct(d));
+  return 0.5 * d.dot(hold_ * d);
 }
 
 // One accepted step with the planes held, or false.
 bool Registration::step(const NormalEquations& equations, SE3& T, double& damping,
                         Vec6& taken) const {
   const Vec6 from_guess = geometry::boxminus(T, guess_);
-  const Vec6 b = equations.b + hold_.cwiseProduct(from_guess);
+  const Vec6 b = equations.b + hold_ * from_guess;
   const double cost_now = equations.cost + hold_cost(T);
   while (damping < kDampingMax) {
-    Mat6 H = equations.H;
-    H.diagonal() += (1.0 + damping) * hold_;
+    const Mat6 H = equations.H + (1.0 + damping) * hold_;
     taken = -H.ldlt().solve(b);
     const SE3 moved = geometry::boxplus(T, taken);
     if (taken.allFinite() && cost(moved) + hold_cost(moved) <= cost_now) {
@@ -142,7 +190,11 @@ void Registration::finish(const NormalEquations& equations, RegistrationResult& 
   out.information = equations.H / unit_variance;
   // The held minimum x solves H (x - x_matches) + D (x - guess) = 0.
   const Vec6 moved = geometry::boxminus(out.T_odom_body, guess_);
-  out.pull = (equations.H * moved + hold_.cwiseProduct(moved)) / unit_variance;
+  out.pull = (equations.H * moved + hold_ * moved) / unit_variance;
+  if (degenerate_odom_) {
+    const auto axis = weakest_translation(out.information, *degenerate_odom_);
+    if (axis) remove_translation(out.information, out.pull, *axis);
+  }
   for (const Match& m : matches_) {
     if (!m.valid) continue;
     const double r_m = m.plane.n_odom.dot(out.T_odom_body * m.p_body - m.plane.centre_odom);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,17 @@ struct PlaneResidual {
                                            const geometry::Vec3& q_odom,
                                            const geometry::Vec3& n_odom);
 
+/// The horizontal direction of translation about which a Gauss-Newton system says least, rotations
+/// left free; nothing if it is more than 25 degrees off `near` (unit, horizontal, in odom).
+[[nodiscard]] std::optional<geometry::Vec3> weakest_translation(const geometry::Mat6& I,
+                                                                const geometry::Vec3& near);
+
+/// Takes what a Gauss-Newton system claims about a translation out of it: afterwards the system is
+/// open along `direction` with the rotations that go with it, and what is I-orthogonal to that is
+/// untouched; I stays positive semidefinite. Source: algorithms 2.4, with J = 0.
+/// @param I,b boxplus order; @param direction unit, in odom
+void remove_translation(geometry::Mat6& I, geometry::Vec6& b, const geometry::Vec3& direction);
+
 struct RegistrationResult {
   geometry::SE3 T_odom_body;
   bool matched = false;    ///< false: too few matches, T_odom_body is the guess
@@ -42,6 +54,13 @@ struct RegistrationResult {
 class Registration {
  public:
   explicit Registration(const PaperSettings& settings) : settings_(settings) {}
+
+  /// The next align() holds the pose at its guess along the degenerate direction, horizontal, unit,
+  /// in odom, and claims no information along it. The normals give it to a degree or so; what is
+  /// held is the weakest direction of the matches near it: a degree beside it the walls are known.
+  void hold_along(const std::optional<geometry::Vec3>& direction_odom) {
+    degenerate_odom_ = direction_odom;
+  }
 
   /// @param features in the LiDAR frame at the time of the pose sought
   /// @param guess pose to start from; along directions that no match constrains it stays there
@@ -87,7 +106,8 @@ class Registration {
   double q2_m_ = 0.0;
   double q3_m_ = 0.0;
   geometry::SE3 guess_;
-  geometry::Vec6 hold_ = geometry::Vec6::Zero();  ///< information that holds the pose at the guess
+  geometry::Mat6 hold_ = geometry::Mat6::Zero();  ///< information that holds the pose at the guess
+  std::optional<geometry::Vec3> degenerate_odom_;
   std::vector<degeneracy::PlaneEvidence> evidence_;
 };
 

@@ -217,5 +217,43 @@ TEST(PointGrid, finds_what_looking_at_all_points_finds) {
   }
 }
 
+TEST(DegenerateTranslation, is_taken_out_and_leaves_the_rest) {
+  // Test T11: x with one rotation, (translation, rotation) [[10, 5], [5, 100]] becomes
+  // [[0.25, 5], [5, 100]]; y is not touched.
+  geometry::Mat6 I = geometry::Mat6::Zero();
+  I(0, 0) = 100.0;
+  I(3, 3) = 10.0;
+  I(0, 3) = I(3, 0) = 5.0;
+  I(4, 4) = 7.0;
+  geometry::Vec6 b = geometry::Vec6::Zero();
+  b[3] = 1.0;
+  b[4] = 2.0;
+  remove_translation(I, b, Vec3::UnitX());
+  EXPECT_NEAR(I(3, 3), 0.25, 1e-9);
+  EXPECT_NEAR(I(0, 3), 5.0, 1e-9);
+  EXPECT_NEAR(I(0, 0), 100.0, 1e-9);
+  EXPECT_NEAR(I(4, 4), 7.0, 1e-12);
+  EXPECT_NEAR(b[3], 0.0, 1e-9) << "it pulled along x only";
+  EXPECT_NEAR(b[4], 2.0, 1e-12);
+}
+
+TEST(DegenerateTranslation, is_the_weakest_near_the_normals_direction_not_that_itself) {
+  // Walls hold the direction 2 degrees off y by 1e4, noise gives 10: taken out along x itself,
+  // nothing of the walls would be left.
+  const Vec3 wall(-std::sin(0.035), std::cos(0.035), 0.0);
+  const Vec3 along(std::cos(0.035), std::sin(0.035), 0.0);
+  geometry::Mat6 I = geometry::Mat6::Zero();
+  I.topLeftCorner<3, 3>() = 100.0 * geometry::Mat3::Identity();
+  I.bottomRightCorner<3, 3>() = 1e4 * wall * wall.transpose() + 10.0 * along * along.transpose();
+  const auto weakest = weakest_translation(I, Vec3::UnitX());
+  ASSERT_TRUE(weakest);
+  EXPECT_NEAR(std::abs(weakest->dot(along)), 1.0, 1e-9);
+  geometry::Vec6 b = geometry::Vec6::Zero();
+  remove_translation(I, b, *weakest);
+  EXPECT_NEAR(wall.dot(I.bottomRightCorner<3, 3>() * wall), 1e4, 1e-6);
+  EXPECT_NEAR(along.dot(I.bottomRightCorner<3, 3>() * along), 0.0, 1e-9);
+  EXPECT_FALSE(weakest_translation(I, Vec3::UnitY())) << "across: the normals are wrong";
+}
+
 }  // namespace
 }  // namespace rali::odometry::paper

@@ -24,6 +24,13 @@ inline constexpr ChoiceNames<2> kRotationAngleNames{"full", "half"};
 enum class PaperBackEnd { kGraph, kObserver };
 inline constexpr ChoiceNames<2> kPaperBackEndNames{"graph", "observer"};
 
+/// Where the pose along the degenerate direction comes from, before ranges.
+enum class PaperDegenerateStep {
+  kPredicted,  ///< from the prediction: normals' noise must not count as information
+  kRegistered  ///< from the registration, as printed
+};
+inline constexpr ChoiceNames<2> kPaperDegenerateStepNames{"predicted", "registered"};
+
 enum class WeightPlace { kInside, kOutside };
 inline constexpr ChoiceNames<2> kWeightPlaceNames{"inside", "outside"};
 
@@ -49,7 +56,9 @@ struct PaperSettings {
   double map_normal_max_deg = 30.0;
 
   double keyframe_overlap = 0.9;
-  double keyframe_s = 0.0;
+  double keyframe_s = 1.0;
+  PaperDegenerateStep degenerate_step = PaperDegenerateStep::kPredicted;
+  double lost_m = 1.0;
   int n_kf = 20;
 
   int iterations_max = 10;
@@ -64,8 +73,10 @@ struct PaperSettings {
   template <class V>
   void visit(V& v) {
     v("literal", literal,
-      "as printed: kin_point raw, kin_abs false, rot_angle half; of ranging.paper: range_point "
-      "body, range_2d flat, range_time keyframe, share none, no max_s_m, no max_sensitivity");
+      "as printed: kin_point raw, kin_abs false, rot_angle half, degenerate_step registered, "
+      "keyframe_s 0; of vehicle.paper_degree: l2_l3 below 3, e3_xy; of ranging.paper: range_point "
+      "body, range_2d flat, range_time keyframe, factor always, share none, no max_s_m, no "
+      "max_sensitivity");
     v("downsample_m", downsample_m, 0.02, 5.0, "one point per cube of this edge");
     v("theta_planar_deg", theta_planar_deg, 0.1, 90.0, "largest angle of n_G and n_O");
     v.choice("normal_sign", normal_sign, kPaperNormalSignNames,
@@ -84,7 +95,10 @@ struct PaperSettings {
       "map points whose normal is further from the feature's are no neighbours; 180: all are");
     v("keyframe_overlap", keyframe_overlap, 0.0, 1.0, "less overlap makes a keyframe");
     v("keyframe_s", keyframe_s, 0.0, 600.0,
-      "and so much time, once it has moved: blind, overlap tells little; 0: as printed");
+      "and so much time while degenerate, once it has moved: overlap hardly falls there; 0: never");
+    v.choice("degenerate_step", degenerate_step, kPaperDegenerateStepNames,
+             "the pose along the degenerate direction, before ranges");
+    v("lost_m", lost_m, 0.01, 1e6, "a position known worse than this is reported as lost");
     v("n_kf", n_kf, 1, 1000, "keyframes of the submap");
     v("iterations_max", iterations_max, 1, 100, "iterations of one registration");
     v("damping", damping, 1e-9, 1.0,
@@ -108,6 +122,8 @@ struct PaperSettings {
     out.kin_point = KinematicPoint::kRaw;
     out.kin_abs = false;
     out.rot_angle = RotationAngle::kHalf;
+    out.degenerate_step = PaperDegenerateStep::kRegistered;
+    out.keyframe_s = 0.0;
     return out;
   }
 };
