@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -31,7 +30,8 @@ constexpr double kOffsetShare = 0.25;
 /// A vehicle with its pairs, on the way to its score.
 struct Judged {
   const VehicleInput* input = nullptr;
-  eval::PairList pairs, odometry_pairs;
+  bool is_reference = false;  ///< its first pose fixes the frame
+  eval::PairList pairs, live_pairs, odometry_pairs;
 };
 
 Result<eval::PairList> pairs_of(const eval::PoseList& poses, const VehicleInput& vehicle,
@@ -53,10 +53,13 @@ Result<Judged> judged(const VehicleInput& vehicle, const EvaluationOptions& opti
   Result<eval::PairList> pairs = pairs_of(vehicle.trajectory.poses, vehicle, options);
   if (!pairs) return tl::make_unexpected(pairs.error());
   out.pairs = std::move(*pairs);
-  if (vehicle.odometry.poses.empty()) return out;
-  pairs = pairs_of(vehicle.odometry.poses, vehicle, options);
-  if (!pairs) return tl::make_unexpected(pairs.error());
-  out.odometry_pairs = std::move(*pairs);
+  for (const auto& [track, list] : {std::pair{&vehicle.live, &out.live_pairs},
+                                    std::pair{&vehicle.odometry, &out.odometry_pairs}}) {
+    if (track->poses.empty()) continue;
+    pairs = pairs_of(track->poses, vehicle, options);
+    if (!pairs) return tl::make_unexpected(pairs.error());
+    *list = std::move(*pairs);
+  }
   return out;
 }
 
@@ -90,13 +93,27 @@ std::string cause_of_shift(double shift_s, const VehicleInput& v) {
       offset_s, explains ? ": this truth is on the LiDAR's" : "; it is not that alone");
 }
 
+/// What the covariances of a frame are relative to.
+struct Gauges {
+  eval::Gauge trajectory, live;
+};
+
+Gauges gauges_of(const std::vector<Judged>& group, eval::Alignment asked) {
+  std::vector<StatedPairs> trajectory, live;
+  for (const Judged& v : group) {
+    trajectory.push_back({&v.pairs, &v.input->trajectory.covariances, v.is_reference});
+    live.push_back({&v.live_pairs, &v.input->live.covariances, v.is_reference});
+  }
+  return {frame_gauge(trajectory, asked), frame_gauge(live, asked)};
+}
+
 /// Judges vehicles in one frame.
 class FrameJudge {
  public:
   FrameJudge(const EvaluationOptions& options, Evaluation& result)
       : options_(options), result_(result) {}
 
-  Status add(const std::vector<Judged>& group) {
+  Status add(const std::vector<Judged>& group, const Gauges& gauges) {
     eval::PairList all;
     for (const Judged& v : group) all.insert(all.end(), v.pairs.begin(), v.pairs.end());
     const Result<FrameFit> fit = fit_frame(all, options_.align);
@@ -106,43 +123,26 @@ class FrameJudge {
     if (!fit->why.empty()) {
       result_.warnings.push_back(fmt::format("{}: {}", fmt::join(frame.vehicles, ", "), fit->why));
     }
-    const SE3 T_covariance = covariance_frame(group, fit->T_truth_est);
     for (const Judged& v : group) {
-      if (Status s = add_vehicle(v, fit->T_truth_est, T_covariance); !s) return s;
+      if (Status s = add_vehicle(v, fit->T_truth_est, gauges.trajectory); !s) return s;
     }
     result_.frames.push_back(std::move(frame));
-    return {};
+    return add_live(group, gauges.live);
   }
 
   void finish() {
     result_.fleet = score_of(fleet_, options_.distances_m);
+    if (!fleet_live_.rows.empty()) {
+      result_.fleet_live = score_of(fleet_live_, options_.distances_m);
+    }
     if (!fleet_odometry_.rows.empty()) {
       result_.fleet_odometry = score_of(fleet_odometry_, options_.distances_m);
     }
   }
 
  private:
-  /// The covariances of a frame grow from where it was laid down: the pose that is surest of
-  /// itself.
-  SE3 covariance_frame(const std::vector<Judged>& group, const SE3& T_truth_est) const {
-    if (options_.align == eval::Alignment::kNone) return T_truth_est.inverse();
-    const Judged* surest = &group.front();
-    double least = std::numeric_limits<double>::infinity();
-    for (const Judged& v : group) {
-      const auto& P = v.input->trajectory.covariances;
-      const std::size_t i = anchor_pair(v.pairs);
-      if (v.pairs[i].est_index >= P.size()) continue;
-      const double trace = P[v.pairs[i].est_index].trace();
-      if (!(trace < least)) continue;
-      least = trace;
-      surest = &v;
-    }
-    const eval::PosePair& anchor = surest->pairs[anchor_pair(surest->pairs)];
-    return anchor.est * anchor.ref.inverse();
-  }
-
-  Status add_vehicle(const Judged& v, const SE3& T_truth_est, const SE3& T_covariance) {
-    const SampleOptions how{options_.distances_m, options_.all_pairs, T_truth_est, T_covariance};
+  Status add_vehicle(const Judged& v, const SE3& T_truth_est, const eval::Gauge& gauge) {
+    const SampleOptions how{options_.distances_m, options_.all_pairs, T_truth_est, gauge};
     const Samples samples = samples_of(v.pairs, v.input->trajectory.covariances, v.input->blind_map,
                                        v.input->truth, how);
     VehicleScore score;
@@ -186,14 +186,40 @@ class FrameJudge {
         shift->rmse_m, shift->rmse_after_m, cause_of_shift(shift->shift_s, *v.input)));
   }
 
+  /// Live poses lie in map, too, but it was known less well then: aligned by themselves, one
+  /// transform for all. The vehicles of the group are the last in the result.
+  Status add_live(const std::vector<Judged>& group, const eval::Gauge& gauge) {
+    eval::PairList all;
+    for (const Judged& v : group) {
+      all.insert(all.end(), v.live_pairs.begin(), v.live_pairs.end());
+    }
+    if (all.empty()) return {};
+    const Result<FrameFit> fit = fit_frame(all, options_.align);
+    if (!fit) return tl::make_unexpected(fit.error());
+    const SampleOptions how{options_.distances_m, options_.all_pairs, fit->T_truth_est, gauge};
+    const std::size_t first = result_.vehicles.size() - group.size();
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      const Judged& v = group[i];
+      if (v.live_pairs.empty()) continue;
+      // Blind directions are known for the final poses only.
+      const Samples samples =
+          samples_of(v.live_pairs, v.input->live.covariances, {}, v.input->truth, how);
+      TrackScore& score = result_.vehicles[first + i].live.emplace();
+      score = score_of(samples, options_.distances_m);
+      score.drift = eval::drift(v.live_pairs, fit->T_truth_est);
+      if (!is_level(*v.input)) score.drift->z_m.reset();
+      fleet_live_.append(samples);
+    }
+    return {};
+  }
+
   /// Each odometry has a frame of its own: aligned by itself.
   Status add_odometry(const Judged& v, VehicleScore& score) {
     const Result<FrameFit> fit = fit_frame(v.odometry_pairs, options_.align);
     if (!fit) return tl::make_unexpected(fit.error());
-    const eval::PosePair& anchor = v.odometry_pairs[anchor_pair(v.odometry_pairs)];
-    const SampleOptions how{
-        options_.distances_m, options_.all_pairs, fit->T_truth_est,
-        options_.align == eval::Alignment::kNone ? SE3{} : anchor.est * anchor.ref.inverse()};
+    const StatedPairs stated{&v.odometry_pairs, &v.input->odometry.covariances, true};
+    const SampleOptions how{options_.distances_m, options_.all_pairs, fit->T_truth_est,
+                            frame_gauge({&stated, 1}, options_.align)};
     // Blind directions are known in map only, not in the frame of the odometry.
     const Samples samples =
         samples_of(v.odometry_pairs, v.input->odometry.covariances, {}, v.input->truth, how);
@@ -206,7 +232,7 @@ class FrameJudge {
 
   const EvaluationOptions& options_;
   Evaluation& result_;
-  Samples fleet_, fleet_odometry_;
+  Samples fleet_, fleet_live_, fleet_odometry_;
 };
 
 void add_between(const std::vector<Judged>& group, Evaluation& result) {
@@ -253,19 +279,22 @@ Result<Evaluation> evaluate_tracks(const RunInput& run, const EvaluationOptions&
       if (run.vehicles[i].truth.empty()) continue;
       Result<Judged> vehicle = judged(run.vehicles[i], options);
       if (!vehicle) return tl::make_unexpected(vehicle.error());
+      vehicle->is_reference = i == group.front();
       vehicles.push_back(std::move(*vehicle));
       warn_of_slow_truth(run.vehicles[i], options, result.warnings);
     }
     if (vehicles.empty()) continue;
     add_between(vehicles, result);
+    // However the vehicles are aligned: what is stated is relative to the frame's reference.
+    const Gauges gauges = gauges_of(vehicles, options.align);
     if (!options.each) {
-      if (Status s = judge.add(vehicles); !s) return tl::make_unexpected(s.error());
+      if (Status s = judge.add(vehicles, gauges); !s) return tl::make_unexpected(s.error());
       continue;
     }
     for (Judged& vehicle : vehicles) {
       std::vector<Judged> one;
       one.push_back(std::move(vehicle));
-      if (Status s = judge.add(one); !s) return tl::make_unexpected(s.error());
+      if (Status s = judge.add(one, gauges); !s) return tl::make_unexpected(s.error());
     }
   }
   judge.finish();

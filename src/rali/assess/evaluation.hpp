@@ -32,6 +32,7 @@ struct FrameScore {
 struct VehicleScore {
   std::string name;
   TrackScore trajectory;               ///< final poses, one alignment for the frame
+  std::optional<TrackScore> live;      ///< in map as known at the time, one alignment, too
   std::optional<TrackScore> odometry;  ///< as processed, aligned by itself
   std::vector<PoseRow> rows;           ///< of the trajectory
 };
@@ -57,7 +58,7 @@ struct Evaluation {
   std::vector<FrameScore> frames;
   std::vector<VehicleScore> vehicles;
   TrackScore fleet;  ///< all vehicles together
-  std::optional<TrackScore> fleet_odometry;
+  std::optional<TrackScore> fleet_live, fleet_odometry;
   std::vector<PairScore> between;
   std::optional<CloudScore> cloud;
   std::vector<std::string> warnings;

@@ -1,5 +1,7 @@
 #include "rali/assess/frame_fit.hpp"
 
+#include <limits>
+
 #include "rali/geometry/pca3.hpp"
 
 namespace rali::assess {
@@ -54,10 +56,21 @@ Result<FrameFit> fit_frame(const eval::PairList& pairs, Alignment asked) {
                 "(alignment origin)");
 }
 
-std::size_t anchor_pair(const eval::PairList& pairs) {
-  std::size_t i = 0;
-  while (i + 1 < pairs.size() && seconds_between(pairs.front().t, pairs[i].t) < 1.0) ++i;
-  return i;
+eval::Gauge frame_gauge(std::span<const StatedPairs> vehicles, Alignment asked) {
+  if (asked == Alignment::kNone) return {};
+  const eval::PosePair* reference = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const StatedPairs& v : vehicles) {
+    if (v.pairs->empty()) continue;
+    const eval::PosePair& first = v.pairs->front();
+    if (v.is_reference) return eval::gauge_of(first);
+    const bool stated = first.est_index < v.covariances->size();
+    const double trace = stated ? (*v.covariances)[first.est_index].trace() : least;
+    if (reference != nullptr && !(trace < least)) continue;
+    reference = &first;
+    least = trace;
+  }
+  return reference != nullptr ? eval::gauge_of(*reference) : eval::Gauge{};
 }
 
 }  // namespace rali::assess

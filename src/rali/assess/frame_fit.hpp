@@ -1,8 +1,11 @@
 #pragma once
 
+#include <span>
 #include <string>
+#include <vector>
 
 #include "rali/eval/alignment.hpp"
+#include "rali/eval/gauge.hpp"
 
 namespace rali::assess {
 
@@ -18,8 +21,16 @@ struct FrameFit {
 /// Errors (kNoAnswer): no pairs.
 [[nodiscard]] Result<FrameFit> fit_frame(const eval::PairList& pairs, eval::Alignment asked);
 
-/// The pair from which the frame of the covariances is taken: one second after the first, so that
-/// an estimator that levels itself with its first sweeps is not blamed for the very first one.
-[[nodiscard]] std::size_t anchor_pair(const eval::PairList& pairs);
+/// Pairs of one vehicle and what it states.
+struct StatedPairs {
+  const eval::PairList* pairs = nullptr;
+  const std::vector<geometry::Mat6>* covariances = nullptr;
+  bool is_reference = false;
+};
+
+/// The gauge of vehicles that share a frame: the first judged pose of the reference vehicle. An
+/// estimate that lies in the truth's own frame has none.
+/// @param vehicles  if the reference vehicle is not among them, who states least stands in
+[[nodiscard]] eval::Gauge frame_gauge(std::span<const StatedPairs> vehicles, eval::Alignment asked);
 
 }  // namespace rali::assess

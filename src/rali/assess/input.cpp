@@ -73,9 +73,11 @@ Status read_vehicle(const std::string& out, VehicleInput& vehicle,
   vehicle.file = out + "/trajectory/" + vehicle.name + ".tum";
   const std::string stem = out + "/trajectory/" + vehicle.name;
   if (Status s = read_track(stem, vehicle.trajectory, warnings, &vehicle.levelled); !s) return s;
-  const std::string odometry = out + "/odometry/" + vehicle.name;
-  if (exists(odometry + ".tum")) {
-    if (Status s = read_track(odometry, vehicle.odometry, warnings); !s) return s;
+  for (const auto& [folder, track] :
+       {std::pair{"/live/", &vehicle.live}, std::pair{"/odometry/", &vehicle.odometry}}) {
+    const std::string path = out + folder + vehicle.name;
+    if (!exists(path + ".tum")) continue;
+    if (Status s = read_track(path, *track, warnings); !s) return s;
   }
   const std::string blind = out + "/degeneracy/" + vehicle.name + ".csv";
   if (!exists(blind)) return {};
@@ -85,8 +87,8 @@ Status read_vehicle(const std::string& out, VehicleInput& vehicle,
   return {};
 }
 
-/// Groups of metrics.json; vehicles it does not name join the first group, as in runs of other
-/// programs, which know one frame only.
+/// Groups of metrics.json in its order; vehicles it does not name join the first group, as in runs
+/// of other programs, which know one frame only.
 std::vector<std::vector<std::size_t>> read_groups(const nlohmann::json& json,
                                                   const std::vector<VehicleInput>& vehicles) {
   std::vector<std::vector<std::size_t>> groups;
@@ -95,12 +97,13 @@ std::vector<std::vector<std::size_t>> read_groups(const nlohmann::json& json,
   if (json.is_object() && json.contains(pointer) && json[pointer].is_array()) {
     for (const auto& names : json[pointer]) {
       groups.emplace_back();
-      for (std::size_t i = 0; i < vehicles.size(); ++i) {
-        const bool named = names.is_array() &&
-                           std::find(names.begin(), names.end(), vehicles[i].name) != names.end();
-        if (!named || placed[i]) continue;
-        placed[i] = true;
-        groups.back().push_back(i);
+      if (!names.is_array()) continue;
+      for (const auto& name : names) {
+        for (std::size_t i = 0; i < vehicles.size(); ++i) {
+          if (placed[i] || name != vehicles[i].name) continue;
+          placed[i] = true;
+          groups.back().push_back(i);
+        }
       }
     }
   }

@@ -21,6 +21,7 @@ struct Track {
 struct VehicleInput {
   std::string name;
   Track trajectory;  ///< final: `trajectory/<v>.tum`, or the one file that was given
+  Track live;        ///< in map as known at the time: `live/<v>.tum`; empty if there is none
   Track odometry;    ///< as processed: `odometry/<v>.tum`; empty if there is none
   /// Direction in map per pose of the trajectory, zero where not blind; empty without a file.
   std::vector<geometry::Vec3> blind_map;
@@ -36,7 +37,8 @@ struct RunInput {
   std::string name;  ///< as the user gave it
   bool out_folder = false;
   std::vector<VehicleInput> vehicles;  ///< in natural order of their names
-  /// Indices of vehicles that share one frame, largest group first.
+  /// Indices of vehicles that share one frame, largest group first. The first vehicle of a group is
+  /// its reference: its first pose fixes the frame.
   std::vector<std::vector<std::size_t>> groups;
   std::string cloud;                  ///< path of the map; empty if there is none
   std::vector<std::string> warnings;  ///< sentences for the user

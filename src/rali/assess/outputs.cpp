@@ -95,6 +95,7 @@ Json track_json(const TrackScore& s) {
   json["nees_pose"] = nees_json(s.nees6);
   json["nees_position"] = nees_json(s.nees3);
   json["covariances_unusable"] = s.covariances_unusable;
+  json["reference_poses"] = s.reference_poses;
   return json;
 }
 
@@ -181,12 +182,14 @@ std::string evaluation_json(const Evaluation& e, const std::vector<Limit>& limit
   json["vehicles"] = Json::object();
   for (const VehicleScore& v : e.vehicles) {
     json["vehicles"][v.name]["trajectory"] = track_json(v.trajectory);
+    json["vehicles"][v.name]["live"] = v.live ? track_json(*v.live) : Json(nullptr);
     json["vehicles"][v.name]["odometry"] = v.odometry ? track_json(*v.odometry) : Json(nullptr);
   }
   json["fleet"] = nullptr;
   if (!e.vehicles.empty()) {
     json["fleet"] = {
         {"trajectory", track_json(e.fleet)},
+        {"live", e.fleet_live ? track_json(*e.fleet_live) : Json(nullptr)},
         {"odometry", e.fleet_odometry ? track_json(*e.fleet_odometry) : Json(nullptr)}};
   }
   json["between"] = Json::array();

@@ -72,6 +72,7 @@ void Samples::append(const Samples& other) {
     rpe[d].insert(rpe[d].end(), other.rpe[d].begin(), other.rpe[d].end());
   }
   covariances_unusable += other.covariances_unusable;
+  reference_poses += other.reference_poses;
   has_blind = has_blind || other.has_blind;
   way_m += other.way_m;
   blind_way_m += other.blind_way_m;
@@ -92,8 +93,10 @@ Samples samples_of(const eval::PairList& pairs, const std::vector<geometry::Mat6
     row.ape_m = errors[i].translation_m;
     row.rot_rad = errors[i].rotation_rad;
     row.error_m = T * p.est.p - p.ref.p;
-    if (p.est_index < covariances.size()) {
-      const SE3 truth_est = options.T_est_truth_covariance * p.ref;
+    if (options.gauge.holds(p)) {
+      ++out.reference_poses;
+    } else if (p.est_index < covariances.size()) {
+      const SE3 truth_est = options.gauge.T_est_ref * p.ref;
       row.nees6 = eval::nees_pose(p.est, truth_est, covariances[p.est_index]);
       row.nees3 = eval::nees_position(p.est, truth_est, covariances[p.est_index]);
       if (!row.nees6) ++out.covariances_unusable;
@@ -136,6 +139,7 @@ TrackScore score_of(const Samples& samples, const std::vector<double>& distances
   score.nees6 = nees_score(samples.rows, 6, &PoseRow::nees6);
   score.nees3 = nees_score(samples.rows, 3, &PoseRow::nees3);
   score.covariances_unusable = samples.covariances_unusable;
+  score.reference_poses = samples.reference_poses;
   return score;
 }
 

@@ -6,6 +6,7 @@
 
 #include "rali/eval/drift.hpp"
 #include "rali/eval/errors.hpp"
+#include "rali/eval/gauge.hpp"
 #include "rali/eval/statistics.hpp"
 
 namespace rali::assess {
@@ -25,11 +26,12 @@ struct Samples {
   std::vector<PoseRow> rows;
   std::vector<std::vector<eval::PoseError>> rpe;  ///< per distance asked for
   std::size_t covariances_unusable = 0;
-  bool has_blind = false;    ///< it is known where it was blind
-  double way_m = 0.0;        ///< along the truth
-  double blind_way_m = 0.0;  ///< of it blind
-  double covered_s = 0.0;    ///< time between judged poses, gaps left out
-  double truth_s = 0.0;      ///< length of the truth
+  std::size_t reference_poses = 0;  ///< without NEES: they hold the gauge
+  bool has_blind = false;           ///< it is known where it was blind
+  double way_m = 0.0;               ///< along the truth
+  double blind_way_m = 0.0;         ///< of it blind
+  double covered_s = 0.0;           ///< time between judged poses, gaps left out
+  double truth_s = 0.0;             ///< length of the truth
 
   void append(const Samples& other);
 };
@@ -63,6 +65,7 @@ struct TrackScore {
   std::optional<BlindScore> blind;        ///< nothing without degeneracy/<v>.csv
   std::optional<NeesScore> nees6, nees3;  ///< nothing without usable covariances
   std::size_t covariances_unusable = 0;
+  std::size_t reference_poses = 0;     ///< without NEES: they hold the gauge
   std::optional<double> alone_rmse_m;  ///< APE with an alignment of its own
   std::optional<eval::Drift> drift;    ///< of one vehicle
 };
@@ -74,8 +77,8 @@ struct TrackScore {
 struct SampleOptions {
   std::vector<double> distances_m;
   bool all_pairs = true;
-  geometry::SE3 T_truth_est;             ///< alignment
-  geometry::SE3 T_est_truth_covariance;  ///< brings the truth into the frame of the covariances
+  geometry::SE3 T_truth_est;  ///< alignment
+  eval::Gauge gauge;          ///< of the covariances
 };
 
 [[nodiscard]] Samples samples_of(const eval::PairList& pairs,

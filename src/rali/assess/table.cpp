@@ -219,18 +219,21 @@ std::string evaluation_table(const Evaluation& e) {
   if (!e.truth.empty()) text += " against " + e.truth;
   text += '\n';
   if (!e.vehicles.empty()) text += e.how() + '\n';
-  std::vector<Column> final_poses, odometry;
+  std::vector<Column> final_poses, live, odometry;
   for (const VehicleScore& v : e.vehicles) {
     final_poses.push_back({v.name, &v.trajectory});
+    if (v.live) live.push_back({v.name, &*v.live});
     if (v.odometry) odometry.push_back({v.name, &*v.odometry});
   }
   const bool fleet = e.vehicles.size() > 1;
   if (fleet) final_poses.push_back({"all", &e.fleet});
+  if (fleet && e.fleet_live) live.push_back({"all", &*e.fleet_live});
   if (fleet && e.fleet_odometry) odometry.push_back({"all", &*e.fleet_odometry});
   if (!final_poses.empty()) {
-    text += tracks(odometry.empty() ? "" : "trajectory (final)", final_poses,
+    text += tracks(odometry.empty() && live.empty() ? "" : "trajectory (final)", final_poses,
                    rows_of(e.options, fleet && !e.options.each));
   }
+  if (!live.empty()) text += tracks("live (in map, at the time)", live, rows_of(e.options, false));
   if (!odometry.empty() && odometry_is_final(e)) {
     text += "\nodometry (as processed): the same, nothing has corrected it\n";
   } else if (!odometry.empty()) {
