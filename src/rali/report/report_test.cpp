@@ -77,7 +77,8 @@ TEST(Report, shows_truth_where_there_is_one) {
   TestRun run;
   run.truth = true;
   const std::string page = page_of(run);
-  for (const char* text : {"v1 truth", "0.13 m", "aligned by se3", "0.021 m", "NEES"}) {
+  for (const char* text : {"v1 truth", "0.13 m", "aligned by se3", "0.021 m", "NEES", "v1, live",
+                           "relative to the pose that fixes the map"}) {
     EXPECT_TRUE(has(page, text)) << text;
   }
   EXPECT_FALSE(has(page_of(TestRun{}), "v1 truth"));

@@ -198,7 +198,7 @@ class TestRunWriter {
     std::string vehicles, names;
     for (const std::string& name : run_.vehicles) {
       vehicles += (vehicles.empty() ? "" : ",") + json_text(name) + R"(:{"trajectory":)" + track +
-                  R"(,"odometry":null})";
+                  R"(,"live":)" + track + R"(,"odometry":null})";
       names += (names.empty() ? "" : ",") + json_text(name);
     }
     return fmt::format(

@@ -19,6 +19,8 @@ constexpr double kUnheldShare = 0.02;
 constexpr double kLargeSigma_m = 0.5;
 /// Mean of NEES above this multiple of what it should be: the covariances promise too much.
 constexpr double kNeesFactorMax = 2.0;
+/// Below: they promise far too little, which helps nobody either.
+constexpr double kNeesFactorMin = 0.1;
 /// Less than this share within bounds that should hold 95 %: the same.
 constexpr double kWithin95Min = 0.85;
 
@@ -199,6 +201,15 @@ std::string covariance_doubt(const RunData& run) {
   return {};
 }
 
+/// Errors a third of what is stated, or less.
+std::string covariance_excess(const RunData& run) {
+  const Number nees = measured(run, "fleet.trajectory.nees_position.mean");
+  const Number expected = measured(run, "fleet.trajectory.nees_position.expected_mean");
+  if (!nees || !expected || *nees >= kNeesFactorMin * *expected) return {};
+  return fmt::format("NEES of the position is {}, should be {}", fixed(nees, 2),
+                     fixed(expected, 0));
+}
+
 Check truth_check(const RunData& run) {
   const Number ape = truth_error(run);
   if (!ape) return {CheckState::kNotChecked, "against truth", "not evaluated"};
@@ -212,6 +223,12 @@ Check truth_check(const RunData& run) {
     return {CheckState::kLook, "against truth",
             fmt::format("{} (APE rmse), errors are larger than the program expects: {}",
                         metres(ape), doubt)};
+  }
+  const std::string excess = covariance_excess(run);
+  if (!excess.empty()) {
+    return {CheckState::kGood, "against truth",
+            fmt::format("{} (APE rmse), far smaller than the program expects: {}", metres(ape),
+                        excess)};
   }
   return {CheckState::kGood, "against truth",
           fmt::format("{} (APE rmse), no larger than the program expects", metres(ape))};

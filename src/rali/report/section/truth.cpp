@@ -81,12 +81,14 @@ std::vector<TrackKey> tracks_of(const RunData& run) {
   };
   for (const VehicleView& v : run.vehicles) {
     add(escaped(v.name), "vehicles." + v.name + ".trajectory");
+    add(escaped(v.name) + ", live", "vehicles." + v.name + ".live");
     if (!same_as_odometry(run, "vehicles." + v.name)) {
       add(escaped(v.name) + ", odometry alone", "vehicles." + v.name + ".odometry");
     }
   }
   if (run.vehicles.size() > 1) {
     add("<b>fleet</b>", "fleet.trajectory");
+    add("fleet, live", "fleet.live");
     if (!same_as_odometry(run, "fleet")) add("fleet, odometry alone", "fleet.odometry");
   }
   return keys;
@@ -144,7 +146,14 @@ std::string consistency_table(const RunData& run, const std::vector<TrackKey>& k
                  percent(measured(run, path + ".share_within_95"))});
     }
   }
-  return table.empty() ? "" : table.html();
+  if (table.empty()) return {};
+  std::string html = table.html() +
+                     "<p class=\"note\">NEES: squared error over the stated covariance, both "
+                     "relative to the pose that fixes the map, the first one of the first vehicle";
+  if (const Number held = measured(run, "fleet.trajectory.reference_poses"); held && *held > 1.0) {
+    html += fmt::format(", which {} poses have not left: these have none", counted(held));
+  }
+  return html + ". Above what it should be: too sure; far below: too careful.</p>\n";
 }
 
 std::string cloud_html(const RunData& run) {
