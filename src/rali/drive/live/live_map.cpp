@@ -52,7 +52,9 @@ Mat6 turned(const geometry::Mat3& R, const Mat6& covariance) {
 
 LiveMap::LiveMap(std::size_t vehicles, const fleet::FleetSettings& settings,
                  fleet::FleetKnowledge known)
-    : centre_(settings, std::move(known)), members_(vehicles) {}
+    : level_sigma_rad_(settings.joint.tilt_deg * std::numbers::pi / 180.0),
+      centre_(settings, std::move(known)),
+      members_(vehicles) {}
 
 void LiveMap::add(const fleet::Fact& fact) {
   // A vehicle alone is compared with nobody.
@@ -133,6 +135,16 @@ LiveMap::Entry LiveMap::entry_of(const fleet::FleetEstimate& estimate,
   return entry;
 }
 
+/// Each table levels the map by what is known of gravity then: all poses turn about the first one.
+/// Without gravity the map keeps to the first pose, and nothing turns.
+Mat6 LiveMap::of_level(const SE3& T_map_body) const {
+  if (levelled_ == 0) return Mat6::Zero();
+  Eigen::Matrix<double, 6, 2> J;
+  J.topRows<3>() = T_map_body.R.transpose().leftCols<2>();
+  J.bottomRows<3>() = -geometry::skew(T_map_body.p).leftCols<2>();
+  return level_sigma_rad_ * level_sigma_rad_ * J * J.transpose();
+}
+
 std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   if (pose.vehicle.value >= members_.size()) return std::nullopt;
   const std::optional<Entry>& entry = members_[pose.vehicle.value].entry;
@@ -141,7 +153,8 @@ std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   live.t = pose.t;
   live.T_map_body = entry->T_map_local * pose.T_local_body;
   const geometry::Mat3& R = entry->T_map_local.R;
-  live.covariance = turned(R, pose.covariance);
+  const Mat6 level = of_level(live.T_map_body);
+  live.covariance = turned(R, pose.covariance) + level;
   if (!entry->from) return live;
   const Entry::Keyframe& from = *entry->from;
   // What the odometry has gathered since, beside what the table knows of the keyframe.
@@ -149,7 +162,7 @@ std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   const Mat6 gathered =
       positive(pose.covariance - J_local * from.covariance_local * J_local.transpose());
   const Mat6 J_map = carried_by(from.T_map_body, live.T_map_body);
-  live.covariance = J_map * from.covariance_map * J_map.transpose() + turned(R, gathered);
+  live.covariance = J_map * from.covariance_map * J_map.transpose() + turned(R, gathered) + level;
   return live;
 }
 

@@ -72,10 +72,12 @@ class LiveMap {
   [[nodiscard]] bool is_due(Time now);
   void solve(Executor& executor);
   void take(const fleet::FleetEstimate& estimate);
+  [[nodiscard]] geometry::Mat6 of_level(const geometry::SE3& T_map_body) const;
   [[nodiscard]] Entry entry_of(const fleet::FleetEstimate& estimate,
                                const fleet::VehicleFrame& frame) const;
   [[nodiscard]] std::optional<VehicleId> reference(Time now) const;
 
+  double level_sigma_rad_ = 0.0;  ///< of the map's roll and pitch, where gravity tells it
   fleet::RoundCentre centre_;
   std::vector<Member> members_;
   std::optional<Time> begin_, due_;

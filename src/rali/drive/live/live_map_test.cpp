@@ -93,5 +93,27 @@ TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
   EXPECT_NEAR(step->shift_m, 0.5, 1e-9);
 }
 
+// Gravity is known better with time: each table may turn the map about its first pose.
+TEST(LiveMap, what_is_far_away_states_how_well_gravity_levels_the_map) {
+  fleet::FleetSettings settings;
+  settings.joint.tilt_deg = 0.573;  // 10 mrad
+  LiveMap map(1, settings, {});
+  SerialExecutor executor;
+  FleetForTest fleet({});
+  for (const fleet::Fact& fact : fleet.round()) {
+    if (fact.key.vehicle.value == 0) map.add(fact);
+  }
+  map.advance(fleet.now(), executor);
+  vehicle::PoseEstimate pose = pose_of(0, fleet.now(), {});
+  pose.covariance.setZero();
+  const Vec3 origin_m = map.pose(pose)->T_map_body.p;
+  pose.T_local_body.p.x() += 30.0;
+  const auto live = map.pose(pose);
+  const Vec3 p_m = live->T_map_body.p;
+  ASSERT_GT((p_m - origin_m).norm(), 29.0);
+  EXPECT_NEAR(live->covariance(5, 5), 1e-4 * p_m.head<2>().squaredNorm(), 1e-3);
+  EXPECT_NEAR(live->covariance(2, 2), 0.0, 1e-9) << "heading is none of gravity's";
+}
+
 }  // namespace
 }  // namespace rali::drive

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "rali/fleet/centre/joint_covariance.hpp"
 #include "rali/fleet/centre/path_frames.hpp"
 #include "rali/fleet/path/level.hpp"
 
@@ -237,16 +238,21 @@ SE3 JointGraph::T_map_body(std::size_t path, std::size_t node) const {
   return graph_->state(seq(path, node)).T_odom_body;
 }
 
-/// What the vehicle's own map is wrong by the graph does not know: it is taken from the filter,
-/// where the LiDAR sees.
+/// What the vehicle's own map is wrong by the graph does not know: it is what the filter states,
+/// where the LiDAR sees. A sweep that begins a map was compared with none: all that the filter
+/// states of it is the map's.
 Mat6 JointGraph::covariance(std::size_t path, std::size_t node) {
   const Increment& step = paths_[path].nodes()[node].step;
   Mat6 turn = Mat6::Identity();
   turn.bottomRightCorner<3, 3>() = T_map_odom_[path]->R;
-  const Mat6 share = known_share(step.lidar_information, settings_.shape);
+  const Mat6 share =
+      node == 0 ? Mat6(Mat6::Identity()) : known_share(step.lidar_information, settings_.shape);
   const Mat6 of_map = turn * share * step.covariance * share.transpose() * turn.transpose();
   if (covariances_.empty()) covariances_ = graph_->covariances();
-  return covariances_[seq(path, node)] + of_map;
+  steps_.resize(paths_.size());
+  if (steps_[path].empty()) steps_[path] = shape_covariances(paths_[path], settings_);
+  const Mat6 of_steps = turn * steps_[path][node] * turn.transpose();
+  return joint_covariance(covariances_[seq(path, node)], of_steps, of_map);
 }
 
 }  // namespace rali::fleet

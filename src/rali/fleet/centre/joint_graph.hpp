@@ -120,7 +120,8 @@ class JointGraph {
   std::vector<Range> ranges_;  ///< by time
   std::size_t stretches_ = 0;
   std::uint64_t next_range_ = 0;
-  std::vector<geometry::Mat6> covariances_;  ///< of all nodes, once asked for
+  std::vector<geometry::Mat6> covariances_;         ///< of all nodes, once asked for
+  std::vector<std::vector<geometry::Mat6>> steps_;  ///< shape_covariances() of each path
 };
 
 }  // namespace rali::fleet
