@@ -4,13 +4,23 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Eigenvalues>
+
 namespace rali::odometry {
 
 using geometry::Mat3;
 using geometry::Mat6;
 using geometry::SE3;
+using geometry::Vec3;
+using geometry::Vec6;
 
 namespace {
+
+/// Height of a LiDAR above the body, and how far ahead 16 rings of one that stands low see the
+/// floor.
+constexpr double kAbove_m = 0.5, kAhead_m = 3.0;
+
+double squared_rad(double angle_deg) { return std::pow(angle_deg * std::numbers::pi / 180.0, 2); }
 
 /// Left perturbation of the pose that a boxplus error is: phi = R theta, rho = dp + p x phi.
 Mat6 left_from_boxplus(const SE3& T) {
@@ -31,16 +41,21 @@ Mat6 boxplus_from_left(const SE3& T) {
 
 }  // namespace
 
-Drift::Drift(const DriftSettings& settings) : settings_(settings), D_(1, Mat6::Zero()) {
+Drift::Drift(const DriftSettings& settings, bool levelled)
+    : settings_(settings), D_(1, Mat6::Zero()) {
   // Sparse rings at rest see pitch and roll poorly: the map grows on a frame that is turned
   // against the first pose by about this much.
-  const double sigma_rad = settings.start_sigma_deg * std::numbers::pi / 180.0;
-  D_[0].diagonal().head<3>().setConstant(sigma_rad * sigma_rad);
-  D_[0].diagonal().tail<3>().setConstant(settings.start_sigma_m * settings.start_sigma_m);
+  const double tilt =
+      squared_rad(levelled ? settings.start_tilt_deg : settings.start_tilt_free_deg);
+  D_[0].diagonal() << tilt, tilt, squared_rad(settings.start_sigma_deg), Vec3::Zero();
+  // The turn is not about the body: the LiDAR is above it, and the floor is seen ahead of it.
+  const Vec3 lever_m(kAbove_m, kAbove_m, kAhead_m);
+  D_[0].diagonal().tail<3>() =
+      (tilt * lever_m.cwiseAbs2()).array() + settings.start_sigma_m * settings.start_sigma_m;
 }
 
 Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local,
-                   const Mat6& share) {
+                   const Mat6& share, const std::optional<Level>& level) {
   const double last = static_cast<double>(D_.size() - 1);
   const double at = std::clamp(mean_epoch, 0.0, last);
   const auto below = static_cast<std::size_t>(at);
@@ -49,6 +64,7 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   const Mat6 D_reference = (1.0 - f) * D_[below] + f * D_[above];
   const Mat6 B = boxplus_from_left(T_odom_body);
   map_error_ = share * B * D_reference * B.transpose() * share.transpose();
+  if (level) hold_level(T_odom_body, *level);
   if ((T_odom_body.p - p_epoch_).norm() > settings_.epoch_m) {
     p_epoch_ = T_odom_body.p;
     ++epoch_;
@@ -58,6 +74,25 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
     D_.push_back(A * inherited * A.transpose());
   }
   return map_error_ + P_local;
+}
+
+/// The tilt of the map against the first pose is no larger than what gravity and the first pose
+/// allow: each tilt that is, is measured with just the noise that brings it there. A bound, not a
+/// measurement: however often it is asked, it makes nothing surer.
+void Drift::hold_level(const SE3& T_odom_body, const Level& level) {
+  const Eigen::Matrix<double, 2, 3> turn = level.axes_odom.transpose() * T_odom_body.R;
+  const Eigen::Matrix2d allowed =
+      level.covariance + squared_rad(settings_.start_tilt_deg) * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d tilt = turn * map_error_.topLeftCorner<3, 3>() * turn.transpose();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix2d> ratios(tilt, allowed);
+  if (ratios.info() != Eigen::Success) return;
+  for (int k = 0; k < 2; ++k) {
+    const double ratio = ratios.eigenvalues()[k];
+    if (!(ratio > 1.0)) continue;
+    const Vec6 correlated =
+        map_error_.leftCols<3>() * turn.transpose() * ratios.eigenvectors().col(k);
+    map_error_ -= correlated * correlated.transpose() * ((1.0 - 1.0 / ratio) / ratio);
+  }
 }
 
 void Drift::add(const SE3& T_odom_body, const Mat6& P) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "rali/geometry/se3.hpp"
@@ -9,19 +10,29 @@ namespace rali::odometry {
 
 struct DriftSettings {
   double epoch_m = 0.5;          ///< travel after which new planes count as a new generation
-  double growth = 2.0;           ///< variance added per generation / variance of one registration
-  double start_sigma_m = 0.005;  ///< of the first pose in the map that is built from it
-  double start_sigma_deg = 0.1;
-  double sigma_max_m = 1.0;  ///< local sigma where the LiDAR knows nothing
+  double growth = 1.0;           ///< variance added per generation / variance of one registration
+  double start_sigma_m = 0.004;  ///< of the first pose in the map that is built from it
+  double start_sigma_deg = 0.05;
+  double start_tilt_deg = 0.3;       ///< roll and pitch, seen by sparse rings, held by gravity
+  double start_tilt_free_deg = 1.5;  ///< the same without inertial data
+  double sigma_max_m = 1.0;          ///< local sigma where the LiDAR knows nothing
 
   template <class V>
   void visit(V& v) {
     v("epoch_m", epoch_m, 0.05, 100.0, "travel after which new planes are a new generation");
     v("growth", growth, 0.0, 100.0, "variance per generation / variance of one registration");
     v("start_sigma_m", start_sigma_m, 0.0, 1.0, "first pose against the map built from it");
-    v("start_sigma_deg", start_sigma_deg, 0.0, 10.0, "the same for its attitude");
+    v("start_sigma_deg", start_sigma_deg, 0.0, 10.0, "the same for its heading");
+    v("start_tilt_deg", start_tilt_deg, 0.0, 45.0, "the same for its roll and pitch");
+    v("start_tilt_free_deg", start_tilt_free_deg, 0.0, 45.0, "and without inertial data");
     v("sigma_max_m", sigma_max_m, 0.01, 100.0, "bound of the local sigma in blind directions");
   }
+};
+
+/// How well gravity holds roll and pitch.
+struct Level {
+  Eigen::Matrix<double, 3, 2> axes_odom;  ///< two horizontal unit vectors
+  Eigen::Matrix2d covariance;             ///< of the tilts about them [rad^2]
 };
 
 /// How wrong the map is where the vehicle is: what a filter that takes its map for granted does
@@ -31,12 +42,14 @@ struct DriftSettings {
 /// generation e has their error plus its own; new planes inherit that. So the error grows with
 /// the number of generations passed, and falls back when the vehicle returns to old planes. Where
 /// the LiDAR tells nothing the map's error is none of the pose's: there the filter knows its own,
-/// and new planes inherit it.
+/// and new planes inherit it. Roll and pitch do not wander where gravity is known: there the map's
+/// error is bounded, and what it did to positions with it.
 /// Covariances of a common left perturbation T' = Exp(phi, rho) T about odom's origin, so that
 /// they add without lever arms. Order rotation, translation.
 class Drift {
  public:
-  explicit Drift(const DriftSettings& settings);
+  /// @param levelled  gravity holds the first pose
+  explicit Drift(const DriftSettings& settings, bool levelled = true);
 
   /// Generation that planes seen for the first time now belong to.
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
@@ -45,9 +58,11 @@ class Drift {
   /// @param P_local covariance (boxplus) of the pose, the map taken for granted.
   /// @param share how the pose follows the map (boxplus): the identity where the LiDAR knows all
   /// directions, zero along what it cannot see.
+  /// @param level nothing: gravity is not known.
   /// @return covariance (boxplus) of the pose relative to odom's origin.
   geometry::Mat6 update(const geometry::SE3& T_odom_body, double mean_epoch,
-                        const geometry::Mat6& P_local, const geometry::Mat6& share);
+                        const geometry::Mat6& P_local, const geometry::Mat6& share,
+                        const std::optional<Level>& level = std::nullopt);
 
   /// What of the last update's covariance is the map's (boxplus).
   [[nodiscard]] const geometry::Mat6& map_error() const { return map_error_; }
@@ -56,6 +71,8 @@ class Drift {
   void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 
  private:
+  void hold_level(const geometry::SE3& T_odom_body, const Level& level);
+
   DriftSettings settings_;
   std::uint32_t epoch_ = 0;
   geometry::Vec3 p_epoch_ = geometry::Vec3::Zero();

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 namespace rali::odometry {
@@ -28,7 +29,7 @@ double sigma_x(const Mat6& P) { return std::sqrt(P(3, 3)); }
 /// Drift that begins at zero and grows by one registration per generation.
 DriftSettings from_nothing() {
   DriftSettings settings;
-  settings.start_sigma_m = settings.start_sigma_deg = 0.0;
+  settings.start_sigma_m = settings.start_sigma_deg = settings.start_tilt_deg = 0.0;
   settings.growth = 1.0;
   return settings;
 }
@@ -36,8 +37,11 @@ DriftSettings from_nothing() {
 TEST(Drift, begins_with_the_doubt_about_the_first_pose) {
   Drift drift{DriftSettings{}};
   const geometry::Mat6 P = drift.update(geometry::SE3{}, 0.0, geometry::Mat6::Zero(), kFollows);
-  EXPECT_NEAR(std::sqrt(P(0, 0)), 0.1 * 3.14159265 / 180.0, 1e-9);
-  EXPECT_NEAR(std::sqrt(P(3, 3)), 0.005, 1e-12);
+  EXPECT_NEAR(std::sqrt(P(0, 0)), 0.3 * 3.14159265 / 180.0, 1e-9);
+  EXPECT_NEAR(std::sqrt(P(2, 2)), 0.05 * 3.14159265 / 180.0, 1e-9);
+  // 4 mm, and the tilt about a point 0.5 m above and 3 m ahead.
+  EXPECT_NEAR(std::sqrt(P(3, 3)), std::hypot(0.004, 0.5 * 0.3 * 3.14159265 / 180.0), 1e-9);
+  EXPECT_NEAR(std::sqrt(P(5, 5)), std::hypot(0.004, 3.0 * 0.3 * 3.14159265 / 180.0), 1e-9);
 }
 
 TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {
@@ -99,6 +103,54 @@ TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
   const double newest = drift.update(at(2.04), 4.0, P, kFollows)(3, 3);
   EXPECT_DOUBLE_EQ(drift.update(at(2.04), 1e9, P, kFollows)(3, 3), newest);
   EXPECT_DOUBLE_EQ(drift.update(at(2.04), -5.0, P, kFollows)(3, 3), P(3, 3));
+}
+
+TEST(Drift, without_gravity_the_first_pose_may_be_tilted_against_the_map) {
+  Drift drift{DriftSettings{}, false};
+  const Mat6 P = drift.update(SE3{}, 0.0, Mat6::Zero(), kFollows);
+  const double degree = 3.14159265 / 180.0;
+  EXPECT_NEAR(std::sqrt(P(0, 0)), 1.5 * degree, 1e-9);
+  EXPECT_NEAR(std::sqrt(P(1, 1)), 1.5 * degree, 1e-9);
+  EXPECT_NEAR(std::sqrt(P(2, 2)), 0.05 * degree, 1e-9);
+}
+
+/// Gravity holds roll and pitch, with that much doubt.
+Level level(double sigma_rad) {
+  Level out;
+  out.axes_odom = Eigen::Matrix<double, 3, 2>::Identity();
+  out.covariance = sigma_rad * sigma_rad * Eigen::Matrix2d::Identity();
+  return out;
+}
+
+TEST(Drift, gravity_bounds_roll_and_pitch_but_not_heading) {
+  DriftSettings settings = from_nothing();
+  settings.start_tilt_deg = 0.1;
+  const Mat6 P = local(1e-3, 0.005);
+  Drift free{settings}, held{settings};
+  Mat6 wanders = P, bounded = P;
+  for (int k = 1; k <= 100; ++k) {
+    wanders = free.update(at(0.51 * k), free.epoch(), P, kFollows);
+    bounded = held.update(at(0.51 * k), held.epoch(), P, kFollows, level(0.001));
+  }
+  EXPECT_NEAR(wanders(0, 0), 100e-6, 5e-6);
+  // The first pose (0.1 degrees), gravity, and this registration.
+  const double allowed = 3.046e-6 + 1e-6 + 1e-6;
+  EXPECT_NEAR(bounded(0, 0), allowed, 1e-8);
+  EXPECT_NEAR(bounded(1, 1), allowed, 1e-8);
+  EXPECT_NEAR(bounded(2, 2), wanders(2, 2), 1e-8);
+  EXPECT_LT(bounded(5, 5), 0.2 * wanders(5, 5)) << "nor the height that tilt has cost";
+  EXPECT_NEAR(bounded(4, 4), wanders(4, 4), 1e-3 * wanders(4, 4)) << "aside counts the heading";
+  EXPECT_GT(bounded.ldlt().vectorD().minCoeff(), 0.0);
+}
+
+TEST(Drift, a_bound_is_no_measurement) {
+  Drift drift{DriftSettings{}};
+  const Mat6 P = local(1e-4, 0.005);
+  const Mat6 once = drift.update(at(0.1), 0.0, P, kFollows, level(0.001));
+  Mat6 often = once;
+  for (int k = 0; k < 100; ++k) often = drift.update(at(0.1), 0.0, P, kFollows, level(0.001));
+  EXPECT_LT((often - once).norm(), 1e-15);
+  EXPECT_LT((drift.update(at(0.1), 0.0, P, kFollows) - once).norm(), 1e-15) << "nothing above it";
 }
 
 }  // namespace

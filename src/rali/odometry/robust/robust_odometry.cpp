@@ -164,6 +164,19 @@ void RobustOdometry::insert_points(const SE3& T_odom_body) {
   }
 }
 
+/// Roll and pitch at which the accelerometer would measure what it does: by gravity's direction in
+/// odom and what the accelerometer is off by.
+std::optional<Level> RobustOdometry::level() const {
+  if (!inertial_) return std::nullopt;
+  const Vec3& g = state_.g_odom_mps2;
+  const Eigen::Matrix<double, 3, 2> axes = gravity_basis(g);
+  Eigen::Matrix<double, 2, kStateDim> H = Eigen::Matrix<double, 2, kStateDim>::Zero();
+  H.block<2, 3>(0, kAccelBias) =
+      -axes.transpose() * geometry::skew(g) * state_.T_odom_body.R / g.squaredNorm();
+  H.block<2, 2>(0, kGravity).setIdentity();
+  return Level{axes, H * state_.P * H.transpose()};
+}
+
 /// What the filter says about this scan, floored by what one registration can know (the filter
 /// takes repeated looks at the same planes for independent), plus the error of the map there.
 Mat6 RobustOdometry::covariance(const UpdateResult& update) {
@@ -180,7 +193,8 @@ Mat6 RobustOdometry::covariance(const UpdateResult& update) {
   // A scan that matched nothing hangs on the newest generation, not on the first.
   const bool matched = update.matches >= settings_.update.matches_min;
   const double epoch = matched ? update.mean_epoch : static_cast<double>(drift_.epoch());
-  return drift_.update(state_.T_odom_body, epoch, local, matched ? share : Mat6::Identity());
+  return drift_.update(state_.T_odom_body, epoch, local, matched ? share : Mat6::Identity(),
+                       level());
 }
 
 /// Good, weak (few matches), predicted (none), or diverged (for too long, or impossible).

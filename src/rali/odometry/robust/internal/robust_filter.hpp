@@ -36,7 +36,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
         matcher_(settings.robust.match),
         map_(settings.robust.map),
         keyframer_(settings.robust.keyframe),
-        drift_(settings.robust.drift),
+        drift_(settings.robust.drift, has_imu),
         standstill_(settings.robust.constraints, settings.robust.initialisation.rest),
         constraints_(settings.robust.constraints),
         motion_noise_({settings.imu_noise.vibration_factor * settings.imu_noise.gyro_radps_rthz,
@@ -127,6 +127,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
                                       const geometry::Mat3& where) const;
   void look_again(const FilterState& predicted, UpdateResult& done);
   void allow_jolt(const FilterState& predicted, UpdateResult& done);
+  [[nodiscard]] std::optional<Level> level() const;
   [[nodiscard]] geometry::Mat6 covariance(const UpdateResult& update);
   void refuse_biases(const geometry::Vec3& gyro_before, const geometry::Vec3& accel_before,
                      FindingList& findings);
