@@ -153,16 +153,20 @@ TEST(RangeCorrection, a_vertical_direction_is_refused_in_the_plane_only) {
 }
 
 TEST(RangeCorrection, nothing_moves_where_nothing_is_blind_or_the_range_fits) {
+  PaperRangeSettings s;
+  s.gap_m = 0.3;
   CorrectionInput in = at(20.0, 1.0, 30.0);
   in.degenerate = false;
   EXPECT_EQ(correct_on_circle(in, {}).outcome, CorrectionOutcome::kNotNeeded);
-  EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 20.29), {}).outcome, CorrectionOutcome::kNotNeeded);
-  EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 20.31), {}).outcome, CorrectionOutcome::kCorrected);
+  EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 20.29), s).outcome, CorrectionOutcome::kNotNeeded);
+  EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 20.31), s).outcome, CorrectionOutcome::kCorrected);
 }
 
 TEST(RangeCorrection, a_long_correction_is_refused) {
-  EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 25.1), {}).outcome, CorrectionOutcome::kTooFar);
-  EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 24.9), {}).outcome, CorrectionOutcome::kCorrected);
+  PaperRangeSettings s;
+  s.max_s_m = 5.0;
+  EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 25.1), s).outcome, CorrectionOutcome::kTooFar);
+  EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 24.9), s).outcome, CorrectionOutcome::kCorrected);
 }
 
 TEST(RangeCorrection, numbers_that_are_none_move_nothing) {
