@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "rali/odometry/robust/scan_sampler.hpp"
+#include "rali/odometry/robust/wide_search.hpp"
 
 namespace rali::odometry {
 
@@ -202,6 +203,13 @@ bool needs_search(const PoseGuess& guess, const CoarseSearchSettings& settings) 
 std::vector<SE3> search_pose(const RecentPoints& recent, const BodyPoints& body,
                              const PoseGuess& guess, const Vec3& up_odom,
                              const CoarseSearchSettings& settings) {
+  constexpr std::size_t kCandidates = 3;
+  return search_headings(recent, body, guess, up_odom, settings, kCandidates);
+}
+
+std::vector<SE3> search_headings(const RecentPoints& recent, const BodyPoints& body,
+                                 const PoseGuess& guess, const Vec3& up_odom,
+                                 const CoarseSearchSettings& settings, std::size_t candidates) {
   constexpr double kRadian = std::numbers::pi / 180.0;
   constexpr double kSigmas = 4.0;
   constexpr double kCellPerRange = 0.04;  // 2.3 degrees seen from the sensor
@@ -224,7 +232,6 @@ std::vector<SE3> search_pose(const RecentPoints& recent, const BodyPoints& body,
   const int n_rad = static_cast<int>(std::ceil(reach_rad / step_rad));
   const std::vector<Trial> grid = search.try_grid(up_odom, cell_m, n_m, step_rad, n_rad);
 
-  constexpr std::size_t kCandidates = 3;
   constexpr int kApart = 2;  // headings nearer than this climb the same hill
   std::vector<Trial> best;
   for (const Trial& t : grid) {
@@ -232,7 +239,7 @@ std::vector<SE3> search_pose(const RecentPoints& recent, const BodyPoints& body,
       return std::abs(other.heading - t.heading) <= kApart;
     });
     if (!known) best.push_back(t);
-    if (best.size() == kCandidates) break;
+    if (best.size() == candidates) break;
   }
   for (Trial& t : best) search.climb(t, 0.5 * cell_m, 0.5 * step_rad);
   std::stable_sort(best.begin(), best.end(),

@@ -34,15 +34,18 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   // Without inertial data the sweep is undistorted with a guessed velocity: again with the
   // velocity that came out, if it is another one.
   constexpr int kRoundsWithoutImu = 3;
-  const UpdateResult done = update(scan, inertial_ ? 1 : kRoundsWithoutImu);
+  const FilterState predicted = state_;
+  UpdateResult done = update(scan, inertial_ ? 1 : kRoundsWithoutImu);
   // A vehicle without inertial sensor has no prediction but the LiDAR's.
   if (!inertial_) T_last_predicted_ = last_posterior_.T_odom_body.inverse() * T_predicted_;
+  const bool settled = has_imu_ || settle_alone(scan, predicted, done);
   if (follows) measure_noise(done, felt);
   if (inertial_) constrain(done, findings);
-  judge(done, findings);
+  if (settled) judge(done, findings);
+  if (!settled) stray(predicted, findings);
   // A young map has few planes: it must grow before it can be asked for many.
   const bool young = scans_in_map_ < kYoungScans;
-  const bool trusted = track_state_ != TrackState::kPredicted || young;
+  const bool trusted = settled && (track_state_ != TrackState::kPredicted || young);
   if (trusted && map_.empty()) begin_map();
   if (trusted) insert(scan);
   if (has_imu_ && !inertial_) {

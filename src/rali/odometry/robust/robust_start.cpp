@@ -45,6 +45,7 @@ ScanResult RobustOdometry::start(const LidarScan& scan) {
   if (const auto rate = gyro_rate(scan.t_begin, scan.t_end)) state_.gyro_bias_radps = *rate;
   sampler_.sample(scan);
   insert(scan);
+  begin_view(scan);
   if (scan.has_point_times && !scan.deskewed) first_scan_ = std::make_unique<LidarScan>(scan);
   if (has_imu_) start_scans_.push_back(scan);
   track_state_ = TrackState::kGood;
@@ -269,7 +270,8 @@ void RobustOdometry::restart(FindingList& findings) {
   Finding f;
   f.id = "odometry.diverged";
   f.severity = Severity::kError;
-  f.t = state_.t;
+  f.t = t_last_good_;
+  f.t_end = state_.t;
   f.text = fmt::format("lost for {:.1f} s: the LiDAR fits the map nowhere",
                        (state_.t - t_last_good_).s());
   f.effect = "this stretch is cut from the map; poses after it hang on a guess";

@@ -13,6 +13,7 @@
 #include "rali/odometry/robust/initialiser.hpp"
 #include "rali/odometry/robust/keyframer.hpp"
 #include "rali/odometry/robust/scan_sampler.hpp"
+#include "rali/odometry/robust/scan_view.hpp"
 #include "rali/odometry/robust/standstill.hpp"
 #include "rali/odometry/robust/stillness.hpp"
 #include "rali/odometry/robust/update.hpp"
@@ -109,6 +110,15 @@ class RobustOdometry final : public Odometry, private SideFilter {
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void remember_blindness(const UpdateResult& done);
   void look_around(const FilterState& predicted, UpdateResult& done);
+  // What a scan without inertial data must pass: robust_alone.cpp.
+  bool settle_alone(const sensor::LidarScan& scan, const FilterState& predicted,
+                    UpdateResult& done);
+  void begin_view(const sensor::LidarScan& scan);
+  [[nodiscard]] double conflict_at(const ScanView& view) const;
+  void search_widely(const FilterState& predicted, const ScanView& view, UpdateResult& done);
+  void try_start(const FilterState& wide, const geometry::SE3& start, const ScanView& view,
+                 UpdateResult& done);
+  void stray(const FilterState& predicted, FindingList& findings);
   void stand_if_still();
   void remember_start(const sensor::LidarScan& scan, const UpdateResult& seen);
   void begin_again_at_rest();
@@ -157,13 +167,15 @@ class RobustOdometry final : public Odometry, private SideFilter {
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
   imu::MotionNoise motion_noise_;
-  double usual_fit_ = 0.0;          ///< part of a scan's points that lie on planes
-  double noise_boost_ = 1.0;        ///< while inertial data contradict the LiDAR
-  FilterState last_posterior_;      ///< after the last scan
-  geometry::SE3 T_predicted_;       ///< for the newest scan, before it was registered
-  geometry::SE3 T_last_predicted_;  ///< motion from the last scan to it, as predicted
-  geometry::SE3 T_told_;            ///< in the last result
-  bool told_inertial_ = false;      ///< in the last result
+  std::unique_ptr<ScanView> last_view_;  ///< of the last scan that was accepted, LiDAR alone
+  FilterState last_settled_;             ///< after that scan
+  double usual_fit_ = 0.0;               ///< part of a scan's points that lie on planes
+  double noise_boost_ = 1.0;             ///< while inertial data contradict the LiDAR
+  FilterState last_posterior_;           ///< after the last scan
+  geometry::SE3 T_predicted_;            ///< for the newest scan, before it was registered
+  geometry::SE3 T_last_predicted_;       ///< motion from the last scan to it, as predicted
+  geometry::SE3 T_told_;                 ///< in the last result
+  bool told_inertial_ = false;           ///< in the last result
   /// Projector on the translations that the last scan saw well.
   geometry::Mat3 lidar_known_ = geometry::Mat3::Zero();
   bool held_ = false;                           ///< the vehicle stands
