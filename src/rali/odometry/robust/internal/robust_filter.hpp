@@ -170,6 +170,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   std::unique_ptr<ScanView> last_view_;  ///< of the last scan that was accepted, LiDAR alone
   FilterState last_settled_;             ///< after that scan
   double usual_fit_ = 0.0;               ///< part of a scan's points that lie on planes
+  int driven_scans_ = 0;                 ///< with inertial data that show motion
   double noise_boost_ = 1.0;             ///< while inertial data contradict the LiDAR
   FilterState last_posterior_;           ///< after the last scan
   geometry::SE3 T_predicted_;            ///< for the newest scan, before it was registered
