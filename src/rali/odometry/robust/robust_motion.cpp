@@ -148,7 +148,7 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   }
   held_states_.push_back(before);
   const Time keep = state_.t - Duration::from_s(standstill_.window_s());
-  while (held_states_.front().t < keep) held_states_.pop_front();
+  while (held_states_.size() > 1 && held_states_.front().t < keep) held_states_.pop_front();
   imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
   t_last_good_ = state_.t;
   last_posterior_ = state_;
@@ -156,12 +156,15 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
 }
 
 /// Motion shows late: what the pose missed since the window began is made up for, by going on from
-/// there. What ranges have taught about other radios since then stays.
+/// there. What ranges have taught about other radios since then stays, with what it owes to the
+/// pose: there may be more of them now than when the window began.
 void RobustOdometry::end_hold(const FilterState& before) {
   held_ = false;
   SideStates side = std::move(state_.side);
+  SideCross P_side = std::move(state_.P_side);
   state_ = held_states_.empty() ? before : held_states_.front();
   state_.side = std::move(side);
+  state_.P_side = std::move(P_side);
   held_states_.clear();
   last_posterior_ = state_;
   moved_scans_ = 0;

@@ -152,6 +152,30 @@ TEST(RobustOdometry, holds_still_to_the_hundredth_of_a_millimetre_while_it_stand
   }
 }
 
+TEST(RobustOdometry, a_lidar_that_drops_out_while_the_vehicle_stands_leaves_it_where_it_is) {
+  TestRoom room;
+  room.rest_s = 100.0;
+  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}, 0.0}, true);
+  SerialExecutor executor;
+  FindingList findings;
+  int imu_index = 0;
+  SE3 before;
+  for (int k = 0; k < 80; ++k) {
+    for (; 0.005 * imu_index <= 0.1 * (k + 1); ++imu_index) {
+      odometry->add_imu(room.imu(0.005 * imu_index));
+    }
+    // Longer than what is remembered of the hold, several times.
+    if (k > 30 && k % 16 < 12) continue;
+    const ScanResult r = odometry->process(*room.scan(0.1 * k), executor, findings);
+    if (k == 30) {
+      EXPECT_TRUE(r.at_rest);
+    } else if (k > 30) {
+      EXPECT_LT((r.T_odom_body.p - before.p).norm(), 1e-3) << k;
+    }
+    before = r.T_odom_body;
+  }
+}
+
 TEST(RobustOdometry, same_data_give_the_same_bytes) {
   TestRoom a;
   TestRoom b;
