@@ -75,11 +75,12 @@ bool RobustOdometry::settle_alone(const LidarScan& scan, const FilterState& pred
   if (last_view_) {
     const bool far_apart = (scan.t_end - last_posterior_.t).s() > kFarApart_s;
     const bool young = scans_in_map_ <= kYoungMap && far_apart;
+    double conflict = conflict_at(view);
     if (young || done.matches < matches_min || done.fit < kPoor * usual_fit_ ||
-        conflict_at(view) > kConflictUsual) {
+        conflict > kConflictUsual) {
       search_widely(predicted, view, done);
+      conflict = conflict_at(view);
     }
-    const double conflict = conflict_at(view);
     const bool odd = conflict > kConflictUsual && done.fit < kPoor * usual_fit_;
     if (conflict > kConflictMax || odd) return false;
   }

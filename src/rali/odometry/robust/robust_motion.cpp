@@ -14,11 +14,17 @@ using geometry::SE3;
 using geometry::Vec3;
 using sensor::LidarScan;
 
+namespace {
+
+/// So many scans of driving, and its noise is measured.
+constexpr int kDriven = 10;
+
+}  // namespace
+
 ProcessNoise RobustOdometry::process_noise() const {
   ProcessNoise noise;
   const imu::NoiseDensity& measured = motion_noise_.density();
   // What was measured at standstill lacks what driving adds, and the start comes without notice.
-  constexpr int kDriven = 10;
   constexpr double kLeast = 1.0 / 3.0;  // of what is typical
   const double least = driven_scans_ < kDriven ? kLeast : 0.0;
   const imu::MotionNoiseSettings& typical = settings_.motion_noise;
@@ -44,7 +50,7 @@ ProcessNoise RobustOdometry::rest_noise() const {
 /// Holds what the LiDAR alone saw since the last scan against what inertial data say.
 void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialIntegral& felt) {
   if (seen.matches < settings_.update.matches_min) return motion_noise_.interrupt();
-  if (!standstill_.calm(state_, imu_)) ++driven_scans_;
+  if (driven_scans_ < kDriven && !standstill_.calm(state_, imu_)) ++driven_scans_;
   const SE3 T_lidar = geometry::boxplus(T_predicted_, seen.lidar_shift);
   imu::MotionStep step;
   step.t = state_.t;
