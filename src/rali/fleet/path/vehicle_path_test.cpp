@@ -95,5 +95,20 @@ TEST(Shape, is_free_along_the_direction_the_lidar_does_not_see) {
   EXPECT_NEAR(I(3, 3), 1.0 / (s.shape_m * s.shape_m), 1.0);
 }
 
+// Noise of points couples a turn to the shift that is open: were it kept, the gyroscope would tell
+// the way along a tunnel.
+TEST(Shape, lets_no_turn_tell_a_shift_that_is_open) {
+  const ShapeSettings s;
+  geometry::Vec6 open;
+  open << 0.0, 0.0, 1e-3, 1.0, 0.0, 0.0;  // a metre along x goes with a milliradian of yaw
+  const Mat6 full = 1e8 * Mat6::Identity();
+  const geometry::Vec6 told = full * open;
+  const Mat6 seen = full - told * told.transpose() / open.dot(told);
+  const Mat6 I = shape_information(seen, SE3{}, s);
+  EXPECT_NEAR(I(2, 2), 1.0 / (s.shape_rad * s.shape_rad), 1e4) << "the turn itself is known";
+  EXPECT_EQ(I(2, 3), 0.0);
+  EXPECT_LT(I(3, 3), 1.0) << "a step of a metre is free";
+}
+
 }  // namespace
 }  // namespace rali::fleet
