@@ -154,7 +154,7 @@ std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source
 /// A comparison of pieces of this group becomes a loop that nobody has judged yet.
 void Group::remember(const LoopFound& found) {
   if (!has(in_.submaps[found.candidate.target].path)) return;
-  const Loop loop = loop_of(in_.submaps, found);
+  const Loop loop = loop_of(in_.submaps, found, in_.settings.loops.bend_per_m);
   if (memory_.compared.emplace(loop.from, loop.to).second) {
     memory_.loops[{loop.from, loop.to}] = loop;
   }
@@ -193,7 +193,7 @@ bool Group::look_once(Executor& executor) {
        compare_all(in_.submaps, std::move(candidates), places.recognise, executor)) {
     note(found);
     if (!found.recognition.usable()) continue;
-    const Loop loop = loop_of(in_.submaps, found);
+    const Loop loop = loop_of(in_.submaps, found, in_.settings.loops.bend_per_m);
     fresh.emplace_back(loop.from, loop.to);
     memory_.loops[fresh.back()] = loop;
   }

@@ -50,7 +50,7 @@ std::vector<std::size_t> RoundCentre::look_back(const Solution& solution,
   for (const LoopFound& found :
        compare_all(solution.pieces, std::move(candidates), s.places.recognise, executor)) {
     if (!found.recognition.usable()) continue;
-    const Loop loop = loop_of(solution.pieces, found);
+    const Loop loop = loop_of(solution.pieces, found, s.loops.bend_per_m);
     memory_.loops[{loop.from, loop.to}] = loop;
     const PathSubmap& before = solution.pieces[found.candidate.target];
     const auto b = between(loop.from, loop.to, solution.estimate);

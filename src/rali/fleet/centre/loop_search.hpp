@@ -23,6 +23,7 @@ struct LoopSettings {
   int row = 3;
   bool veto = true;
   double slide_max_m = 0.5;
+  double bend_per_m = 0.01;
   double view_step_m = 2.0;
 
   template <class V>
@@ -39,6 +40,9 @@ struct LoopSettings {
     v("veto", veto, "a loop that contradicts paths and ranges is none");
     v("slide_max_m", slide_max_m, 0.0, 1000.0,
       "off along what it does not claim, a loop says nothing of the rest: passages bend");
+    v("bend_per_m", bend_per_m, 0.0, 1.0,
+      "what a loop leaves open along a passage it may be wrong by across, per metre, and turned by "
+      "[m, rad]: a passage of radius 100 m");
     v("view_step_m", view_step_m, 0.0, 100.0, "compared pieces of two paths differ by so much way");
   }
 };

@@ -17,6 +17,8 @@ namespace {
 /// believed.
 constexpr double kDriftPerMetre = 0.01;
 constexpr double kTurnPerMetre_rad = 0.0005;
+/// A direction of which less is known is not known.
+constexpr double kUnknown_m = 10.0;
 
 SE3 T_level_body(const VehiclePath& path, const PathSubmap& submap) {
   return T_level_odom(path) * path.nodes()[submap.node].step.T_odom_body;
@@ -46,6 +48,18 @@ Mat4 doubted(const Mat4& information, Mat4 covariance) {
   const Mat4 sum = information + covariance.inverse();
   const Mat4 out = information - information * sum.ldlt().solve(information);
   return 0.5 * (out + out.transpose());
+}
+
+/// What an information on (rotation, translation) says of the place whatever the rotation is.
+geometry::Mat3 place_known(const geometry::Mat6& information) {
+  constexpr double kLeast = 1e-9;  // rotations that nobody knows are no divisors
+  const geometry::Mat3 rotation =
+      information.topLeftCorner<3, 3>() + kLeast * geometry::Mat3::Identity();
+  const geometry::Mat3 place =
+      information.bottomRightCorner<3, 3>() -
+      information.bottomLeftCorner<3, 3>() *
+          geometry::Mat3(rotation.ldlt().solve(information.topRightCorner<3, 3>()));
+  return 0.5 * (place + place.transpose());
 }
 
 PoseEvidence evidence_of(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
@@ -133,7 +147,23 @@ GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const Pat
   };
 }
 
-Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found) {
+geometry::Mat6 with_bend(const geometry::Mat6& information, const geometry::Mat3& place_m2,
+                         double bend_per_m) {
+  using geometry::Mat3;
+  using geometry::Mat6;
+  constexpr double kLeast_m2 = 1e-10;  // keeps it regular: 0.01 mm
+  const Mat3 before_m2 = place_m2 + kLeast_m2 * Mat3::Identity();
+  const Mat3 left_m2 = (place_known(information) + before_m2.inverse()).inverse();
+  const double all_m2 = left_m2.trace();
+  Mat6 blur = Mat6::Zero();
+  blur.topLeftCorner<3, 3>() = all_m2 * Mat3::Identity();
+  blur.bottomRightCorner<3, 3>() = all_m2 * Mat3::Identity() - left_m2;
+  blur *= bend_per_m * bend_per_m;
+  const Mat6 out = information * (Mat6::Identity() + blur * information).inverse();
+  return 0.5 * (out + out.transpose());
+}
+
+Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found, double bend_per_m) {
   const PathSubmap& target = submaps[found.candidate.target];
   const PathSubmap& source = submaps[found.candidate.source];
   const places::Placement& best = found.recognition.placements.front();
@@ -143,23 +173,20 @@ Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found) {
   loop.from = target.submap.middle();
   loop.to = source.submap.middle();
   loop.T_from_to = relation.T_target_source;
-  loop.information = relation.information;
+  const geometry::Mat3 R_body_ref = target.submap.T_ref_body().R.transpose();
+  const geometry::Mat3 place_m2 =
+      found.candidate.guess
+          ? geometry::Mat3(found.candidate.guess->covariance.bottomRightCorner<3, 3>())
+          : geometry::Mat3(kUnknown_m * kUnknown_m * geometry::Mat3::Identity());
+  loop.information =
+      with_bend(relation.information, R_body_ref * place_m2 * R_body_ref.transpose(), bend_per_m);
   loop.overlap = best.verdict.overlap();
   loop.rms_m = best.registration.rms_m;
   return loop;
 }
 
 double slide_m(const geometry::Mat6& information, const geometry::Vec3& shift_m) {
-  constexpr double kUnknown_m = 10.0;
-  constexpr double kLeast = 1e-9;  // rotations that nobody knows are no divisors
-  const geometry::Mat3 rotation =
-      information.topLeftCorner<3, 3>() + kLeast * geometry::Mat3::Identity();
-  // What is known of the place whatever the rotation is.
-  const geometry::Mat3 place =
-      information.bottomRightCorner<3, 3>() -
-      information.bottomLeftCorner<3, 3>() *
-          geometry::Mat3(rotation.ldlt().solve(information.topRightCorner<3, 3>()));
-  const Eigen::SelfAdjointEigenSolver<geometry::Mat3> solver(0.5 * (place + place.transpose()));
+  const Eigen::SelfAdjointEigenSolver<geometry::Mat3> solver(place_known(information));
   double squared_m2 = 0.0;
   for (int k = 0; k < 3; ++k) {
     if (solver.eigenvalues()[k] * kUnknown_m * kUnknown_m > 1.0) continue;

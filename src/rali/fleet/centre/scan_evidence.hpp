@@ -30,8 +30,18 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
                                        std::size_t path, const geometry::SE3& T_relative_path,
                                        double sigma_m, double sigma_rad);
 
+/// What a comparison says if the passage turns: what it leaves open, say a metre along a tunnel,
+/// takes `bend_per_m` metres with it across, and as many radians. Otherwise two comparisons whose
+/// open directions differ by the noise of their points would tell the place along them: the
+/// crossing of two lines that should be one.
+/// @param information on (rotation, translation)  @param place_m2 what is known without it
+[[nodiscard]] geometry::Mat6 with_bend(const geometry::Mat6& information,
+                                       const geometry::Mat3& place_m2, double bend_per_m);
+
 /// A loop for the joint graph: between the bodies of the middle keyframes.
-[[nodiscard]] Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found);
+/// @param bend_per_m see with_bend()
+[[nodiscard]] Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found,
+                           double bend_per_m);
 
 /// How much of a shift leads along directions of which an information on (rotation, translation)
 /// says nothing [m]. A comparison leaves these where the search happened to end.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "rali/fleet/centre/pieces_for_test.hpp"
@@ -41,6 +42,43 @@ TEST(Slide, of_a_loop_that_claims_all_is_none_and_of_one_that_claims_nothing_all
   I *= 1e4;
   EXPECT_EQ(slide_m(I, {5.0, 5.0, 5.0}), 0.0);
   EXPECT_NEAR(slide_m(Mat6::Zero(), {3.0, 4.0, 0.0}), 5.0, 1e-9);
+}
+
+TEST(Bend, what_is_open_by_a_metre_is_off_by_that_share_across_and_turned) {
+  const Mat6 I = blind_along(Vec3::UnitX(), 0.0);
+  const geometry::Mat3 place_m2 = Vec3(9.0, 9.0, 9.0).asDiagonal();
+  const Mat6 bent = with_bend(I, place_m2, 0.01);
+  EXPECT_NEAR(1.0 / bent(4, 4), 1e-4 + 9e-4, 1e-6) << "1 cm, and 1 % of 3 m";
+  EXPECT_NEAR(1.0 / bent(2, 2), 1e-6 + 9e-4, 1e-6);
+  EXPECT_NEAR(bent(3, 3), 0.0, 1e-9) << "nothing is learned along it";
+}
+
+TEST(Bend, changes_nothing_of_what_leaves_nothing_open) {
+  Mat6 I = Mat6::Zero();
+  I.diagonal() << 1e6, 1e6, 1e6, 1e4, 1e4, 1e4;
+  const geometry::Mat3 place_m2 = Vec3(9.0, 9.0, 9.0).asDiagonal();
+  EXPECT_LT((with_bend(I, place_m2, 0.01) - I).norm(), 0.05 * I.norm());
+  EXPECT_LT((with_bend(I, geometry::Mat3::Zero(), 0.01) - I).norm(), 1e-3 * I.norm())
+      << "known without it";
+}
+
+// Each comparison of a tunnel finds its axis to a few milliradians; two of them must not fix the
+// place along it as two lines that cross do.
+TEST(Bend, comparisons_whose_open_directions_differ_do_not_tell_the_place_along_them) {
+  const double place_m = 3.0;
+  const geometry::Mat3 place_m2 = place_m * place_m * geometry::Mat3::Identity();
+  const auto along = [](double yaw_rad) {
+    return blind_along({std::cos(yaw_rad), std::sin(yaw_rad), 0.0}, 0.0);
+  };
+  const auto told_m = [](const Mat6& I) {
+    Mat6 P = I;
+    P.diagonal().array() += 1e-9;
+    return std::sqrt(P.inverse()(3, 3));
+  };
+  EXPECT_LT(told_m(along(0.003) + along(-0.003)), 3.0) << "as it was";
+  EXPECT_GT(
+      told_m(with_bend(along(0.003), place_m2, 0.01) + with_bend(along(-0.003), place_m2, 0.01)),
+      2.0 * place_m);
 }
 
 /// Two paths of one node; a comparison saw the second 2 m ahead of the first, to 1 cm.
