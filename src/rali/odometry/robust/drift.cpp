@@ -20,6 +20,9 @@ namespace {
 /// floor.
 constexpr double kAbove_m = 0.5, kAhead_m = 3.0;
 
+/// Variances far below what anybody knows [m^2, rad^2].
+constexpr double kNothing = 1e-18;
+
 double squared_rad(double angle_deg) { return std::pow(angle_deg * std::numbers::pi / 180.0, 2); }
 
 /// Left perturbation of the pose that a boxplus error is: phi = R theta, rho = dp + p x phi.
@@ -39,7 +42,32 @@ Mat6 boxplus_from_left(const SE3& T) {
   return A;
 }
 
+/// V f(x) V^T.
+template <class F>
+Mat6 of_eigenvalues(const Eigen::SelfAdjointEigenSolver<Mat6>& solver, F&& f) {
+  Vec6 values;
+  for (int k = 0; k < 6; ++k) values[k] = f(solver.eigenvalues()[k]);
+  return solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
+}
+
 }  // namespace
+
+MapShare MapShare::all() { return {Mat6::Identity(), Mat6::Zero()}; }
+
+MapShare MapShare::nothing() { return {Mat6::Zero(), Mat6::Identity()}; }
+
+/// In units of the prediction's own sigmas the gain is symmetric, and so are its roots.
+MapShare MapShare::of(const Mat6& P_predicted, const Mat6& information) {
+  const auto sigma = [](double x) { return std::sqrt(std::max(x, kNothing)); };
+  const Eigen::SelfAdjointEigenSolver<Mat6> of_P(P_predicted);
+  const Mat6 root = of_eigenvalues(of_P, sigma);
+  const Mat6 inverse = of_eigenvalues(of_P, [&](double x) { return 1.0 / sigma(x); });
+  const Eigen::SelfAdjointEigenSolver<Mat6> told(root * information * root);
+  const auto gain = [](double x) { return std::max(x, 0.0) / (1.0 + std::max(x, 0.0)); };
+  return {
+      root * of_eigenvalues(told, [&](double x) { return std::sqrt(gain(x)); }) * inverse,
+      root * of_eigenvalues(told, [&](double x) { return std::sqrt(1.0 - gain(x)); }) * inverse};
+}
 
 Drift::Drift(const DriftSettings& settings, bool levelled)
     : settings_(settings), D_(1, Mat6::Zero()) {
@@ -52,27 +80,43 @@ Drift::Drift(const DriftSettings& settings, bool levelled)
   const Vec3 lever_m(kAbove_m, kAbove_m, kAhead_m);
   D_[0].diagonal().tail<3>() =
       (tilt * lever_m.cwiseAbs2()).array() + settings.start_sigma_m * settings.start_sigma_m;
+  carried_ = D_[0];
 }
 
-Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local,
-                   const Mat6& share, const std::optional<Level>& level) {
+/// Of a generation, or between two.
+Mat6 Drift::error_at(double epoch) const {
   const double last = static_cast<double>(D_.size() - 1);
-  const double at = std::clamp(mean_epoch, 0.0, last);
+  const double at = std::clamp(epoch, 0.0, last);
   const auto below = static_cast<std::size_t>(at);
   const std::size_t above = std::min(below + 1, D_.size() - 1);
   const double f = at - static_cast<double>(below);
-  const Mat6 D_reference = (1.0 - f) * D_[below] + f * D_[above];
+  return (1.0 - f) * D_[below] + f * D_[above];
+}
+
+Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local,
+                   const MapShare& share, const std::optional<Level>& level,
+                   std::span<const HeldAlong> held) {
+  const Mat6 A = left_from_boxplus(T_odom_body);
   const Mat6 B = boxplus_from_left(T_odom_body);
-  map_error_ = share * B * D_reference * B.transpose() * share.transpose();
+  Mat6 seen = B * error_at(mean_epoch) * B.transpose();
+  for (const HeldAlong& h : held) {
+    const Mat6 other = B * error_at(h.mean_epoch) * B.transpose();
+    const Mat3 more = (other - seen).bottomRightCorner<3, 3>();
+    const double more_m2 = std::max(0.0, h.d_odom.dot(more * h.d_odom));
+    seen.bottomRightCorner<3, 3>() += more_m2 * h.d_odom * h.d_odom.transpose();
+  }
+  const Mat6 before = B * carried_ * B.transpose();
+  map_error_ = share.follows * seen * share.follows.transpose() +
+               share.keeps * before * share.keeps.transpose();
   if (level) hold_level(T_odom_body, *level);
   if ((T_odom_body.p - p_epoch_).norm() > settings_.epoch_m) {
     p_epoch_ = T_odom_body.p;
     ++epoch_;
-    const Mat6 A = left_from_boxplus(T_odom_body);
-    const Mat6 registered = share * P_local * share.transpose();
+    const Mat6 registered = share.follows * P_local * share.follows.transpose();
     const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
     D_.push_back(A * inherited * A.transpose());
   }
+  carried_ = A * map_error_ * A.transpose();
   return map_error_ + P_local;
 }
 
@@ -95,11 +139,22 @@ void Drift::hold_level(const SE3& T_odom_body, const Level& level) {
   }
 }
 
+Mat3 Drift::release(const SE3& T_odom_body, const Mat3& axes_odom) {
+  const Mat3 released = axes_odom * map_error_.bottomRightCorner<3, 3>() * axes_odom;
+  Mat6 rest = Mat6::Identity();
+  rest.bottomRightCorner<3, 3>() -= axes_odom;
+  map_error_ = (rest * map_error_ * rest).eval();
+  const Mat6 A = left_from_boxplus(T_odom_body);
+  carried_ = A * map_error_ * A.transpose();
+  return released;
+}
+
 void Drift::add(const SE3& T_odom_body, const Mat6& P) {
   const Mat6 A = left_from_boxplus(T_odom_body);
   p_epoch_ = T_odom_body.p;
   ++epoch_;
   D_.push_back(D_.back() + A * P * A.transpose());
+  carried_ = D_.back();
 }
 
 }  // namespace rali::odometry

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "rali/geometry/se3.hpp"
@@ -35,15 +36,36 @@ struct Level {
   Eigen::Matrix2d covariance;             ///< of the tilts about them [rad^2]
 };
 
+/// Of which generation the planes are that hold a translation.
+struct HeldAlong {
+  geometry::Vec3 d_odom = geometry::Vec3::UnitX();  ///< unit vector
+  double mean_epoch = 0.0;
+};
+
+/// How a pose follows the map when a scan is registered with it: the roots of the filter's gain,
+/// and of what is left of one (boxplus). Along what the LiDAR does not see it follows nothing; what
+/// the LiDAR sees poorly draws it there over many scans.
+struct MapShare {
+  geometry::Mat6 follows, keeps;
+
+  [[nodiscard]] static MapShare all();
+  [[nodiscard]] static MapShare nothing();
+  /// @param P_predicted of the pose before the scan  @param information  what the LiDAR told
+  [[nodiscard]] static MapShare of(const geometry::Mat6& P_predicted,
+                                   const geometry::Mat6& information);
+};
+
 /// How wrong the map is where the vehicle is: what a filter that takes its map for granted does
 /// not know.
 ///
 /// Planes inherit the error of the pose that saw them first. A scan that matches planes of
 /// generation e has their error plus its own; new planes inherit that. So the error grows with
-/// the number of generations passed, and falls back when the vehicle returns to old planes. Where
-/// the LiDAR tells nothing the map's error is none of the pose's: there the filter knows its own,
-/// and new planes inherit it. Roll and pitch do not wander where gravity is known: there the map's
-/// error is bounded, and what it did to positions with it.
+/// the number of generations passed, and falls back when the vehicle returns to old planes. Each
+/// translation hangs on the planes that tell of it: behind a blind stretch the walls may be old and
+/// the niche that ends it new, with the error that the stretch has left in it. Where the LiDAR
+/// tells nothing the pose keeps the error of the map that it hung on last; what it has gathered
+/// since, the filter knows, and new planes inherit both. Roll and pitch do not wander where gravity
+/// is known: there the map's error is bounded, and what it did to positions with it.
 /// Covariances of a common left perturbation T' = Exp(phi, rho) T about odom's origin, so that
 /// they add without lever arms. Order rotation, translation.
 class Drift {
@@ -56,21 +78,29 @@ class Drift {
 
   /// @param mean_epoch weighted mean generation of the planes matched by this scan.
   /// @param P_local covariance (boxplus) of the pose, the map taken for granted.
-  /// @param share how the pose follows the map (boxplus): the identity where the LiDAR knows all
-  /// directions, zero along what it cannot see.
   /// @param level nothing: gravity is not known.
+  /// @param held  translations whose planes may be of other generations than the mean
   /// @return covariance (boxplus) of the pose relative to odom's origin.
   geometry::Mat6 update(const geometry::SE3& T_odom_body, double mean_epoch,
-                        const geometry::Mat6& P_local, const geometry::Mat6& share,
-                        const std::optional<Level>& level = std::nullopt);
+                        const geometry::Mat6& P_local, const MapShare& share,
+                        const std::optional<Level>& level = std::nullopt,
+                        std::span<const HeldAlong> held = {});
 
   /// What of the last update's covariance is the map's (boxplus).
   [[nodiscard]] const geometry::Mat6& map_error() const { return map_error_; }
+
+  /// Where the LiDAR has lost a translation the pose hangs on no map any more: the error that it
+  /// has of one is the filter's from now on, which ranges may correct.
+  /// @param axes_odom projector on those translations
+  /// @return covariance of the position that is no longer in map_error()
+  [[nodiscard]] geometry::Mat3 release(const geometry::SE3& T_odom_body,
+                                       const geometry::Mat3& axes_odom);
 
   /// A new map begins at a pose that is itself uncertain by P (boxplus): a new generation.
   void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 
  private:
+  [[nodiscard]] geometry::Mat6 error_at(double epoch) const;
   void hold_level(const geometry::SE3& T_odom_body, const Level& level);
 
   DriftSettings settings_;
@@ -78,6 +108,7 @@ class Drift {
   geometry::Vec3 p_epoch_ = geometry::Vec3::Zero();
   std::vector<geometry::Mat6> D_;  ///< by generation
   geometry::Mat6 map_error_ = geometry::Mat6::Zero();
+  geometry::Mat6 carried_;  ///< the same as a left perturbation
 };
 
 }  // namespace rali::odometry

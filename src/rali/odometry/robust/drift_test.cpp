@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 namespace rali::odometry {
@@ -13,7 +14,7 @@ using geometry::SE3;
 using geometry::Vec3;
 
 /// The LiDAR knows all directions.
-const Mat6 kFollows = Mat6::Identity();
+const MapShare kFollows = MapShare::all();
 
 Mat6 local(double sigma_rad, double sigma_m) {
   Mat6 P = Mat6::Zero();
@@ -103,6 +104,69 @@ TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
   const double newest = drift.update(at(2.04), 4.0, P, kFollows)(3, 3);
   EXPECT_DOUBLE_EQ(drift.update(at(2.04), 1e9, P, kFollows)(3, 3), newest);
   EXPECT_DOUBLE_EQ(drift.update(at(2.04), -5.0, P, kFollows)(3, 3), P(3, 3));
+}
+
+/// Drives to `x_m`, and sees all the way the newest planes.
+void drive(Drift& drift, double from_m, double to_m, const Mat6& P, const MapShare& share) {
+  for (double x_m = from_m; x_m <= to_m; x_m += 0.51) {
+    static_cast<void>(drift.update(at(x_m), drift.epoch(), P, share));
+  }
+}
+
+/// Follows the map in all but x.
+MapShare blind_along_x() {
+  MapShare share = MapShare::all();
+  share.follows(3, 3) = 0.0;
+  share.keeps(3, 3) = 1.0;
+  return share;
+}
+
+// What a blind stretch has left does not go when a new niche comes in sight: its planes have the
+// same error. Walls that are older than it say nothing of that direction.
+TEST(Drift, behind_a_blind_stretch_what_is_new_has_the_error_of_the_stretch) {
+  Drift drift{from_nothing()};
+  drive(drift, 0.51, 5.0, local(1e-4, 0.001), kFollows);
+  const double old = drift.epoch();
+  drive(drift, 5.1, 10.0, local(1e-4, 0.7), blind_along_x());
+  const double now = drift.epoch();
+  const HeldAlong niche{Vec3::UnitX(), now};
+  const Mat6 P = local(1e-4, 0.001);
+  EXPECT_LT(sigma_x(drift.update(at(10.2), old, P, kFollows)), 0.01) << "back at the old planes";
+  EXPECT_GT(sigma_x(drift.update(at(10.2), old, P, kFollows, {}, {&niche, 1})), 0.69);
+}
+
+TEST(Drift, stays_with_a_pose_that_the_lidar_has_lost_along_the_way) {
+  Drift drift{from_nothing()};
+  drive(drift, 0.51, 20.0, local(0.0, 0.02), kFollows);
+  const double before = sigma_x(drift.update(at(20.1), drift.epoch(), Mat6::Zero(), kFollows));
+  EXPECT_GT(before, 0.1);
+  // Walls that were seen from the start: across the error is gone, along it is not.
+  const Mat6 after = drift.update(at(20.2), 0.0, Mat6::Zero(), blind_along_x());
+  EXPECT_NEAR(sigma_x(after), before, 1e-9);
+  EXPECT_NEAR(after(4, 4), 0.0, 1e-12);
+}
+
+TEST(Drift, hands_over_what_hangs_on_no_map_any_more) {
+  Drift drift{from_nothing()};
+  drive(drift, 0.51, 20.0, local(0.0, 0.02), kFollows);
+  const Mat6 before = drift.update(at(20.1), drift.epoch(), Mat6::Zero(), kFollows);
+  const geometry::Mat3 along_x = Vec3::UnitX() * Vec3::UnitX().transpose();
+  const geometry::Mat3 released = drift.release(at(20.1), along_x);
+  EXPECT_NEAR(released(0, 0), before(3, 3), 1e-12);
+  EXPECT_NEAR(released(1, 1), 0.0, 1e-12);
+  EXPECT_NEAR(drift.map_error()(3, 3), 0.0, 1e-12);
+  EXPECT_NEAR(drift.map_error()(4, 4), before(4, 4), 1e-12);
+  EXPECT_NEAR(drift.update(at(20.2), 0.0, Mat6::Zero(), blind_along_x())(3, 3), 0.0, 1e-12);
+}
+
+// A tenth of the information of the prediction: a tenth of the variance comes from the map.
+TEST(MapShare, is_the_gain_of_the_filter) {
+  const Mat6 P = local(1e-3, 0.1);
+  const Mat6 information = (P.inverse() / 9.0).eval();
+  const MapShare share = MapShare::of(P, information);
+  EXPECT_LT((share.follows * share.follows - 0.1 * Mat6::Identity()).norm(), 1e-9);
+  EXPECT_LT((share.keeps * share.keeps - 0.9 * Mat6::Identity()).norm(), 1e-9);
+  EXPECT_LT((MapShare::of(P, Mat6::Zero()).follows).norm(), 1e-12);
 }
 
 TEST(Drift, without_gravity_the_first_pose_may_be_tilted_against_the_map) {

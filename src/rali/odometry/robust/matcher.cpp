@@ -86,6 +86,7 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
   LidarSystem system;
   groups_.clear();
   evidence_.clear();
+  epochs_.clear();
   group_of_plane_.resize(std::max(group_of_plane_.size(), map.plane_count()), -1);
   const Mat3& R = T_odom_body.R;
   for (const Point& point : points_) {
@@ -126,11 +127,29 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
   for (const Group& group : groups_) {
     add_group(group, map, T_odom_body, system);
     group_of_plane_[static_cast<std::size_t>(group.plane)] = -1;
-    epoch_sum += evidence_.back().weight * map.plane(group.plane).epoch;
+    epochs_.push_back(map.plane(group.plane).epoch);
+    epoch_sum += evidence_.back().weight * epochs_.back();
     weight_sum += evidence_.back().weight;
   }
   if (weight_sum > 0.0) system.mean_epoch = epoch_sum / weight_sum;
   return system;
+}
+
+std::optional<double> Matcher::mean_epoch(const Vec3& d_odom) const {
+  constexpr double kNormalSigmas = 2.0;
+  double epoch_sum = 0.0;
+  double weight_sum = 0.0;
+  for (std::size_t k = 0; k < evidence_.size(); ++k) {
+    const degeneracy::PlaneEvidence& plane = evidence_[k];
+    const double along = d_odom.dot(plane.n_odom);
+    const double noise = d_odom.dot(plane.normal_covariance * d_odom);
+    const double told = along * along - kNormalSigmas * kNormalSigmas * noise;
+    if (told <= 0.0) continue;
+    epoch_sum += plane.weight * told * epochs_[k];
+    weight_sum += plane.weight * told;
+  }
+  if (weight_sum <= 0.0) return std::nullopt;
+  return epoch_sum / weight_sum;
 }
 
 /// One point: its noise and that of the plane there add up to one variance.

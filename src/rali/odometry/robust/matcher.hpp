@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "rali/geometry/se3.hpp"
@@ -65,6 +66,11 @@ class Matcher {
   /// What each plane told in the last accumulate().
   [[nodiscard]] const std::vector<degeneracy::PlaneEvidence>& evidence() const { return evidence_; }
 
+  /// Mean generation of what told of a translation along a direction in the last accumulate()
+  /// (drift.hpp); nothing: no plane told of it. What the noise of its normal seems to tell does not
+  /// count. @param d_odom unit vector
+  [[nodiscard]] std::optional<double> mean_epoch(const geometry::Vec3& d_odom) const;
+
  private:
   /// Weighted moments of the points of one plane: sum w [p;1][p;1]^T, upper triangle.
   struct Group {
@@ -108,6 +114,7 @@ class Matcher {
   std::vector<Group> groups_;
   std::vector<int> group_of_plane_;  ///< by plane index, -1 = none yet
   std::vector<degeneracy::PlaneEvidence> evidence_;
+  std::vector<double> epochs_;  ///< of the planes of evidence_
 };
 
 }  // namespace rali::odometry

@@ -180,24 +180,27 @@ std::optional<Level> RobustOdometry::level() const {
   return Level{axes, H * state_.P * H.transpose()};
 }
 
-/// What the filter says about this scan, floored by what one registration can know (the filter
-/// takes repeated looks at the same planes for independent), plus the error of the map there.
+/// What the filter says about this scan, as much again as one registration brings in (the filter
+/// takes repeated looks at the same planes for independent), and the error of the map there.
 Mat6 RobustOdometry::covariance(const UpdateResult& update) {
   Mat6 local = state_.P.topLeftCorner<6, 6>();
-  Mat6 share = Mat6::Identity();
-  if (update.matches > 0) {
-    Mat6 I = update.information;
-    const double weak = 1.0 / (settings_.drift.sigma_max_m * settings_.drift.sigma_max_m);
-    I.diagonal().array() += weak;
-    const Mat6 single = I.inverse();
-    share = single * update.information;
-    local += share * single * share.transpose();
+  if (update.matches < settings_.update.matches_min) {
+    return drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level());
   }
-  // A scan that matched nothing hangs on the newest generation, not on the first.
-  const bool matched = update.matches >= settings_.update.matches_min;
-  const double epoch = matched ? update.mean_epoch : static_cast<double>(drift_.epoch());
-  return drift_.update(state_.T_odom_body, epoch, local, matched ? share : Mat6::Identity(),
-                       level());
+  const double weak = 1.0 / (settings_.drift.sigma_max_m * settings_.drift.sigma_max_m);
+  const Mat6 single = (update.information + weak * Mat6::Identity()).inverse();
+  local += update.share.follows * single * update.share.follows.transpose();
+  std::vector<HeldAlong> held;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& d_odom = update.directions[k].direction_odom;
+    if (const auto epoch = matcher_.mean_epoch(d_odom)) held.push_back({d_odom, *epoch});
+  }
+  const Mat6 all =
+      drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level(), held);
+  if (!update.untouched.isZero(0.0)) {
+    state_.P.block<3, 3>(kPos, kPos) += drift_.release(state_.T_odom_body, update.untouched);
+  }
+  return all;
 }
 
 /// Good, weak (few matches), predicted (none), or diverged (for too long, or impossible).

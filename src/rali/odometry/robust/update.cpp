@@ -58,11 +58,22 @@ class Untouched {
     axes_v_ = R_odom_v.transpose() * axes_ * R_odom_v;
   }
 
+  [[nodiscard]] const Mat3& axes() const { return axes_; }
+
   /// Takes the untouched part out of the rows of M.
   template <class M>
   void clear_rows(M& m) const {
     m.template middleRows<3>(kPos) -= (axes_ * m.template middleRows<3>(kPos)).eval();
     m.template middleRows<3>(kVel) -= (axes_v_ * m.template middleRows<3>(kVel)).eval();
+  }
+
+  /// How a pose of covariance P follows the map: along what is untouched not at all, and nothing
+  /// else by what it has in common with that.
+  [[nodiscard]] MapShare share(const Mat6& P, const Mat6& information) const {
+    Mat6 aside = Mat6::Zero();
+    aside.bottomRightCorner<3, 3>() = axes_;
+    const Mat6 rest = Mat6::Identity() - aside;
+    return MapShare::of(rest * P * rest + aside * P * aside, rest * information * rest);
   }
 
   /// Side states are estimated like the pose where the LiDAR sees in all directions. Where it is
@@ -131,6 +142,14 @@ void set_posterior(FilterState& state, const FilterState& predicted, const Mat6&
   }
   state.P_side = predicted.P_side - taken;
   state.P_side.topRows<3>() = (J * state.P_side.topRows<3>()).eval();
+}
+
+/// The covariance after the last iteration, and how the pose has followed the map.
+void finish(const FilterState& predicted, const Mat6& I, const Vec3& theta,
+            const Untouched& untouched, FilterState& state, UpdateResult& result) {
+  set_posterior(state, predicted, I, untouched, theta);
+  result.share = untouched.share(predicted.P.topLeftCorner<6, 6>(), I);
+  result.untouched = untouched.axes();
 }
 
 /// What the LiDAR alone says, against the prediction. A weak prior stands for all that it does not
@@ -230,8 +249,8 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     rematch = moved_on(delta, before, settings.update, result);
     if (result.converged && k > 0) break;
   }
-  set_posterior(state, predicted, system.I, Untouched(result.directions, R_odom_v),
-                delta.segment<3>(kTheta));
+  finish(predicted, system.I, delta.segment<3>(kTheta), Untouched(result.directions, R_odom_v),
+         state, result);
   compare_with_prediction(y_lidar, P66, result);
   tell_fit(system, matcher, result);
   return result;

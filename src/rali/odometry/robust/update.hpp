@@ -3,6 +3,7 @@
 #include <array>
 
 #include "rali/degeneracy/information.hpp"
+#include "rali/odometry/robust/drift.hpp"
 #include "rali/odometry/robust/matcher.hpp"
 #include "rali/odometry/robust/settings.hpp"
 #include "rali/odometry/robust/state.hpp"
@@ -20,6 +21,9 @@ struct UpdateResult {
   geometry::Mat6 information =
       geometry::Mat6::Zero();  ///< LiDAR alone, what it cannot know removed
   degeneracy::Axes axes = degeneracy::Axes::Identity();
+  MapShare share = MapShare::nothing();  ///< how the pose has followed the map
+  /// Projector on the translations that the scan may not touch.
+  geometry::Mat3 untouched = geometry::Mat3::Zero();
   std::array<degeneracy::DirectionInfo, 6> directions;
   std::array<bool, 3> sees{};  ///< translations of which this scan alone tells something
   /// Where the LiDAR alone has the pose, from the prediction (boxplus); zero where it does not
