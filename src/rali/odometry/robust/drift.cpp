@@ -93,6 +93,18 @@ Mat6 Drift::error_at(double epoch) const {
   return (1.0 - f) * D_[below] + f * D_[above];
 }
 
+/// A pose that is known much less well than the newest planes, wherever it believes to be: blind it
+/// may drive for seconds and think that it stands.
+bool Drift::has_grown(const Mat6& newest, const Mat6& now) {
+  constexpr double kFactor = 2.0;       // of variances
+  constexpr double kLeast_m2 = 2.5e-3;  // 5 cm
+  const auto most = [](const Mat6& P) {
+    return Eigen::SelfAdjointEigenSolver<Mat3>(P.bottomRightCorner<3, 3>(), Eigen::EigenvaluesOnly)
+        .eigenvalues()[2];
+  };
+  return most(now) > kFactor * most(newest) + kLeast_m2;
+}
+
 Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local,
                    const MapShare& share, const std::optional<Level>& level,
                    std::span<const HeldAlong> held) {
@@ -109,7 +121,8 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   map_error_ = share.follows * seen * share.follows.transpose() +
                share.keeps * before * share.keeps.transpose();
   if (level) hold_level(T_odom_body, *level);
-  if ((T_odom_body.p - p_epoch_).norm() > settings_.epoch_m) {
+  const bool travelled = (T_odom_body.p - p_epoch_).norm() > settings_.epoch_m;
+  if (travelled || has_grown(B * D_.back() * B.transpose(), map_error_ + P_local)) {
     p_epoch_ = T_odom_body.p;
     ++epoch_;
     const Mat6 registered = share.follows * P_local * share.follows.transpose();

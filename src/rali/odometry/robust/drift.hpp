@@ -59,15 +59,16 @@ struct MapShare {
 /// not know.
 ///
 /// Planes inherit the error of the pose that saw them first. A scan that matches planes of
-/// generation e has their error plus its own; new planes inherit that. So the error grows with
-/// the number of generations passed, and falls back when the vehicle returns to old planes. Each
-/// translation hangs on the planes that tell of it: behind a blind stretch the walls may be old and
-/// the niche that ends it new, with the error that the stretch has left in it. Where the LiDAR
-/// tells nothing the pose keeps the error of the map that it hung on last; what it has gathered
-/// since, the filter knows, and new planes inherit both. Roll and pitch do not wander where gravity
-/// is known: there the map's error is bounded, and what it did to positions with it.
-/// Covariances of a common left perturbation T' = Exp(phi, rho) T about odom's origin, so that
-/// they add without lever arms. Order rotation, translation.
+/// generation e has their error plus its own; new planes inherit that. A generation lasts some way,
+/// or until the pose is known much less well. So the error grows with the generations passed, and
+/// falls back when the vehicle returns to old planes. Each translation hangs on the planes that
+/// tell of it: behind a blind stretch the walls may be old and the niche that ends it new, with the
+/// error that the stretch has left in it. Where the LiDAR tells nothing the pose keeps the error of
+/// the map that it hung on last; what it has gathered since, the filter knows, and new planes
+/// inherit both. Roll and pitch do not wander where gravity is known: there the map's error is
+/// bounded, and what it did to positions with it. Covariances of a common left perturbation T' =
+/// Exp(phi, rho) T about odom's origin, so that they add without lever arms. Order rotation,
+/// translation.
 class Drift {
  public:
   /// @param levelled  gravity holds the first pose
@@ -101,6 +102,7 @@ class Drift {
 
  private:
   [[nodiscard]] geometry::Mat6 error_at(double epoch) const;
+  [[nodiscard]] static bool has_grown(const geometry::Mat6& newest, const geometry::Mat6& now);
   void hold_level(const geometry::SE3& T_odom_body, const Level& level);
 
   DriftSettings settings_;

@@ -135,6 +135,23 @@ TEST(Drift, behind_a_blind_stretch_what_is_new_has_the_error_of_the_stretch) {
   EXPECT_GT(sigma_x(drift.update(at(10.2), old, P, kFollows, {}, {&niche, 1})), 0.69);
 }
 
+// Blind it may drive for seconds and believe to stand: what it sees new then is not of the
+// generation of what it saw before.
+TEST(Drift, begins_a_generation_where_the_pose_has_become_uncertain_without_way) {
+  Drift drift{from_nothing()};
+  drive(drift, 0.51, 5.0, local(1e-4, 0.001), kFollows);
+  const std::uint32_t before = drift.epoch();
+  static_cast<void>(drift.update(at(5.0), before, local(1e-4, 0.001), kFollows));
+  EXPECT_EQ(drift.epoch(), before);
+  static_cast<void>(drift.update(at(5.0), before, local(1e-4, 1.0), blind_along_x()));
+  EXPECT_EQ(drift.epoch(), before + 1);
+  static_cast<void>(drift.update(at(5.0), before, local(1e-4, 1.1), blind_along_x()));
+  EXPECT_EQ(drift.epoch(), before + 1) << "not for a little more";
+  const HeldAlong fresh{Vec3::UnitX(), static_cast<double>(drift.epoch())};
+  const Mat6 P = drift.update(at(5.0), before, local(1e-4, 0.001), kFollows, {}, {&fresh, 1});
+  EXPECT_GT(sigma_x(P), 0.9);
+}
+
 TEST(Drift, stays_with_a_pose_that_the_lidar_has_lost_along_the_way) {
   Drift drift{from_nothing()};
   drive(drift, 0.51, 20.0, local(0.0, 0.02), kFollows);
