@@ -116,14 +116,18 @@ std::optional<SE3> frame_at_first(const Estimates& estimates, const Track& track
   return std::nullopt;
 }
 
-bool is_pose_finding(const Finding& f) {
+/// The pose is lost, or may be.
+bool is_lost_finding(const Finding& f) {
   static const std::set<std::string> ids = {"odometry.diverged", "odometry.pose_doubtful",
                                             "monitor.contradiction", "odometry.contradiction"};
   return f.severity != Severity::kInfo && ids.contains(f.id);
 }
 
+/// The pose is not known as well as elsewhere.
+bool is_blind_finding(const Finding& f) { return f.id == "odometry.blind"; }
+
 bool covers(const Finding& f, const SilentFailure& failure, const Recording& recording) {
-  if (!is_pose_finding(f) || f.vehicle != failure.vehicle || f.t.ns == 0) return false;
+  if (f.vehicle != failure.vehicle || f.t.ns == 0) return false;
   const double begin_s = seconds_between(recording.t_begin(), f.t);
   const double end_s = f.t_end.ns > 0 ? seconds_between(recording.t_begin(), f.t_end) : begin_s;
   const double run_s = seconds_between(recording.t_begin(), recording.t_end());
@@ -136,9 +140,17 @@ void add_silent(const TrackScore& track, const std::string& vehicle, const char*
                 const Recording& recording, const FindingList& findings, RunScore& out) {
   for (const auto& [begin_s, end_s] : track.failures_s) {
     SilentFailure failure{vehicle, trajectory, begin_s, end_s, track.max_m, track.sigma_max_m};
-    const bool said = std::any_of(findings.begin(), findings.end(),
-                                  [&](const Finding& f) { return covers(f, failure, recording); });
-    if (!said) out.silent.push_back(failure);
+    const auto said = [&](auto&& is_one) {
+      return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
+        return is_one(f) && covers(f, failure, recording);
+      });
+    };
+    if (said(is_lost_finding)) continue;
+    if (said(is_blind_finding)) {
+      ++out.only_blind;
+    } else {
+      out.silent.push_back(failure);
+    }
   }
 }
 
@@ -177,7 +189,7 @@ void judge_alone(const Recording& recording, const drive::MapSummary& summary, s
   score_v.distance_m = track.distance_m;
   score_v.diverged_s = summary.vehicles[v].diverged_s;
   for (const Finding& f : summary.findings) {
-    score_v.pose_findings += is_pose_finding(f) && f.vehicle == track.name ? 1 : 0;
+    score_v.pose_findings += is_lost_finding(f) && f.vehicle == track.name ? 1 : 0;
   }
   out.lost = out.lost || score_v.diverged_s > 0.0;
   if (const auto odometry = read(file(summary, "odometry", track.name))) {

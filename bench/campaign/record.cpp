@@ -38,6 +38,7 @@ std::optional<TrackScore> track_of(const Json& json) {
 Json score_json(const RunScore& s) {
   Json json{{"solvable_alone", s.solvable.alone},
             {"solvable_joint", s.solvable.joint},
+            {"only_blind", s.only_blind},
             {"groups", s.groups},
             {"fleet_rmse_m", s.fleet_rmse_m},
             {"gaps", s.gaps},
@@ -71,6 +72,7 @@ Json score_json(const RunScore& s) {
 RunScore score_of(const Json& json) {
   RunScore s;
   s.solvable = {json.at("solvable_alone"), json.at("solvable_joint")};
+  s.only_blind = json.value("only_blind", std::size_t{0});  // older records have none
   s.groups = json.at("groups");
   s.fleet_rmse_m = real(json.at("fleet_rmse_m"));
   s.gaps = json.at("gaps");

@@ -40,7 +40,8 @@ bool went_through(const RunRecord& r) {
 }
 
 struct Counts {
-  std::size_t runs = 0, silent = 0, alone = 0, alone_through = 0, joint = 0, joint_through = 0;
+  std::size_t runs = 0, silent = 0, only_blind = 0, alone = 0, alone_through = 0, joint = 0,
+              joint_through = 0;
   std::size_t good = 0, false_alarms = 0, failed = 0, solvable = 0;
   std::vector<double> nees, odometry_m, live_m, final_m;
   double cpu_s = 0.0;
@@ -49,6 +50,7 @@ struct Counts {
     const RunScore& s = r.score;
     ++runs;
     silent += s.silent.empty() ? 0 : 1;
+    only_blind += s.silent.empty() && s.only_blind > 0 ? 1 : 0;
     failed += s.error.empty() ? 0 : 1;
     solvable += s.solvable.alone && s.solvable.joint ? 1 : 0;
     if (r.vehicles == 1 && s.solvable.alone) {
@@ -82,17 +84,20 @@ std::string figures(const std::vector<double>& values) {
 
 std::string block_rows(const std::map<std::string, Counts>& blocks) {
   std::string text =
-      "| block | runs | silent | single through | fleets through | false alarms | failed to run | "
+      "| block | runs | silent | only said to be blind | single through | fleets through | false "
+      "alarms | failed to run | "
       "NEES per dof, median | odometry rmse m, median / 90 % / worst | live | final | CPU h |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const auto& [name, c] : blocks) {
     text += fmt::format(
-        "| {} | {} | {} ({:.1f} %) | {}/{} ({:.1f} %) | {}/{} ({:.1f} %) | {}/{} ({:.1f} %) | {} | "
+        "| {} | {} | {} ({:.1f} %) | {} ({:.1f} %) | {}/{} ({:.1f} %) | {}/{} ({:.1f} %) | {}/{} "
+        "({:.1f} %) | {} | "
         "{:.2f} | {} | {} | {} | {:.1f} |\n",
-        name, c.runs, c.silent, percent(c.silent, c.runs), c.alone_through, c.alone,
-        percent(c.alone_through, c.alone), c.joint_through, c.joint,
-        percent(c.joint_through, c.joint), c.false_alarms, c.good, percent(c.false_alarms, c.good),
-        c.failed, c.nees.empty() ? 0.0 : eval::quantile(c.nees, 0.5), figures(c.odometry_m),
+        name, c.runs, c.silent, percent(c.silent, c.runs), c.only_blind,
+        percent(c.only_blind, c.runs), c.alone_through, c.alone, percent(c.alone_through, c.alone),
+        c.joint_through, c.joint, percent(c.joint_through, c.joint), c.false_alarms, c.good,
+        percent(c.false_alarms, c.good), c.failed,
+        c.nees.empty() ? 0.0 : eval::quantile(c.nees, 0.5), figures(c.odometry_m),
         figures(c.live_m), figures(c.final_m), c.cpu_s / 3600.0);
   }
   return text;

@@ -14,6 +14,7 @@
 #include "rali/drive/member_job.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
+#include "rali/drive/output/blind_findings.hpp"
 #include "rali/drive/output/joint_path.hpp"
 #include "rali/drive/output/map_files.hpp"
 #include "rali/drive/output/metrics.hpp"
@@ -244,6 +245,7 @@ Status MapRun::write_results() {
       summary_.gaps = true;
     }
     summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;
+    for (Finding& f : blind_findings(runs_[i].poses(), runs_[i].name())) report(std::move(f));
     if (Status s = write_vehicle_files(runs_[i], job_.out_dir, names); !s) return s;
   }
   for (Finding& f : fleet_findings(summary_.fleet, names)) report(std::move(f));

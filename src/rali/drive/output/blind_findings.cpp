@@ -1,0 +1,92 @@
+#include "rali/drive/output/blind_findings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+namespace rali::drive {
+namespace {
+
+constexpr double kTold_m = 0.3;     // less is what users of a map live with
+constexpr double kGrown_m = 0.1;    // since the stretch began: the rest was said before
+constexpr double kGlimpse_s = 2.0;  // what is seen or held for less ends no stretch
+constexpr double kShare = 0.1;      // of the recording
+
+/// Poses [begin, end] by index.
+struct Stretch {
+  std::size_t begin = 0, end = 0;
+};
+
+bool rests_on_imu(const PoseRecord& pose) {
+  return pose.blind && (pose.held_by == HeldBy::kImu || pose.held_by == HeldBy::kNothing);
+}
+
+std::vector<Stretch> stretches_of(const std::vector<PoseRecord>& poses) {
+  std::vector<Stretch> out;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (!rests_on_imu(poses[i])) continue;
+    const bool goes_on =
+        !out.empty() && seconds_between(poses[out.back().end].t, poses[i].t) <= kGlimpse_s;
+    if (goes_on) {
+      out.back().end = i;
+    } else {
+      out.push_back({i, i});
+    }
+  }
+  return out;
+}
+
+/// Along the direction in which the position is known least.
+double sigma_m(const PoseRecord& pose) {
+  const geometry::Mat3 P = pose.covariance.bottomRightCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<geometry::Mat3> solver(P, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+}
+
+Finding finding_of(const PoseRecord& begin, const PoseRecord& end, double most_m) {
+  Finding f;
+  f.id = "odometry.blind";
+  f.severity = Severity::kWarning;
+  f.t = begin.t;
+  f.t_end = end.t;
+  f.text = fmt::format(
+      "blind along the way, and no range held the vehicle for {:.0f} s: its position there is "
+      "known "
+      "to {:.1f} m (1 sigma)",
+      seconds_between(begin.t, end.t), most_m);
+  f.effect = "the map may be longer or shorter there by as much";
+  f.remedy =
+      "Let another vehicle stand in sight and measure ranges, or see that vehicles have them.";
+  f.value = most_m;
+  f.limit = kTold_m;
+  return f;
+}
+
+}  // namespace
+
+FindingList blind_findings(const std::vector<PoseRecord>& poses, const std::string& vehicle) {
+  FindingList out;
+  if (poses.empty()) return out;
+  const double longest_s = kShare * seconds_between(poses.front().t, poses.back().t);
+  for (const Stretch& stretch : stretches_of(poses)) {
+    const double before_m = sigma_m(poses[stretch.begin]);
+    std::size_t begin = stretch.begin;
+    double most_m = 0.0;
+    for (std::size_t i = stretch.begin; i <= stretch.end; ++i) {
+      most_m = std::max(most_m, sigma_m(poses[i]));
+      const bool full = seconds_between(poses[begin].t, poses[i].t) >= longest_s;
+      if (!full && i < stretch.end) continue;
+      if (most_m >= kTold_m && most_m >= before_m + kGrown_m) {
+        out.push_back(finding_of(poses[begin], poses[i], most_m));
+        out.back().vehicle = vehicle;
+      }
+      begin = i;
+      most_m = 0.0;
+    }
+  }
+  return out;
+}
+
+}  // namespace rali::drive
