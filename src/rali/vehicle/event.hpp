@@ -48,8 +48,10 @@ struct PoseEstimate {
   degeneracy::Report degeneracy;
   int matches = 0;  ///< points with a plane
   double residual_rms_m = 0.0;
-  bool at_rest = false;                 ///< the vehicle stands, its pose is held
-  double correction_m = 0.0;            ///< what ranges moved the pose since the last sweep
+  bool at_rest = false;          ///< the vehicle stands, its pose is held
+  bool seeks_gravity = false;    ///< inertial data are to tell where it points, but do not yet
+  double level_sigma_rad = 0.0;  ///< how well they do: of roll and pitch of the frame `local`
+  double correction_m = 0.0;     ///< what ranges moved the pose since the last sweep
   std::optional<VehicleId> range_from;  ///< whose range did
 };
 

@@ -1,5 +1,10 @@
 #include "rali/vehicle/pose_report.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
 namespace rali::vehicle {
 
 namespace {
@@ -33,6 +38,12 @@ PoseEstimate pose_of(VehicleId self, const odometry::ScanResult& result) {
   pose.matches = result.matches;
   pose.residual_rms_m = result.residual_rms_m;
   return pose;
+}
+
+double level_sigma_rad(const geometry::Vec3& g_mps2, const geometry::Mat3& covariance_m2ps4) {
+  const Eigen::SelfAdjointEigenSolver<geometry::Mat3> solver(covariance_m2ps4,
+                                                             Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2])) / g_mps2.norm();
 }
 
 degeneracy::Report degeneracy_of(const odometry::ScanResult& result,

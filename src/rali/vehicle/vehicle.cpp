@@ -148,6 +148,11 @@ class Vehicle::Impl {
     if (result.state == odometry::TrackState::kWaiting) return;
     if (paper_ranges_) effect = paper_ranges_->after_sweep(result, out);
     PoseEstimate pose = pose_of(self_, result);
+    pose.seeks_gravity = settings_.has_imu && !result.inertial;
+    if (result.inertial) {
+      pose.level_sigma_rad =
+          level_sigma_rad(odometry_->gravity_odom(), odometry_->gravity_covariance());
+    }
     pose.T_odom_body = odom_.follow(result);
     pose.correction_m = effect.shift_m;
     pose.range_from = effect.from;

@@ -23,6 +23,9 @@ constexpr double kFirst_s = 5.0, kGrowth = 1.3;
 /// The first vehicle is waited for as long, then the map is that of the first that has a path.
 constexpr double kWait_s = 5.0;
 
+/// Gravity is waited for as long. What inertial data do not tell by then they may never tell.
+constexpr double kWaitLevel_s = 10.0;
+
 constexpr double kStep_m = 0.01, kStep_rad = 0.5 * std::numbers::pi / 180.0;
 
 /// How an error of a pose moves another that hangs on it rigidly (geometry::boxplus).
@@ -137,23 +140,27 @@ LiveMap::Entry LiveMap::entry_of(const fleet::FleetEstimate& estimate,
 
 /// Each table levels the map by what is known of gravity then: all poses turn about the first one.
 /// Without gravity the map keeps to the first pose, and nothing turns.
-Mat6 LiveMap::of_level(const SE3& T_map_body) const {
+Mat6 LiveMap::of_level(const SE3& T_map_body, double sigma_rad) const {
   if (levelled_ == 0) return Mat6::Zero();
+  const double level_rad = std::max(level_sigma_rad_, sigma_rad);
   Eigen::Matrix<double, 6, 2> J;
   J.topRows<3>() = T_map_body.R.transpose().leftCols<2>();
   J.bottomRows<3>() = -geometry::skew(T_map_body.p).leftCols<2>();
-  return level_sigma_rad_ * level_sigma_rad_ * J * J.transpose();
+  return level_rad * level_rad * J * J.transpose();
 }
 
 std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   if (pose.vehicle.value >= members_.size()) return std::nullopt;
   const std::optional<Entry>& entry = members_[pose.vehicle.value].entry;
   if (!entry) return std::nullopt;
+  // The vehicle itself knows it a little earlier than the table.
+  const bool unlevelled = pose.seeks_gravity || (pose.level_sigma_rad > 0.0 && levelled_ == 0);
+  if (unlevelled && begin_ && (pose.t - *begin_).s() < kWaitLevel_s) return std::nullopt;
   LivePose live;
   live.t = pose.t;
   live.T_map_body = entry->T_map_local * pose.T_local_body;
   const geometry::Mat3& R = entry->T_map_local.R;
-  const Mat6 level = of_level(live.T_map_body);
+  const Mat6 level = of_level(live.T_map_body, pose.level_sigma_rad);
   live.covariance = turned(R, pose.covariance) + level;
   if (!entry->from) return live;
   const Entry::Keyframe& from = *entry->from;

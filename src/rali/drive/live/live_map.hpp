@@ -40,7 +40,8 @@ class LiveMap {
   /// Solves a new table if it is time for one. @param now data time
   void advance(Time now, Executor& executor);
 
-  /// Nothing as long as the vehicle is not joined to the first one's map.
+  /// Nothing as long as the vehicle is not joined to the first one's map, or seeks gravity: until
+  /// then it does not know which way the map is level. It is not waited for longer than 10 s.
   [[nodiscard]] std::optional<LivePose> pose(const vehicle::PoseEstimate& pose) const;
 
   /// The largest steps matter to who navigates in the map: those below a centimetre and half a
@@ -72,7 +73,7 @@ class LiveMap {
   [[nodiscard]] bool is_due(Time now);
   void solve(Executor& executor);
   void take(const fleet::FleetEstimate& estimate);
-  [[nodiscard]] geometry::Mat6 of_level(const geometry::SE3& T_map_body) const;
+  [[nodiscard]] geometry::Mat6 of_level(const geometry::SE3& T_map_body, double sigma_rad) const;
   [[nodiscard]] Entry entry_of(const fleet::FleetEstimate& estimate,
                                const fleet::VehicleFrame& frame) const;
   [[nodiscard]] std::optional<VehicleId> reference(Time now) const;

@@ -113,6 +113,26 @@ TEST(LiveMap, what_is_far_away_states_how_well_gravity_levels_the_map) {
   ASSERT_GT((p_m - origin_m).norm(), 29.0);
   EXPECT_NEAR(live->covariance(5, 5), 1e-4 * p_m.head<2>().squaredNorm(), 1e-3);
   EXPECT_NEAR(live->covariance(2, 2), 0.0, 1e-9) << "heading is none of gravity's";
+  // After a start in motion the vehicle itself knows it less well.
+  pose.level_sigma_rad = 0.03;
+  EXPECT_NEAR(map.pose(pose)->covariance(5, 5), 9e-4 * p_m.head<2>().squaredNorm(), 1e-2);
+}
+
+// A start in motion takes what accelerates the vehicle for gravity: a map that is off by degrees.
+TEST(LiveMap, waits_for_gravity_but_not_for_ever) {
+  LiveMap map(1, fleet::FleetSettings{}, {});
+  SerialExecutor executor;
+  FleetForTest fleet({});
+  for (const fleet::Fact& fact : fleet.round()) {
+    if (fact.key.vehicle.value == 0) map.add(fact);
+  }
+  map.advance(fleet.now(), executor);
+  vehicle::PoseEstimate pose = pose_of(0, fleet.now(), {});
+  EXPECT_TRUE(map.pose(pose).has_value());
+  pose.seeks_gravity = true;
+  EXPECT_FALSE(map.pose(pose).has_value());
+  pose.t = fleet.now() + Duration::from_s(10.1);
+  EXPECT_TRUE(map.pose(pose).has_value());
 }
 
 }  // namespace
