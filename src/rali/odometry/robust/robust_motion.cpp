@@ -211,24 +211,62 @@ void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) 
   const Vec3 w =
       imu_.empty() ? Vec3::Zero() : Vec3(imu_.at(state_.t).gyro_radps - state_.gyro_bias_radps);
   constraints_.update(state_, w, map_, known);
-  bound_speed();
+  bound_speed(findings);
   refuse_biases(last_posterior_.gyro_bias_radps, last_posterior_.accel_bias_mps2, findings);
 }
 
 /// Where the LiDAR is blind the speed is the integral of what gravity and bias leave of the force,
 /// and grows without end. A vehicle's does not: it comes back to what is usual.
-void RobustOdometry::bound_speed() {
+void RobustOdometry::bound_speed(FindingList& findings) {
   constexpr double kIndependent_s = 3.0;  // a vehicle may keep its speed so long
   const auto axis = blind_axis();
-  if (!axis || seconds_between(t_speed_bounded_, state_.t) < kIndependent_s) return;
-  const double usual = settings_.constraints.speed_usual_mps;
+  if (!axis) {
+    // What was seen for longer than a moment, this vehicle does.
+    const bool seen = !t_seen_ || (state_.t - *t_seen_).s() > kGlimpse_s;
+    if (seen) fastest_seen_mps_ = std::max(fastest_seen_mps_, state_.v.norm());
+    return;
+  }
+  if (seconds_between(t_speed_bounded_, state_.t) < kIndependent_s) return;
+  const double usual = std::max(settings_.constraints.speed_usual_mps, fastest_seen_mps_);
   const double variance = axis->dot(state_.P.block<3, 3>(kVel, kVel) * *axis);
-  if (variance < 0.25 * usual * usual) return;
+  constexpr double kImpossible = 3.0;
+  if (std::abs(axis->dot(state_.v)) > kImpossible * (usual + std::sqrt(variance))) {
+    doubt_speed(*axis, findings);
+  } else if (variance < 0.25 * usual * usual) {
+    return;
+  }
   t_speed_bounded_ = state_.t;
   Eigen::Matrix<double, 1, kStateDim> H = Eigen::Matrix<double, 1, kStateDim>::Zero();
   H.segment<3>(kVel) = axis->transpose();
   update_linear<1>(state_, H, Eigen::Matrix<double, 1, 1>(-axis->dot(state_.v)),
                    Eigen::Matrix<double, 1, 1>(usual * usual));
+}
+
+/// A speed that is known well and that no such vehicle has: the inertial sensor has not felt what
+/// slows it down, say slipping wheels. Neither the speed is known, nor the way since the LiDAR
+/// became blind, over which it has grown: what is usual takes back both.
+void RobustOdometry::doubt_speed(const Vec3& axis_odom, FindingList& findings) {
+  const double speed_mps = axis_odom.dot(state_.v);
+  const double blind_s = seconds_between(t_blind_, state_.t);
+  const double way_m = 0.5 * speed_mps * blind_s;
+  const Mat3 along = axis_odom * axis_odom.transpose();
+  state_.P.block<3, 3>(kVel, kVel) += speed_mps * speed_mps * along;
+  state_.P.block<3, 3>(kPos, kPos) += way_m * way_m * along;
+  state_.P.block<3, 3>(kPos, kVel) += way_m * speed_mps * along;
+  state_.P.block<3, 3>(kVel, kPos) += way_m * speed_mps * along;
+  Finding f;
+  f.id = "odometry.contradiction";
+  f.severity = Severity::kWarning;
+  f.t = t_blind_;
+  f.t_end = state_.t;
+  f.text = fmt::format(
+      "blind for {:.0f} s, by the inertial sensor alone the vehicle would drive at {:.1f} m/s, and "
+      "usual are {:.1f}: the sensor has not felt all that slowed it down",
+      blind_s, std::abs(speed_mps), settings_.constraints.speed_usual_mps);
+  f.effect = fmt::format("speed and position along the way are taken back, by up to {:.0f} m",
+                         std::abs(way_m));
+  f.remedy = "If the vehicle is as fast, say so: odometry.robust.constraints.speed_usual_mps.";
+  findings.push_back(f);
 }
 
 /// A bias that would have to be larger than any such sensor has explains a contradiction, not a

@@ -141,11 +141,16 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
 /// seems to tell something by chance.
 void RobustOdometry::remember_blindness(const UpdateResult& done) {
   if (done.matches < settings_.update.matches_min) return;
+  const bool was_blind = blind_[0];
   for (std::size_t k = 0; k < 3; ++k) {
     seeing_scans_[k] = done.sees[k] ? seeing_scans_[k] + 1 : 0;
     if (!done.sees[k]) blind_[k] = true;
     if (seeing_scans_[k] >= settings_.aware.scans_to_better) blind_[k] = false;
   }
+  // What it sees for a moment does not end a blind stretch.
+  if (was_blind && !blind_[0]) t_seen_ = state_.t;
+  const bool glimpse = t_seen_ && (state_.t - *t_seen_).s() < kGlimpse_s;
+  if (!was_blind && blind_[0] && !glimpse) t_blind_ = state_.t;
 }
 
 void RobustOdometry::insert(const LidarScan& scan) {

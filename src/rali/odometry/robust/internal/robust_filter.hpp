@@ -129,7 +129,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void begin_hold(FindingList& findings);
   void end_hold(const FilterState& before);
   void constrain(const UpdateResult& done, FindingList& findings);
-  void bound_speed();
+  void bound_speed(FindingList& findings);
+  void doubt_speed(const geometry::Vec3& axis_odom, FindingList& findings);
   [[nodiscard]] ProcessNoise process_noise() const;
   [[nodiscard]] ProcessNoise rest_noise() const;
   void measure_noise(const UpdateResult& seen, const InertialIntegral& felt);
@@ -195,6 +196,10 @@ class RobustOdometry final : public Odometry, private SideFilter {
   int scans_in_map_ = 0;
   Time t_last_good_;
   Time t_speed_bounded_;
+  Time t_blind_;                ///< since then the first axis is blind, but for moments
+  std::optional<Time> t_seen_;  ///< when it was last seen again
+  static constexpr double kGlimpse_s = 5.0;
+  double fastest_seen_mps_ = 0.0;  ///< where the LiDAR sees
   geometry::SE3 last_good_;
   bool bias_reported_ = false;
 };

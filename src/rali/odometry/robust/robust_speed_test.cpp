@@ -1,0 +1,63 @@
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/odometry/robust/driven_for_test.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using geometry::Vec3;
+
+/// Drives on through the tunnel while the accelerometer feels a push that the body does not.
+ScanResult drive_pushed(Driven& driven, int sweeps, double push_mps2) {
+  ScanResult result;
+  for (int k = 0; k < sweeps; ++k) {
+    const double until_s = TestRoom::kSweep_s * (driven.sweeps + 1);
+    for (; 0.005 * driven.imu_samples <= until_s + 1e-9; ++driven.imu_samples) {
+      sensor::ImuSample sample = driven.room.imu(0.005 * driven.imu_samples);
+      sample.accel_mps2.x() += push_mps2;
+      driven.odometry->add_imu(sample);
+    }
+    result = driven.sweep();
+  }
+  return result;
+}
+
+bool contradicts(const Driven& driven) {
+  return std::any_of(driven.findings.begin(), driven.findings.end(), [](const Finding& f) {
+    return f.text.find("usual are") != std::string::npos;
+  });
+}
+
+// A vehicle that slips, or a sensor that fails, has once driven 600 m off in a minute and stated 9.
+TEST(SpeedBound, a_speed_that_no_such_vehicle_has_is_refused_with_the_way_that_led_to_it) {
+  Driven driven(tunnel(), 25, true);
+  ASSERT_TRUE(driven.filter->blind_axis());
+  const double before_m = std::sqrt(driven.filter->position_covariance()(0, 0));
+  double most_mps = 0.0;
+  ScanResult result;
+  for (int k = 0; k < 20 && !contradicts(driven); ++k) {
+    result = drive_pushed(driven, 5, 1.0);
+    most_mps = std::max(most_mps, std::abs(result.v_odom_mps.x()));
+  }
+  ASSERT_TRUE(contradicts(driven));
+  EXPECT_LT(most_mps, 20.0);
+  EXPECT_LT(driven.findings.back().t, driven.findings.back().t_end);
+  // The vehicle has driven at 1 m/s; the push of 1 m/s2 had led the pose off by 15 m and more.
+  const double off_m = result.T_odom_body.p.x() - driven.room.pose(driven.t_end.s()).p.x();
+  const double sigma_m = std::sqrt(driven.filter->position_covariance()(0, 0));
+  EXPECT_LT(std::abs(off_m), 3.0 * sigma_m);
+  EXPECT_GT(sigma_m, before_m + 2.0);
+  EXPECT_LT(std::abs(driven.now().v_odom_mps.x()), 6.0);
+}
+
+TEST(SpeedBound, of_a_vehicle_that_drives_as_usual_nothing_is_said) {
+  Driven driven(tunnel(), 25, true);
+  drive_pushed(driven, 60, 0.0);
+  EXPECT_FALSE(contradicts(driven));
+}
+
+}  // namespace
+}  // namespace rali::odometry
