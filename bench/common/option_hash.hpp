@@ -26,6 +26,11 @@ class OptionHash {
     add(static_cast<double>(value));
   }
 
+  template <class G>
+  void group(const char*, G& group, const char*) {
+    group.visit(*this);
+  }
+
   [[nodiscard]] std::uint64_t value() const { return hash_; }
 
  private:

@@ -49,6 +49,12 @@ Vec3 axis_at(const sim::Route& route, const Vec3& p, double& s_m) {
   return {std::cos(yaw), std::sin(yaw), 0.0};
 }
 
+sim::Crowd crowd_of(const DriveOptions& options) {
+  sim::SimOptions all;
+  all.pedestrians = options.pedestrians;
+  return sim::crowd_of(all);
+}
+
 /// Everything that stays the same over one drive.
 struct Drive {
   Drive(const DriveOptions& o, sim::World place)
@@ -56,7 +62,7 @@ struct Drive {
         route(world.route, world.rounding_m),
         trajectory(sim::make_trajectory(route, motion, o.seed)),
         caster(world.mesh),
-        scene(sim::Pedestrians(route, sim::crowd_of(o), world.free_width_m, o.seed)),
+        scene(sim::Pedestrians(route, crowd_of(o), world.free_width_m, o.seed)),
         ranging(sim::LidarOptions::of(o.lidar)),
         lidar(o.lidar, ranging, o.seed) {}
 

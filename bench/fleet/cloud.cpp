@@ -41,7 +41,7 @@ map::KeyframeStream stream_of(const Mission& mission, const Joined& joined) {
         map::KeyframeView view;
         view.t = record.t;
         view.vehicle = static_cast<std::uint8_t>(id.value);
-        view.T_map_body = path.T_map_odom * record.T_odom_body;
+        view.T_map_body = path.T_map_odom * record.T_local_body;
         view.covariance = turn * record.covariance * turn.transpose();
         view.T_body_lidar = record.T_body_lidar;
         view.x_m = points.x_m;

@@ -21,7 +21,7 @@ Path path_of(const Driven& driven, const fleet::FleetEstimate& estimate, Vehicle
   path.poses = driven.poses;
   path.keyframes = driven.keyframes;
   const drive::JointPath joint = drive::joint_path(estimate, vehicle);
-  path.T_map_odom = joint.T_map_odom;
+  path.T_map_odom = joint.T_map_local;
   drive::correct_path(joint.keyframes.empty() ? driven.smoothed : joint.keyframes, path.poses,
                       path.keyframes);
   return path;

@@ -152,7 +152,7 @@ class Fleet {
     drive::KeyframeRecord record;
     record.id = added.id;
     record.t = keyframe.t;
-    record.T_odom_body = keyframe.T_odom_body;
+    record.T_local_body = keyframe.T_odom_body;
     record.covariance = keyframe.covariance;
     record.T_body_lidar = keyframe.T_body_lidar;
     record.points = keyframe.cloud.size();

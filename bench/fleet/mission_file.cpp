@@ -67,7 +67,7 @@ class Pipe {
 void pass(Pipe& pipe, std::vector<drive::KeyframeRecord>& keyframes) {
   std::vector<FileKeyframe> file;
   for (const drive::KeyframeRecord& k : keyframes) {
-    file.push_back({k.id, k.t, k.T_odom_body, k.T_body_lidar, k.covariance});
+    file.push_back({k.id, k.t, k.T_local_body, k.T_body_lidar, k.covariance});
   }
   pipe.list(file);
   if (pipe.writing()) return;
@@ -76,7 +76,7 @@ void pass(Pipe& pipe, std::vector<drive::KeyframeRecord>& keyframes) {
     drive::KeyframeRecord record;
     record.id = k.id;
     record.t = k.t;
-    record.T_odom_body = k.T_odom_body;
+    record.T_local_body = k.T_odom_body;
     record.T_body_lidar = k.T_body_lidar;
     record.covariance = k.covariance;
     keyframes.push_back(record);

@@ -86,8 +86,8 @@ std::optional<FrameError> frame_error(const Mission& mission, const Joined& join
   const auto Q_a = truth_at(mission, k_a.id.vehicle, k_a.t);
   const auto Q_b = truth_at(mission, k_b.id.vehicle, k_b.t);
   if (!Q_a || !Q_b) return std::nullopt;
-  const SE3 P_a = joined.paths[a].T_map_odom * k_a.T_odom_body;
-  const SE3 P_b = joined.paths[b].T_map_odom * k_b.T_odom_body;
+  const SE3 P_a = joined.paths[a].T_map_odom * k_a.T_local_body;
+  const SE3 P_b = joined.paths[b].T_map_odom * k_b.T_local_body;
   const SE3 E = (Q_a->inverse() * *Q_b).inverse() * (P_a.inverse() * P_b);
   return FrameError{E.p.norm(), geometry::so3_log(E.R).norm()};
 }

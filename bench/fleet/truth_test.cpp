@@ -30,7 +30,7 @@ struct Recorded {
       drive::KeyframeRecord keyframe;
       keyframe.id = {VehicleId{vehicle}, static_cast<std::uint32_t>(t_s)};
       keyframe.t = Time::from_s(t_s);
-      keyframe.T_odom_body = at(t_s, t_s < good_s ? drift_m : 0.0);
+      keyframe.T_local_body = at(t_s, t_s < good_s ? drift_m : 0.0);
       path.keyframes.push_back(keyframe);
     }
     mission.vehicles.push_back(driven);

@@ -26,7 +26,7 @@ map::KeyframeStream stream_of(const Track& track) {
       const odometry::KeyframeCloud& cloud = kept.keyframe->cloud;
       map::KeyframeView view;
       view.t = record.t;
-      view.T_map_body = record.T_odom_body;
+      view.T_map_body = record.T_local_body;
       view.covariance = record.covariance;
       view.T_body_lidar = record.T_body_lidar;
       view.x_m = cloud.x_m;

@@ -127,7 +127,7 @@ class Driver {
     drive::KeyframeRecord record;
     record.id = added.id;
     record.t = added.keyframe->t;
-    record.T_odom_body = added.keyframe->T_odom_body;
+    record.T_local_body = added.keyframe->T_odom_body;
     record.covariance = added.keyframe->covariance;
     record.T_body_lidar = added.keyframe->T_body_lidar;
     record.points = added.keyframe->cloud.size();
