@@ -68,6 +68,16 @@ Status read_track(const std::string& stem, Track& track, std::vector<std::string
   return {};
 }
 
+/// Whether a file of poses is there and has any: a vehicle that nothing joined, or that did not
+/// live to see which way is up, has no live pose.
+bool has_poses(const std::string& path) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (!line.empty() && line.front() != '#') return true;
+  }
+  return false;
+}
+
 Status read_vehicle(const std::string& out, VehicleInput& vehicle,
                     std::vector<std::string>& warnings) {
   vehicle.file = out + "/trajectory/" + vehicle.name + ".tum";
@@ -76,7 +86,7 @@ Status read_vehicle(const std::string& out, VehicleInput& vehicle,
   for (const auto& [folder, track] :
        {std::pair{"/live/", &vehicle.live}, std::pair{"/odometry/", &vehicle.odometry}}) {
     const std::string path = out + folder + vehicle.name;
-    if (!exists(path + ".tum")) continue;
+    if (!has_poses(path + ".tum")) continue;
     if (Status s = read_track(path, *track, warnings); !s) return s;
   }
   const std::string blind = out + "/degeneracy/" + vehicle.name + ".csv";
