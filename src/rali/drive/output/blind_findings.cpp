@@ -45,17 +45,17 @@ double sigma_m(const PoseRecord& pose) {
   return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
 }
 
-Finding finding_of(const PoseRecord& begin, const PoseRecord& end, double most_m) {
+Finding finding_of(const PoseRecord& begin, const PoseRecord& end, Time t_first, double most_m) {
   Finding f;
   f.id = "odometry.blind";
   f.severity = Severity::kWarning;
   f.t = begin.t;
   f.t_end = end.t;
   f.text = fmt::format(
-      "blind along the way, and no range held the vehicle for {:.0f} s: its position there is "
-      "known "
-      "to {:.1f} m (1 sigma)",
-      seconds_between(begin.t, end.t), most_m);
+      "blind along the way from {:.0f} to {:.0f} s, and no range held the vehicle: its position "
+      "there "
+      "is known to {:.1f} m (1 sigma)",
+      seconds_between(t_first, begin.t), seconds_between(t_first, end.t), most_m);
   f.effect = "the map may be longer or shorter there by as much";
   f.remedy =
       "Let another vehicle stand in sight and measure ranges, or see that vehicles have them.";
@@ -79,7 +79,7 @@ FindingList blind_findings(const std::vector<PoseRecord>& poses, const std::stri
       const bool full = seconds_between(poses[begin].t, poses[i].t) >= longest_s;
       if (!full && i < stretch.end) continue;
       if (most_m >= kTold_m && most_m >= before_m + kGrown_m) {
-        out.push_back(finding_of(poses[begin], poses[i], most_m));
+        out.push_back(finding_of(poses[begin], poses[i], poses.front().t, most_m));
         out.back().vehicle = vehicle;
       }
       begin = i;
