@@ -17,12 +17,6 @@ const geometry::Vec3 kDown_mps2(0.0, 0.0, -9.80665);
 /// A sweep that turned less does not count for the ratio of gyro and LiDAR.
 constexpr double kTurnMin_rad = 0.01;
 
-/// Root of the expected squared 3-D position error, as `sigma` of the map's points.
-double position_sigma_m(const PoseRecord& pose) {
-  const double trace = pose.covariance.bottomRightCorner<3, 3>().trace();
-  return std::isfinite(trace) && trace > 0.0 ? std::sqrt(trace) : 0.0;
-}
-
 }  // namespace
 
 geometry::SE3 level_frame(const geometry::Vec3& g_odom_mps2, const geometry::SE3& T_odom_first) {

@@ -1,18 +1,16 @@
 #include "rali/drive/output/blind_findings.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 namespace rali::drive {
 namespace {
 
-constexpr double kTold_m = 0.3;     // less is what users of a map live with
-constexpr double kGrown_m = 0.1;    // since the stretch began: the rest was said before
-constexpr double kGlimpse_s = 2.0;  // what is seen or held for less ends no stretch
-constexpr double kShare = 0.1;      // of the recording
+constexpr double kReported_m = 0.3;  // less is what users of a map live with
+constexpr double kGrown_m = 0.1;     // since the stretch began: the rest was said before
+constexpr double kGlimpse_s = 2.0;   // what is seen or held for less ends no stretch
+constexpr double kShare = 0.1;       // of the recording
 
 /// Poses [begin, end] by index.
 struct Stretch {
@@ -38,13 +36,6 @@ std::vector<Stretch> stretches_of(const std::vector<PoseRecord>& poses) {
   return out;
 }
 
-/// Along the direction in which the position is known least.
-double sigma_m(const PoseRecord& pose) {
-  const geometry::Mat3 P = pose.covariance.bottomRightCorner<3, 3>();
-  const Eigen::SelfAdjointEigenSolver<geometry::Mat3> solver(P, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
-}
-
 Finding finding_of(const PoseRecord& begin, const PoseRecord& end, Time t_first, double most_m) {
   Finding f;
   f.id = "odometry.blind";
@@ -53,14 +44,13 @@ Finding finding_of(const PoseRecord& begin, const PoseRecord& end, Time t_first,
   f.t_end = end.t;
   f.text = fmt::format(
       "blind along the way from {:.0f} to {:.0f} s, and no range held the vehicle: its position "
-      "there "
-      "is known to {:.1f} m (1 sigma)",
+      "there is known to {:.1f} m (1 sigma)",
       seconds_between(t_first, begin.t), seconds_between(t_first, end.t), most_m);
   f.effect = "the map may be longer or shorter there by as much";
   f.remedy =
       "Let another vehicle stand in sight and measure ranges, or see that vehicles have them.";
   f.value = most_m;
-  f.limit = kTold_m;
+  f.limit = kReported_m;
   return f;
 }
 
@@ -71,14 +61,14 @@ FindingList blind_findings(const std::vector<PoseRecord>& poses, const std::stri
   if (poses.empty()) return out;
   const double longest_s = kShare * seconds_between(poses.front().t, poses.back().t);
   for (const Stretch& stretch : stretches_of(poses)) {
-    const double before_m = sigma_m(poses[stretch.begin]);
+    const double before_m = position_sigma_m(poses[stretch.begin]);
     std::size_t begin = stretch.begin;
     double most_m = 0.0;
     for (std::size_t i = stretch.begin; i <= stretch.end; ++i) {
-      most_m = std::max(most_m, sigma_m(poses[i]));
+      most_m = std::max(most_m, position_sigma_m(poses[i]));
       const bool full = seconds_between(poses[begin].t, poses[i].t) >= longest_s;
       if (!full && i < stretch.end) continue;
-      if (most_m >= kTold_m && most_m >= before_m + kGrown_m) {
+      if (most_m >= kReported_m && most_m >= before_m + kGrown_m) {
         out.push_back(finding_of(poses[begin], poses[i], poses.front().t, most_m));
         out.back().vehicle = vehicle;
       }

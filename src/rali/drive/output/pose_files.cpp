@@ -117,6 +117,11 @@ std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
   return text;
 }
 
+double position_sigma_m(const PoseRecord& pose) {
+  const double trace = pose.covariance.bottomRightCorner<3, 3>().trace();
+  return std::isfinite(trace) && trace > 0.0 ? std::sqrt(trace) : 0.0;
+}
+
 PoseRecord pose_record(const vehicle::PoseEstimate& pose) {
   PoseRecord record;
   record.t = pose.t;

@@ -30,6 +30,9 @@ struct PoseRecord {
   HeldBy held_by = HeldBy::kLidar;
 };
 
+/// Root of the expected squared 3-D position error; 0 where it is no number.
+[[nodiscard]] double position_sigma_m(const PoseRecord& pose);
+
 [[nodiscard]] PoseRecord pose_record(const vehicle::PoseEstimate& pose);
 
 /// Columns of a covariance file: stamp_s,c00..c55, the upper triangle in the order x y z rx ry rz

@@ -42,11 +42,11 @@ Mat4 turned(const Mat4& covariance, double yaw_rad) {
 }
 
 /// (I^-1 + P)^-1 without inverting I: what was zero stays zero.
-Mat4 doubted(const Mat4& information, Mat4 covariance) {
+template <class M>
+M with_error(const M& information, const M& covariance) {
   constexpr double kLeast = 1e-10;  // keeps it regular: 0.01 mm, 0.01 mrad
-  covariance.diagonal().array() += kLeast;
-  const Mat4 sum = information + covariance.inverse();
-  const Mat4 out = information - information * sum.ldlt().solve(information);
+  const M sum = information + (covariance + kLeast * M::Identity()).inverse();
+  const M out = information - information * sum.ldlt().solve(information);
   return 0.5 * (out + out.transpose());
 }
 
@@ -76,7 +76,7 @@ PoseEvidence evidence_of(std::span<const VehiclePath> paths, std::span<const Pat
       T_level_body(of_target, target), relation.T_target_source, relation.information, settings);
   const Mat4 drift =
       drift_of(of_target, target) + turned(drift_of(of_source, source), evidence.T_b_a().yaw_rad);
-  evidence.information = doubted(evidence.information, drift);
+  evidence.information = with_error(evidence.information, drift);
   return evidence;
 }
 
@@ -158,9 +158,7 @@ geometry::Mat6 with_bend(const geometry::Mat6& information, const geometry::Mat3
   Mat6 blur = Mat6::Zero();
   blur.topLeftCorner<3, 3>() = all_m2 * Mat3::Identity();
   blur.bottomRightCorner<3, 3>() = all_m2 * Mat3::Identity() - left_m2;
-  blur *= bend_per_m * bend_per_m;
-  const Mat6 out = information * (Mat6::Identity() + blur * information).inverse();
-  return 0.5 * (out + out.transpose());
+  return with_error<Mat6>(information, bend_per_m * bend_per_m * blur);
 }
 
 Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found, double bend_per_m) {

@@ -70,14 +70,14 @@ TEST(Bend, comparisons_whose_open_directions_differ_do_not_tell_the_place_along_
   const auto along = [](double yaw_rad) {
     return blind_along({std::cos(yaw_rad), std::sin(yaw_rad), 0.0}, 0.0);
   };
-  const auto told_m = [](const Mat6& I) {
+  const auto sigma_x_m = [](const Mat6& I) {
     Mat6 P = I;
     P.diagonal().array() += 1e-9;
     return std::sqrt(P.inverse()(3, 3));
   };
-  EXPECT_LT(told_m(along(0.003) + along(-0.003)), 3.0) << "as it was";
+  EXPECT_LT(sigma_x_m(along(0.003) + along(-0.003)), 3.0) << "as it was";
   EXPECT_GT(
-      told_m(with_bend(along(0.003), place_m2, 0.01) + with_bend(along(-0.003), place_m2, 0.01)),
+      sigma_x_m(with_bend(along(0.003), place_m2, 0.01) + with_bend(along(-0.003), place_m2, 0.01)),
       2.0 * place_m);
 }
 

@@ -102,8 +102,8 @@ TEST(Shape, lets_no_turn_tell_a_shift_that_is_open) {
   geometry::Vec6 open;
   open << 0.0, 0.0, 1e-3, 1.0, 0.0, 0.0;  // a metre along x goes with a milliradian of yaw
   const Mat6 full = 1e8 * Mat6::Identity();
-  const geometry::Vec6 told = full * open;
-  const Mat6 seen = full - told * told.transpose() / open.dot(told);
+  const geometry::Vec6 along = full * open;
+  const Mat6 seen = full - along * along.transpose() / open.dot(along);
   const Mat6 I = shape_information(seen, SE3{}, s);
   EXPECT_NEAR(I(2, 2), 1.0 / (s.shape_rad * s.shape_rad), 1e4) << "the turn itself is known";
   EXPECT_EQ(I(2, 3), 0.0);

@@ -62,11 +62,11 @@ MapShare MapShare::of(const Mat6& P_predicted, const Mat6& information) {
   const Eigen::SelfAdjointEigenSolver<Mat6> of_P(P_predicted);
   const Mat6 root = of_eigenvalues(of_P, sigma);
   const Mat6 inverse = of_eigenvalues(of_P, [&](double x) { return 1.0 / sigma(x); });
-  const Eigen::SelfAdjointEigenSolver<Mat6> told(root * information * root);
+  const Eigen::SelfAdjointEigenSolver<Mat6> scaled(root * information * root);
   const auto gain = [](double x) { return std::max(x, 0.0) / (1.0 + std::max(x, 0.0)); };
   return {
-      root * of_eigenvalues(told, [&](double x) { return std::sqrt(gain(x)); }) * inverse,
-      root * of_eigenvalues(told, [&](double x) { return std::sqrt(1.0 - gain(x)); }) * inverse};
+      root * of_eigenvalues(scaled, [&](double x) { return std::sqrt(gain(x)); }) * inverse,
+      root * of_eigenvalues(scaled, [&](double x) { return std::sqrt(1.0 - gain(x)); }) * inverse};
 }
 
 Drift::Drift(const DriftSettings& settings, bool levelled)
@@ -93,8 +93,8 @@ Mat6 Drift::error_at(double epoch) const {
   return (1.0 - f) * D_[below] + f * D_[above];
 }
 
-/// A pose that is known much less well than the newest planes, wherever it believes to be: blind it
-/// may drive for seconds and think that it stands.
+/// Whether the pose is much less certain than the newest planes, at whatever estimated place: while
+/// blind, the estimate may stand still for seconds although the vehicle drives.
 bool Drift::has_grown(const Mat6& newest, const Mat6& now) {
   constexpr double kFactor = 2.0;       // of variances
   constexpr double kLeast_m2 = 2.5e-3;  // 5 cm

@@ -50,7 +50,7 @@ struct MapShare {
 
   [[nodiscard]] static MapShare all();
   [[nodiscard]] static MapShare nothing();
-  /// @param P_predicted of the pose before the scan  @param information  what the LiDAR told
+  /// @param P_predicted of the pose before the scan  @param information  of the LiDAR
   [[nodiscard]] static MapShare of(const geometry::Mat6& P_predicted,
                                    const geometry::Mat6& information);
 };

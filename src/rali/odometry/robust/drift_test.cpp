@@ -135,8 +135,8 @@ TEST(Drift, behind_a_blind_stretch_what_is_new_has_the_error_of_the_stretch) {
   EXPECT_GT(sigma_x(drift.update(at(10.2), old, P, kFollows, {}, {&niche, 1})), 0.69);
 }
 
-// Blind it may drive for seconds and believe to stand: what it sees new then is not of the
-// generation of what it saw before.
+// While blind, the estimate may stand still although the vehicle drives: planes seen first then are
+// not of the generation of those before.
 TEST(Drift, begins_a_generation_where_the_pose_has_become_uncertain_without_way) {
   Drift drift{from_nothing()};
   drive(drift, 0.51, 5.0, local(1e-4, 0.001), kFollows);

@@ -21,10 +21,12 @@ struct Driven {
   int imu_samples = 0;
   Time t_end;
 
-  Driven(const TestRoom& world, int sweeps_driven, bool with_imu) : room(world), has_imu(with_imu) {
+  Driven(const TestRoom& world, int sweeps_driven, bool with_imu,
+         const OdometrySettings& settings = {})
+      : room(world), has_imu(with_imu) {
     sensor::Calibration calibration;
     calibration.T_body_lidar = room.T_body_lidar;
-    odometry = make_robust_odometry(OdometrySettings{}, calibration, has_imu);
+    odometry = make_robust_odometry(settings, calibration, has_imu);
     filter = odometry->side_filter();
     while (sweeps < sweeps_driven) sweep();
   }

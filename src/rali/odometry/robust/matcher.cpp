@@ -143,10 +143,10 @@ std::optional<double> Matcher::mean_epoch(const Vec3& d_odom) const {
     const degeneracy::PlaneEvidence& plane = evidence_[k];
     const double along = d_odom.dot(plane.n_odom);
     const double noise = d_odom.dot(plane.normal_covariance * d_odom);
-    const double told = along * along - kNormalSigmas * kNormalSigmas * noise;
-    if (told <= 0.0) continue;
-    epoch_sum += plane.weight * told * epochs_[k];
-    weight_sum += plane.weight * told;
+    const double share = along * along - kNormalSigmas * kNormalSigmas * noise;
+    if (share <= 0.0) continue;
+    epoch_sum += plane.weight * share * epochs_[k];
+    weight_sum += plane.weight * share;
   }
   if (weight_sum <= 0.0) return std::nullopt;
   return epoch_sum / weight_sum;

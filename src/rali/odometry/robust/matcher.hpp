@@ -66,9 +66,9 @@ class Matcher {
   /// What each plane told in the last accumulate().
   [[nodiscard]] const std::vector<degeneracy::PlaneEvidence>& evidence() const { return evidence_; }
 
-  /// Mean generation of what told of a translation along a direction in the last accumulate()
-  /// (drift.hpp); nothing: no plane told of it. What the noise of its normal seems to tell does not
-  /// count. @param d_odom unit vector
+  /// Mean generation (drift.hpp) of the planes that constrain a translation, as of the last
+  /// accumulate(); nothing: no plane does. The uncertainty of normals is subtracted.
+  /// @param d_odom unit vector
   [[nodiscard]] std::optional<double> mean_epoch(const geometry::Vec3& d_odom) const;
 
  private:

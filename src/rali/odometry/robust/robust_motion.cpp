@@ -231,7 +231,7 @@ void RobustOdometry::bound_speed(FindingList& findings) {
   const double variance = axis->dot(state_.P.block<3, 3>(kVel, kVel) * *axis);
   constexpr double kImpossible = 3.0;
   if (std::abs(axis->dot(state_.v)) > kImpossible * (usual + std::sqrt(variance))) {
-    doubt_speed(*axis, findings);
+    widen_speed(*axis, findings);
   } else if (variance < 0.25 * usual * usual) {
     return;
   }
@@ -245,7 +245,7 @@ void RobustOdometry::bound_speed(FindingList& findings) {
 /// A speed that is known well and that no such vehicle has: the inertial sensor has not felt what
 /// slows it down, say slipping wheels. Neither the speed is known, nor the way since the LiDAR
 /// became blind, over which it has grown: what is usual takes back both.
-void RobustOdometry::doubt_speed(const Vec3& axis_odom, FindingList& findings) {
+void RobustOdometry::widen_speed(const Vec3& axis_odom, FindingList& findings) {
   const double speed_mps = axis_odom.dot(state_.v);
   const double blind_s = seconds_between(t_blind_, state_.t);
   const double way_m = 0.5 * speed_mps * blind_s;

@@ -203,7 +203,10 @@ Mat6 RobustOdometry::covariance(const UpdateResult& update) {
   const Mat6 all =
       drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level(), held);
   if (!update.untouched.isZero(0.0)) {
-    state_.P.block<3, 3>(kPos, kPos) += drift_.release(state_.T_odom_body, update.untouched);
+    const Mat3 released = drift_.release(state_.T_odom_body, update.untouched);
+    state_.P.block<3, 3>(kPos, kPos) += released;
+    // The end of a hold goes back to one of these.
+    for (FilterState& earlier : held_states_) earlier.P.block<3, 3>(kPos, kPos) += released;
   }
   return all;
 }

@@ -53,6 +53,22 @@ TEST(SpeedBound, a_speed_that_no_such_vehicle_has_is_refused_with_the_way_that_l
   EXPECT_LT(std::abs(driven.now().v_odom_mps.x()), 6.0);
 }
 
+// A car comes to a tunnel at a speed that the settings do not expect: the LiDAR has seen it drive.
+TEST(SpeedBound, a_speed_that_the_lidar_has_seen_is_usual) {
+  OdometrySettings settings;
+  settings.robust.constraints.speed_usual_mps = 0.1;
+  TestRoom room = small_room();
+  room.pillars.clear();
+  Driven driven(room, 60, true, settings);
+  ASSERT_FALSE(driven.filter->blind_axis());
+  ASSERT_GT(driven.now().v_odom_mps.norm(), 0.8);
+  driven.room.walls.lo.x() = -4000.0;
+  driven.room.walls.hi.x() = 4000.0;
+  drive_pushed(driven, 60, 0.0);
+  ASSERT_TRUE(driven.filter->blind_axis());
+  EXPECT_FALSE(contradicts(driven));
+}
+
 TEST(SpeedBound, of_a_vehicle_that_drives_as_usual_nothing_is_said) {
   Driven driven(tunnel(), 25, true);
   drive_pushed(driven, 60, 0.0);

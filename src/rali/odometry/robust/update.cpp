@@ -70,10 +70,10 @@ class Untouched {
   /// How a pose of covariance P follows the map: along what is untouched not at all, and nothing
   /// else by what it has in common with that.
   [[nodiscard]] MapShare share(const Mat6& P, const Mat6& information) const {
-    Mat6 aside = Mat6::Zero();
-    aside.bottomRightCorner<3, 3>() = axes_;
-    const Mat6 rest = Mat6::Identity() - aside;
-    return MapShare::of(rest * P * rest + aside * P * aside, rest * information * rest);
+    Mat6 blind = Mat6::Zero();
+    blind.bottomRightCorner<3, 3>() = axes_;
+    const Mat6 rest = Mat6::Identity() - blind;
+    return MapShare::of(rest * P * rest + blind * P * blind, rest * information * rest);
   }
 
   /// Side states are estimated like the pose where the LiDAR sees in all directions. Where it is
