@@ -64,6 +64,7 @@ class Group {
       if (has(start.path) && has(start.relative_to)) add_start(start);
     }
     joint_.add(in_.ranges, in_.bias_m);
+    if (in_.settings.loops.use) add_loops_of_frames();
     joint_.solve();
   }
 
@@ -82,6 +83,8 @@ class Group {
   void add_start(const StartPrior& start);
   [[nodiscard]] std::optional<places::Guess> guess(std::size_t target, std::size_t source);
   void remember(const LoopFound& found);
+  void add_loops_of_frames();
+  [[nodiscard]] LoopVerdict verdict_of(const Loop& loop) const;
   bool look_once(Executor& executor);
   void note(const LoopFound& found);
   void judge(const std::vector<LoopMemory::Pair>& pairs);
@@ -158,14 +161,47 @@ void Group::remember(const LoopFound& found) {
   if (memory_.compared.emplace(loop.from, loop.to).second) {
     memory_.loops[{loop.from, loop.to}] = loop;
   }
+  if (memory_.loops.contains({loop.from, loop.to})) memory_.of_frames.emplace(loop.from, loop.to);
+}
+
+/// The search for the frames has weighed them against start poses, ranges and one another. Judged
+/// one by one against a graph of start poses and ranges alone, which may be off by more than it
+/// states, all of them would be refused, and the paths would lie elsewhere than the frames.
+void Group::add_loops_of_frames() {
+  for (const LoopFound& found : in_.seen) remember(found);
+  for (const LoopMemory::Pair& pair : memory_.of_frames) {
+    const Loop& loop = memory_.loops.at(pair);
+    const auto from = joint_.seq(loop.from), to = joint_.seq(loop.to);
+    if (!from || !to) continue;
+    LoopVerdict verdict = verdict_of(loop);
+    verdict.accepted = true;
+    verdict.reason = "accepted";
+    const SE3 T_from_to = joint_.graph().pose(*from).inverse() * joint_.graph().pose(*to);
+    verdict.shift_m = (T_from_to.p - loop.T_from_to.p).norm();
+    joint_.add_loop(loops_.size(), loop);
+    loops_.push_back(verdict);
+  }
+}
+
+LoopVerdict Group::verdict_of(const Loop& loop) const {
+  LoopVerdict verdict;
+  verdict.from = loop.from;
+  verdict.to = loop.to;
+  verdict.t_from = time_of(loop.from);
+  verdict.t_to = time_of(loop.to);
+  verdict.T_from_to = loop.T_from_to;
+  verdict.information = loop.information;
+  verdict.score = loop.overlap;
+  return verdict;
 }
 
 void Group::close_loops(Executor& executor) {
   if (!in_.settings.loops.use) return;
-  for (const LoopFound& found : in_.seen) remember(found);
-  if (!memory_.loops.empty()) {
-    std::vector<LoopMemory::Pair> known;
-    for (const auto& [pair, loop] : memory_.loops) known.push_back(pair);
+  std::vector<LoopMemory::Pair> known;
+  for (const auto& [pair, loop] : memory_.loops) {
+    if (!memory_.of_frames.contains(pair)) known.push_back(pair);
+  }
+  if (!known.empty()) {
     judge(known);
     if (!joint_.graph().loops().empty()) joint_.solve();
   }
@@ -225,17 +261,9 @@ void Group::judge(const std::vector<LoopMemory::Pair>& pairs) {
     const Loop& loop = memory_.loops.at(pair);
     const auto from = joint_.seq(loop.from), to = joint_.seq(loop.to);
     if (!from || !to) continue;
-    LoopVerdict verdict;
-    verdict.from = loop.from;
-    verdict.to = loop.to;
-    verdict.t_from = time_of(loop.from);
-    verdict.t_to = time_of(loop.to);
-    verdict.T_from_to = loop.T_from_to;
-    verdict.information = loop.information;
-    verdict.score = loop.overlap;
     asked.push_back({*from, *to, loop.T_from_to, loop.information});
     loops.push_back(&loop);
-    loops_.push_back(verdict);
+    loops_.push_back(verdict_of(loop));
   }
   const std::vector<graph::LoopVerdict> judged = joint_.graph().judge(asked);
   for (std::size_t k = 0; k < judged.size(); ++k) {

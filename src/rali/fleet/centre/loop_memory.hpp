@@ -15,6 +15,7 @@ struct LoopMemory {
 
   std::set<Pair> compared;
   std::map<Pair, Loop> loops;  ///< those without rival; nobody has judged them yet
+  std::set<Pair> of_frames;    ///< of the loops, those that the frames rest on
 };
 
 }  // namespace rali::fleet

@@ -86,8 +86,8 @@ std::size_t finished_first(std::vector<PathSubmap>& pieces, std::span<const Vehi
   return static_cast<std::size_t>(live - pieces.begin());
 }
 
-/// Nothing but these comparisons ties paths without ranges and start poses: a graph without them
-/// would not know where to look for more.
+/// The comparisons that the frames rest on belong to the graph, too: one of start poses and ranges
+/// alone lies elsewhere, is sure of it, and refuses the same comparison as outside of its guess.
 std::vector<LoopFound> agreeing(std::span<const VehiclePath> paths, const Solution& solution,
                                 std::vector<LoopFound> seen, const InitSettings& settings) {
   std::erase_if(seen, [&](const LoopFound& found) {
@@ -143,9 +143,8 @@ Solution solve_fleet(SolutionInput in, Executor& executor) {
     FoundFrames found = find_frames(paths, out.pieces, ranges, starts, in.settings, executor);
     solver = std::move(found.solver);
     out.frames = frames_of(paths, solver->frames());
-    if (ranges.ranges.empty() && starts.empty()) {
-      seen = agreeing(paths, out, std::move(found.seen), in.settings.init);
-    }
+    seen = agreeing(paths, out, std::move(found.seen), in.settings.init);
+    if (in.memory != nullptr) in.memory->of_frames.clear();
   } else {
     out.frames = apart(paths);
   }
