@@ -39,6 +39,26 @@ std::optional<RangeEnd> end_of(const VehiclePath& path, std::uint8_t antenna, Ti
   return end;
 }
 
+/// Leaves out what a frozen radio repeats: ranges of one pair, in order of time, that equal the one
+/// before to the last digit although the ends have moved. At rest a repetition does no harm.
+class Repetitions {
+ public:
+  /// @return whether this range is one
+  bool is_one(const JointRange& range) {
+    if (!first_ || first_->pair != range.pair || first_->range_m != range.range_m) {
+      first_ = range;
+      return false;
+    }
+    constexpr double kMoved_m = 0.1;  // a radio that rounds to it repeats itself that far, too
+    return (range.a.p_odom_m - first_->a.p_odom_m).norm() +
+               (range.b.p_odom_m - first_->b.p_odom_m).norm() >
+           kMoved_m;
+  }
+
+ private:
+  std::optional<JointRange> first_;  ///< of equal ones
+};
+
 }  // namespace
 
 JointRanges join_ranges(std::span<const VehiclePath> paths, std::optional<Time> since) {
@@ -60,6 +80,7 @@ JointRanges join_ranges(std::span<const VehiclePath> paths, std::optional<Time> 
     }
   }
   JointRanges joint;
+  Repetitions repetitions;
   for (const auto& [key, told] : exchanges) {
     const auto& [pair, t] = key;
     const auto a = end_of(paths[pair.a.path], pair.a.number, t, told.by_a);
@@ -79,7 +100,11 @@ JointRanges join_ranges(std::span<const VehiclePath> paths, std::optional<Time> 
     for (const RangeEntry* entry : {told.by_a, told.by_b}) {
       if (entry != nullptr) range.sigma_m = std::max(range.sigma_m, entry->sigma_m);
     }
-    joint.ranges.push_back(range);
+    if (repetitions.is_one(range)) {
+      ++joint.repeated;
+    } else {
+      joint.ranges.push_back(range);
+    }
   }
   std::stable_sort(joint.ranges.begin(), joint.ranges.end(),
                    [](const JointRange& x, const JointRange& y) { return x.t < y.t; });

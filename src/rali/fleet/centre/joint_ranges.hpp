@@ -43,6 +43,7 @@ struct JointRanges {
   std::vector<AntennaPair> pairs;  ///< ascending
   std::vector<JointRange> ranges;  ///< by time, then pair
   std::size_t without_pose = 0;    ///< an end was not yet, or no longer, on its path
+  std::size_t repeated = 0;        ///< the radio repeated a value while its ends moved on
 };
 
 /// Brings together what the two ends of each exchange told. An exchange that only one end told is
