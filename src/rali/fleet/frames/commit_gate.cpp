@@ -73,25 +73,19 @@ std::optional<std::size_t> with_prior(const HypothesisSet& set, const InitSettin
   return std::nullopt;
 }
 
-/// By scans, and more often than each that is cheaper.
-bool seen_most(const HypothesisSet& set, std::size_t k) {
-  const auto last = set.all.begin() + static_cast<std::ptrdiff_t>(k);
-  return std::all_of(set.all.begin(), last,
-                     [&](const FrameHypothesis& h) { return h.views < set.all[k].views; });
-}
-
 /// A start pose that was measured puts two vehicles into one frame as well as it was measured;
 /// ranges and scans sharpen that. Only another answer that is certain without it speaks against it,
-/// or, while none is, one that is much better and that no fewer scans have seen: ranges may be
-/// metres too long for a minute (behind racks, say), and then nothing fits them well.
+/// or, while none is, one that is much better and fits: ranges that fit nowhere (behind racks they
+/// are metres too long for a minute) contradict one another, not the start pose.
 Decision decide_with_prior(const HypothesisSet& set, Decision d, const InitSettings& settings) {
   const std::optional<std::size_t> held = with_prior(set, settings);
   if (!held) return d;
   // Another answer is better: by what would decide between any two if it is known, by what a start
   // pose may be off at most if it is not.
   const double most = d.ready ? settings.commit.gap_chi2 : settings.prior.wrong_chi2;
-  const bool seen = !d.ready && seen_most(set, *held);
-  if (*held > 0 && !seen && set.gap(*held) > most) return d;
+  const FrameSolution& best = set.all.front().solution;
+  const bool fits = fit_is_plausible(best.fit_chi2, best.dof, settings.commit);
+  if (*held > 0 && (d.ready || fits) && set.gap(*held) > most) return d;
   if (!d.ready) d.by = DecidedBy::kPrior;
   d.ready = d.at_once = true;
   d.chosen = *held;

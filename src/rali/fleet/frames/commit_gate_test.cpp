@@ -133,21 +133,22 @@ TEST(CommitGate, says_when_it_was_the_prior_that_decided) {
   EXPECT_TRUE(d.ready);
 }
 
-TEST(CommitGate, ranges_that_fit_nowhere_do_not_outvote_a_start_pose_that_scans_have_seen) {
+TEST(CommitGate, ranges_that_fit_nowhere_do_not_outvote_a_start_pose) {
   const InitSettings settings;
-  HypothesisSet set = two(100.0, 400.0);  // the better one is where the start pose is not
+  HypothesisSet set = two(100.0, 700.0);  // the better one is where the start pose is not
   set.has_prior = true;
   set.all[0].prior_chi2 = settings.prior.wrong_chi2;
-  set.all[0].solution.fit_chi2 = 100.0;
   set.all[0].solution.dof = 20;
+  set.all[0].solution.fit_chi2 = 20.0;
   const Observability seen = observability(set, settings);
-  EXPECT_FALSE(decide(set, seen, {}, settings).ready) << "by the start pose alone";
-  set.all[1].views = 1;
-  const Decision d = decide(set, seen, {}, settings);
+  const CommitInputs too_few = {.keyframes = 0, .check = {}};
+  InitSettings wants_more = settings;
+  wants_more.commit.min_keyframes = 1;
+  EXPECT_FALSE(decide(set, seen, too_few, wants_more).ready) << "not certain, but it fits";
+  set.all[0].solution.fit_chi2 = 100.0;
+  const Decision d = decide(set, seen, too_few, wants_more);
   EXPECT_TRUE(d.ready);
   EXPECT_EQ(d.chosen, 1U);
-  set.all[0].views = 1;
-  EXPECT_FALSE(decide(set, seen, {}, settings).ready) << "scans have seen both";
 }
 
 TEST(CommitGate, of_the_paper_waits_for_ten_keyframes_and_a_prior) {
