@@ -7,6 +7,7 @@
 #include <set>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 
 #include "rali/assess/run_tables.hpp"
 #include "rali/eval/alignment.hpp"
@@ -116,6 +117,16 @@ std::optional<SE3> frame_at_first(const Estimates& estimates, const Track& track
   return std::nullopt;
 }
 
+/// The same, but up stays up: a map that gravity has levelled is wrong where it is tilted, and what
+/// the first pose did not know of gravity yet is no error of the later ones.
+SE3 upright(const SE3& T_world_frame, const SE3& first) {
+  const Vec3 forward = T_world_frame.R * Vec3::UnitX();
+  SE3 out;
+  out.R = Eigen::AngleAxisd(std::atan2(forward.y(), forward.x()), Vec3::UnitZ()).toRotationMatrix();
+  out.p = T_world_frame * first.p - out.R * first.p;
+  return out;
+}
+
 /// The pose is lost, or may be.
 bool is_lost_finding(const Finding& f) {
   static const std::set<std::string> ids = {"odometry.diverged", "odometry.pose_doubtful",
@@ -158,7 +169,7 @@ std::string file(const drive::MapSummary& summary, const char* kind, const std::
   return summary.out_dir + '/' + kind + '/' + vehicle;
 }
 
-/// Live poses are in map: of a group the frame of its first vehicle holds for all.
+/// Of a group the frame of its first vehicle holds for all.
 std::optional<SE3> map_frame(const Recording& recording, const drive::MapSummary& summary,
                              const std::vector<VehicleId>& group, const char* kind, bool best_fit) {
   eval::PairList pairs;
@@ -201,10 +212,23 @@ void judge_alone(const Recording& recording, const drive::MapSummary& summary, s
   out.vehicles.push_back(std::move(score_v));
 }
 
+/// Live poses are in map, which agrees with the truth at the first pose of the first vehicle.
+std::optional<SE3> live_frame(const Recording& recording, const drive::MapSummary& summary,
+                              const std::vector<VehicleId>& group) {
+  for (const VehicleId id : group) {
+    const Track& track = recording.tracks()[id.value];
+    const auto live = read(file(summary, "live", track.name));
+    const auto T = live ? frame_at_first(*live, track) : std::nullopt;
+    if (!T) continue;
+    return summary.vehicles[id.value].levelled ? upright(*T, live->poses.front().T) : *T;
+  }
+  return std::nullopt;
+}
+
 /// Live and final poses of vehicles that share a frame.
 void judge_group(const Recording& recording, const drive::MapSummary& summary,
                  const std::vector<VehicleId>& group, RunScore& out) {
-  const auto T_live = map_frame(recording, summary, group, "live", false);
+  const auto T_live = live_frame(recording, summary, group);
   const auto T_final = map_frame(recording, summary, group, "trajectory", true);
   const auto T_first = map_frame(recording, summary, group, "trajectory", false);
   for (const VehicleId id : group) {
