@@ -1,6 +1,7 @@
 #include "rali/odometry/robust/plane_fit.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace rali::odometry {
 
@@ -30,6 +31,21 @@ Mat3 PointSums::mean_ray_product() const {
   return inverse * U;
 }
 
+namespace {
+
+/// Ten points of a round blob look four times as wide as thick in one cell of six, and a blob's
+/// normal points anywhere: along a tunnel, too. Whether two spreads that are equal in truth differ
+/// as much by chance: with W = 4 a b/(a + b)^2, W^((n - 2)/2) is uniform (Mauchly 1940, two
+/// dimensions).
+bool flat_by_chance(double wide, double thick, int n) {
+  constexpr double kChance = 1e-2;
+  const double sum = wide + thick;
+  if (!(sum > 0.0)) return true;
+  return std::pow(4.0 * wide * thick / (sum * sum), 0.5 * (n - 2)) > kChance;
+}
+
+}  // namespace
+
 FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bool finest,
                     const PlaneSettings& settings, Plane& plane) {
   if (sums.n < settings.points_min) return FitResult::kTooFew;
@@ -46,6 +62,7 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bo
   if (pca.values[1] < width * width) return FitResult::kTooFew;
   const double l3 = std::max(0.0, normal.dot(measured * normal));
   if (pca.values[1] < 4.0 * l3) return finest ? FitResult::kTooFew : FitResult::kTooThick;
+  if (flat_by_chance(pca.values[1], l3, sums.n)) return FitResult::kTooFew;
   const double n = sums.n;
   const double floor = settings.sigma_floor_m * settings.sigma_floor_m;
   const double s2 = std::max(floor, l3 * n / (n - 3.0));
