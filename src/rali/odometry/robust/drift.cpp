@@ -70,7 +70,7 @@ MapShare MapShare::of(const Mat6& P_predicted, const Mat6& information) {
 }
 
 Drift::Drift(const DriftSettings& settings, bool levelled)
-    : settings_(settings), D_(1, Mat6::Zero()) {
+    : settings_(settings), D_(1, Mat6::Zero()), begun_odom_m_(1, Vec3::Zero()) {
   // Sparse rings at rest see pitch and roll poorly: the map grows on a frame that is turned
   // against the first pose by about this much.
   const double tilt =
@@ -121,16 +121,38 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   map_error_ = share.follows * seen * share.follows.transpose() +
                share.keeps * before * share.keeps.transpose();
   if (level) hold_level(T_odom_body, *level);
+  establish(T_odom_body.p);
   const bool travelled = (T_odom_body.p - p_epoch_).norm() > settings_.epoch_m;
   if (travelled || has_grown(B * D_.back() * B.transpose(), map_error_ + P_local)) {
-    p_epoch_ = T_odom_body.p;
-    ++epoch_;
     const Mat6 registered = share.follows * P_local * share.follows.transpose();
     const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
-    D_.push_back(A * inherited * A.transpose());
+    begin_epoch(T_odom_body, A * inherited * A.transpose());
   }
   carried_ = A * map_error_ * A.transpose();
   return map_error_ + P_local;
+}
+
+void Drift::begin_epoch(const SE3& T_odom_body, const Mat6& error) {
+  p_epoch_ = T_odom_body.p;
+  ++epoch_;
+  D_.push_back(error);
+  begun_odom_m_.push_back(T_odom_body.p);
+}
+
+void Drift::establish(const Vec3& p_odom_m) {
+  constexpr double kAway_m = 1.25;  // longer than a cart
+  constexpr double kMoved_m = 0.1;
+  const Vec3& start = begun_odom_m_.front();
+  // A generation lasts until the next begins.
+  while (established_ + 1 < begun_odom_m_.size() &&
+         (p_odom_m - begun_odom_m_[established_ + 1]).norm() > kAway_m) {
+    ++established_;
+  }
+  // The first map, and the one after gravity is known. Later ones of a vehicle that stands begin
+  // because it has become uncertain whether it does.
+  constexpr std::size_t kFirst = 2;
+  if (unmoved_) established_ = std::min(begun_odom_m_.size(), kFirst);
+  unmoved_ = unmoved_ && (p_odom_m - start).norm() < kMoved_m;
 }
 
 /// The tilt of the map against the first pose is no larger than what gravity and the first pose
@@ -164,9 +186,7 @@ Mat3 Drift::release(const SE3& T_odom_body, const Mat3& axes_odom) {
 
 void Drift::add(const SE3& T_odom_body, const Mat6& P) {
   const Mat6 A = left_from_boxplus(T_odom_body);
-  p_epoch_ = T_odom_body.p;
-  ++epoch_;
-  D_.push_back(D_.back() + A * P * A.transpose());
+  begin_epoch(T_odom_body, D_.back() + A * P * A.transpose());
   carried_ = D_.back();
 }
 

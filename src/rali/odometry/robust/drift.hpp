@@ -77,6 +77,12 @@ class Drift {
   /// Generation that planes seen for the first time now belong to.
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
 
+  /// Newest generation from whose end the vehicle has been away since, or which is of the first
+  /// map: what drives along with a vehicle is of later ones.
+  [[nodiscard]] double newest_established() const {
+    return static_cast<double>(established_) - 1.0;
+  }
+
   /// @param mean_epoch weighted mean generation of the planes matched by this scan.
   /// @param P_local covariance (boxplus) of the pose, the map taken for granted.
   /// @param level nothing: gravity is not known.
@@ -104,11 +110,16 @@ class Drift {
   [[nodiscard]] geometry::Mat6 error_at(double epoch) const;
   [[nodiscard]] static bool has_grown(const geometry::Mat6& newest, const geometry::Mat6& now);
   void hold_level(const geometry::SE3& T_odom_body, const Level& level);
+  void begin_epoch(const geometry::SE3& T_odom_body, const geometry::Mat6& error);
+  void establish(const geometry::Vec3& p_odom_m);
 
   DriftSettings settings_;
   std::uint32_t epoch_ = 0;
   geometry::Vec3 p_epoch_ = geometry::Vec3::Zero();
-  std::vector<geometry::Mat6> D_;  ///< by generation
+  std::vector<geometry::Mat6> D_;             ///< by generation
+  std::vector<geometry::Vec3> begun_odom_m_;  ///< by generation: where the vehicle was
+  std::size_t established_ = 1;               ///< so many of the first generations are
+  bool unmoved_ = true;                       ///< the vehicle has not left where it began
   geometry::Mat6 map_error_ = geometry::Mat6::Zero();
   geometry::Mat6 carried_;  ///< the same as a left perturbation
 };

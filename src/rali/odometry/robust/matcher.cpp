@@ -26,6 +26,17 @@ double plane_variance_at(const Plane& plane, const Vec3& x_minus_q) {
   return plane.var_offset + a1 * a1 * plane.var_tilt1 + a2 * a2 * plane.var_tilt2;
 }
 
+/// As degeneracy::support_along counts them.
+bool faces(const Plane& plane, const Vec3& d_odom) {
+  constexpr double kCosineMin = 0.2;
+  constexpr double kSigmas = 3.0;
+  const double along = plane.n.dot(d_odom);
+  const double a1 = plane.e1.dot(d_odom);
+  const double a2 = plane.e2.dot(d_odom);
+  const double variance = a1 * a1 * plane.var_tilt1 + a2 * a2 * plane.var_tilt2;
+  return std::abs(along) > kCosineMin && along * along > kSigmas * kSigmas * variance;
+}
+
 }  // namespace
 
 void Matcher::set_points(const BodyPoints& points, const Vec3& p_body_lidar) {
@@ -150,6 +161,45 @@ std::optional<double> Matcher::mean_epoch(const Vec3& d_odom) const {
   }
   if (weight_sum <= 0.0) return std::nullopt;
   return epoch_sum / weight_sum;
+}
+
+/// Information of a point along d, if it lies on the plane.
+double Matcher::hold_of(const Point& point, const Plane& plane, const Vec3& x_odom,
+                        const Vec3& d_odom, const Vec3& ray_odom) const {
+  const Vec3 d = x_odom - plane.q;
+  const double along = plane.n.dot(d_odom);
+  const double s2 =
+      point_variance(point, plane.n.dot(ray_odom), plane.var_normal) + plane_variance_at(plane, d);
+  const double r = plane.n.dot(d);
+  const double gate = std::max(settings_.gate_sigma * std::sqrt(s2), settings_.gate_min_m);
+  return std::abs(r) > gate ? 0.0 : along * along / s2;
+}
+
+Hold Matcher::hold_along(const PlaneMap& map, const SE3& T_odom_body, const Vec3& d_odom,
+                         double step_m, double newest_epoch) const {
+  const auto holds = [&](const Plane& plane) {
+    return faces(plane, d_odom) && plane.epoch < newest_epoch + 0.5;
+  };
+  Hold out;
+  double ahead = 0.0;
+  double behind = 0.0;
+  for (const Point& point : points_) {
+    if (point.plane < 0 || !faces(map.plane(point.plane), d_odom)) continue;
+    ++out.points;
+    if (!holds(map.plane(point.plane))) continue;
+    const Vec3 x = T_odom_body.R * point.p_body() + T_odom_body.p;
+    const Vec3 ray = T_odom_body.R * point.ray_body();
+    out.here += hold_of(point, map.plane(point.plane), x, d_odom, ray);
+    for (double* sum : {&ahead, &behind}) {
+      const Vec3 moved = x + (sum == &ahead ? step_m : -step_m) * d_odom;
+      const int plane = map.find(moved);
+      if (plane >= 0 && holds(map.plane(plane))) {
+        *sum += hold_of(point, map.plane(plane), moved, d_odom, ray);
+      }
+    }
+  }
+  out.elsewhere = std::max(ahead, behind);
+  return out;
 }
 
 /// One point: its noise and that of the plane there add up to one variance.

@@ -43,6 +43,14 @@ struct LidarSystem {
   double mean_epoch = 0.0;  ///< of the matched planes, weighted by what each tells
 };
 
+/// What holds the pose along a direction: points on planes that face along it by more than the
+/// uncertainty of their normals and more than a little.
+struct Hold {
+  int points = 0;          ///< of the scan, on planes of whatever age
+  double here = 0.0;       ///< information of those on established planes [1/m^2]
+  double elsewhere = 0.0;  ///< the same if the pose were a step ahead or behind: the larger
+};
+
 /// Matches the points of a scan with the planes of the map and sums what they tell.
 class Matcher {
  public:
@@ -70,6 +78,12 @@ class Matcher {
   /// accumulate(); nothing: no plane does. The uncertainty of normals is subtracted.
   /// @param d_odom unit vector
   [[nodiscard]] std::optional<double> mean_epoch(const geometry::Vec3& d_odom) const;
+
+  /// Of the matches of the last match(), looked for again a step ahead and a step behind.
+  /// @param d_odom unit vector  @param newest_epoch planes of later generations are not established
+  [[nodiscard]] Hold hold_along(const PlaneMap& map, const geometry::SE3& T_odom_body,
+                                const geometry::Vec3& d_odom, double step_m,
+                                double newest_epoch) const;
 
  private:
   /// Weighted moments of the points of one plane: sum w [p;1][p;1]^T, upper triangle.
@@ -104,6 +118,8 @@ class Matcher {
                         LidarSystem& system);
   static void add_moments(const Group& group, const PlaneInBody& plane, LidarSystem& system);
 
+  [[nodiscard]] double hold_of(const Point& point, const Plane& plane, const geometry::Vec3& x_odom,
+                               const geometry::Vec3& d_odom, const geometry::Vec3& ray_odom) const;
   [[nodiscard]] double point_variance(const Point& p, double cos_incidence,
                                       double plane_var_m2) const;
   void add_group(const Group& group, const PlaneMap& map, const geometry::SE3& T_odom_body,

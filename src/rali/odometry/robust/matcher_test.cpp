@@ -252,6 +252,59 @@ TEST(Matcher, weighs_an_outlier_down) {
   EXPECT_LT(pull(0.8), pull(0.06));  // far beyond the knee it pulls less, not more
 }
 
+/// Walls across the way, and the points of a scan from the origin on the first of them.
+struct AcrossTheWay {
+  PlaneMap map{PlaneMapSettings{}};
+  std::vector<Vec3> points;
+
+  AcrossTheWay(double epoch, const std::vector<double>& walls_m) {
+    Rng rng(3);
+    for (const double x_m : walls_m) {
+      for (int k = 0; k < 400; ++k) {
+        const Vec3 p(x_m + 0.005 * rng.normal(), rng.uniform(-0.75, 0.75), rng.uniform(0.05, 0.75));
+        map.insert(p, p.normalized().cast<float>(), epoch);
+      }
+    }
+    for (int k = 0; k < 40; ++k) {
+      points.emplace_back(walls_m.front(), rng.uniform(-0.7, 0.7), rng.uniform(0.1, 0.7));
+    }
+  }
+
+  [[nodiscard]] Hold hold(double newest_epoch) const {
+    Matcher matcher{MatchSettings{}};
+    matcher.set_points(points_of(points), Vec3::Zero());
+    matcher.match(map, SE3{}, 1e-4 * Mat6::Identity(), false);
+    return matcher.hold_along(map, SE3{}, Vec3::UnitX(), 0.4, newest_epoch);
+  }
+};
+
+TEST(Matcher, a_wall_across_holds_the_way_in_one_place) {
+  const AcrossTheWay wall(4.0, {10.75});
+  const Hold hold = wall.hold(5.0);
+  EXPECT_EQ(hold.points, 40);
+  EXPECT_GT(hold.here, 1e4);
+  EXPECT_EQ(hold.elsewhere, 0.0);
+}
+
+TEST(Matcher, what_stands_there_twice_holds_the_way_elsewhere_too) {
+  const Hold hold = AcrossTheWay(4.0, {10.75, 10.35}).hold(5.0);
+  EXPECT_GT(hold.here, 1e4);
+  EXPECT_GT(hold.elsewhere, 0.9 * hold.here);
+}
+
+TEST(Matcher, what_was_seen_first_a_moment_ago_holds_nothing) {
+  EXPECT_EQ(AcrossTheWay(6.0, {10.75}).hold(5.0).here, 0.0);
+  EXPECT_GT(AcrossTheWay(0.0, {10.75}).hold(0.0).here, 1e4) << "what was there before does";
+}
+
+TEST(Matcher, a_wall_beside_holds_nothing_along_it) {
+  const AcrossTheWay wall(4.0, {10.75});
+  Matcher matcher{MatchSettings{}};
+  matcher.set_points(points_of(wall.points), Vec3::Zero());
+  matcher.match(wall.map, SE3{}, 1e-4 * Mat6::Identity(), false);
+  EXPECT_EQ(matcher.hold_along(wall.map, SE3{}, Vec3::UnitY(), 0.4, 5.0).points, 0);
+}
+
 TEST(Matcher, works_without_points_and_without_map) {
   CorrelatedPlane setup;
   setup.matcher.set_points(BodyPoints{}, Vec3::Zero());

@@ -95,7 +95,7 @@ void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done
     const Mat3 known = done.known;
     const SE3 start = state_.T_odom_body;
     state_ = with_step(predicted, size, known);
-    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, blind_, true);
+    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, closed(), true);
     if (done.known.trace() + 0.5 < known.trace()) break;
   }
   look_again(predicted, done);
@@ -118,7 +118,7 @@ void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done
   steady.v = last_posterior_.v;
   FilterState other = steady;
   const UpdateResult again =
-      update_with_scan(other, matcher_, map_, steady.T_odom_body, settings_, axes_, blind_, true);
+      update_with_scan(other, matcher_, map_, steady.T_odom_body, settings_, axes_, closed(), true);
   if (again.matches < settings_.update.matches_min || again.fit < kBetter * done.fit) return;
   state_ = other;
   done = again;

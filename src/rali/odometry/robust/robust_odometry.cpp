@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include <Eigen/LU>
@@ -125,12 +126,15 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     const Vec3 v = state_.v;
     const Vec3 w = state_.gyro_bias_radps;
     state_ = predicted;
-    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, blind_, inertial_);
+    thin_ = false;
+    done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, closed(), inertial_);
+    if (inertial_) doubt_thin_hold(predicted, start, done);
     if (k == 0 && !inertial_) look_around(predicted, done);
     if (inertial_) allow_jolt(predicted, done);
     start = state_.T_odom_body;
     if ((state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01) break;
   }
+  done.sees[0] = done.sees[0] && !thin_;
   axes_ = done.axes;
   lidar_known_ = done.known;
   remember_blindness(done);

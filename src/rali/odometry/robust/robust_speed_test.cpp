@@ -59,7 +59,7 @@ TEST(SpeedBound, a_speed_that_the_lidar_has_seen_is_usual) {
   settings.robust.constraints.speed_usual_mps = 0.1;
   TestRoom room = small_room();
   room.pillars.clear();
-  Driven driven(room, 60, true, settings);
+  Driven driven(room, 100, true, settings);
   ASSERT_FALSE(driven.filter->blind_axis());
   ASSERT_GT(driven.now().v_odom_mps.norm(), 0.8);
   driven.room.walls.lo.x() = -4000.0;

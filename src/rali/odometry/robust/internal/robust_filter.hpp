@@ -138,6 +138,9 @@ class RobustOdometry final : public Odometry, private SideFilter {
                                       const geometry::Mat3& where) const;
   void look_again(const FilterState& predicted, UpdateResult& done);
   void allow_jolt(const FilterState& predicted, UpdateResult& done);
+  void doubt_thin_hold(const FilterState& predicted, const geometry::SE3& start,
+                       UpdateResult& done);
+  [[nodiscard]] std::array<bool, 3> closed() const;
   [[nodiscard]] std::optional<Level> level() const;
   [[nodiscard]] geometry::Mat6 covariance(const UpdateResult& update);
   void refuse_biases(const geometry::Vec3& gyro_before, const geometry::Vec3& accel_before,
@@ -189,7 +192,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
   std::vector<sensor::LidarScan> start_scans_;  ///< the same as measured
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
-  std::array<bool, 3> blind_{};        ///< translations along axes_ that the LiDAR does not see
+  std::array<bool, 3> blind_{};  ///< translations along axes_ that the LiDAR does not see
+  bool thin_ = false;            ///< what holds the first of them in this scan counts as nothing
   std::array<int, 3> seeing_scans_{};  ///< in a row, that told something there
   TrackState track_state_ = TrackState::kWaiting;
   static constexpr int kYoungScans = 5;
