@@ -38,7 +38,7 @@ namespace {
 /// as much by chance: with W = 4 a b/(a + b)^2, W^((n - 2)/2) is uniform (Mauchly 1940, two
 /// dimensions).
 bool flat_by_chance(double wide, double thick, int n) {
-  constexpr double kChance = 1e-2;
+  constexpr double kChance = 0.03;
   const double sum = wide + thick;
   if (!(sum > 0.0)) return true;
   return std::pow(4.0 * wide * thick / (sum * sum), 0.5 * (n - 2)) > kChance;
