@@ -169,14 +169,14 @@ std::string file(const drive::MapSummary& summary, const char* kind, const std::
   return summary.out_dir + '/' + kind + '/' + vehicle;
 }
 
-/// Of a group the frame of its first vehicle holds for all.
-std::optional<SE3> map_frame(const Recording& recording, const drive::MapSummary& summary,
-                             const std::vector<VehicleId>& group, const char* kind, bool best_fit) {
+/// Of the final poses of a group: by all of them, or by the first of its first vehicle.
+std::optional<SE3> final_frame(const Recording& recording, const drive::MapSummary& summary,
+                               const std::vector<VehicleId>& group, bool best_fit) {
   eval::PairList pairs;
   std::optional<SE3> first;
   for (const VehicleId id : group) {
     const Track& track = recording.tracks()[id.value];
-    const auto estimates = read(file(summary, kind, track.name));
+    const auto estimates = read(file(summary, "trajectory", track.name));
     if (!estimates) continue;
     if (!first) first = frame_at_first(*estimates, track);
     if (!best_fit && first) return first;
@@ -229,8 +229,8 @@ std::optional<SE3> live_frame(const Recording& recording, const drive::MapSummar
 void judge_group(const Recording& recording, const drive::MapSummary& summary,
                  const std::vector<VehicleId>& group, RunScore& out) {
   const auto T_live = live_frame(recording, summary, group);
-  const auto T_final = map_frame(recording, summary, group, "trajectory", true);
-  const auto T_first = map_frame(recording, summary, group, "trajectory", false);
+  const auto T_final = final_frame(recording, summary, group, true);
+  const auto T_first = final_frame(recording, summary, group, false);
   for (const VehicleId id : group) {
     const Track& track = recording.tracks()[id.value];
     VehicleScore& v = out.vehicles[id.value];

@@ -7,18 +7,20 @@ namespace rali::degeneracy {
 
 using geometry::Vec3;
 
-Support support_along(const Vec3& direction_odom, std::span<const PlaneEvidence> planes,
-                      double cluster_m) {
+bool faces(double along, double variance) {
   constexpr double kCosineMin = 0.2;
   constexpr double kSigmas = 3.0;
+  return std::abs(along) > kCosineMin && along * along > kSigmas * kSigmas * variance;
+}
+
+Support support_along(const Vec3& direction_odom, std::span<const PlaneEvidence> planes,
+                      double cluster_m) {
   std::array<Vec3, kClustersMost> first;
   std::size_t clusters = 0;
   Support out;
   for (const PlaneEvidence& plane : planes) {
-    const double cosine = std::abs(plane.n_odom.dot(direction_odom));
-    if (!(cosine > kCosineMin)) continue;
     const double variance = direction_odom.dot(plane.normal_covariance * direction_odom);
-    if (cosine * cosine <= kSigmas * kSigmas * variance) continue;
+    if (!faces(plane.n_odom.dot(direction_odom), variance)) continue;
     ++out.planes;
     if (clusters == first.size()) continue;
     bool known = false;

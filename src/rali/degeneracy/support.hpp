@@ -14,7 +14,11 @@ struct Support {
 
 inline constexpr int kClustersMost = 8;
 
-/// Planes with |n.d| > max(0.2, 3 sd of n.d), and in how many places they are: a wall's end gives
+/// Whether a plane tells of a direction by more than chance: |n.d| > max(0.2, 3 sd of n.d).
+/// @param along n.d  @param variance of n.d
+[[nodiscard]] bool faces(double along, double variance);
+
+/// Planes that face the direction, and in how many places they are: a wall's end gives
 /// several in several places, what stands or drives alone in a tunnel gives some in one.
 /// @param direction_odom unit. @param cluster_m planes nearer than this to a cluster's first one
 /// belong to it. Depends on the order of the planes only in how clusters are cut.

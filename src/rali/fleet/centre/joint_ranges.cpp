@@ -100,11 +100,7 @@ JointRanges join_ranges(std::span<const VehiclePath> paths, std::optional<Time> 
     for (const RangeEntry* entry : {told.by_a, told.by_b}) {
       if (entry != nullptr) range.sigma_m = std::max(range.sigma_m, entry->sigma_m);
     }
-    if (repetitions.is_one(range)) {
-      ++joint.repeated;
-    } else {
-      joint.ranges.push_back(range);
-    }
+    if (!repetitions.is_one(range)) joint.ranges.push_back(range);
   }
   std::stable_sort(joint.ranges.begin(), joint.ranges.end(),
                    [](const JointRange& x, const JointRange& y) { return x.t < y.t; });

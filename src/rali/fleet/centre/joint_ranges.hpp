@@ -43,11 +43,11 @@ struct JointRanges {
   std::vector<AntennaPair> pairs;  ///< ascending
   std::vector<JointRange> ranges;  ///< by time, then pair
   std::size_t without_pose = 0;    ///< an end was not yet, or no longer, on its path
-  std::size_t repeated = 0;        ///< the radio repeated a value while its ends moved on
 };
 
-/// Brings together what the two ends of each exchange told. An exchange that only one end told is
-/// placed at the other end by the path between its nodes.
+/// Without what a frozen radio repeats while its ends move on. Brings together what the two ends of
+/// each exchange told. An exchange that only one end told is placed at the other end by the path
+/// between its nodes.
 /// @param since those of earlier times are left out
 [[nodiscard]] JointRanges join_ranges(std::span<const VehiclePath> paths,
                                       std::optional<Time> since = std::nullopt);

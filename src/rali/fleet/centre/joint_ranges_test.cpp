@@ -72,14 +72,13 @@ TEST(JointRanges, what_is_outside_a_path_or_of_strangers_is_counted_or_left_out)
 TEST(JointRanges, what_a_frozen_radio_repeats_is_left_out) {
   std::vector<VehiclePath> paths = {path(1, 0.0), path(2, 3.0)};
   RangeBlock block;
-  for (int k = 0; k < 5; ++k) {  // v1 drives at 1 m/s, v2 has told nothing of its own
+  for (int k = 0; k < 5; ++k) {  // v1 drives at 1 m/s, v2 has reported nothing
     block.ranges.push_back(entry(3.0 + k, 1, 2, {3.0 + k, 0.0, 0.0}));
     if (k == 3) block.ranges.back().range_m = 3.001;
   }
   paths[0].add(Time{}, block);
   const JointRanges joint = join_ranges(paths);
   ASSERT_EQ(joint.ranges.size(), 3U);  // the first of each value
-  EXPECT_EQ(joint.repeated, 2U);
   EXPECT_DOUBLE_EQ(joint.ranges[1].range_m, 3.001);
 }
 

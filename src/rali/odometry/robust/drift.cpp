@@ -122,7 +122,7 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
                share.keeps * before * share.keeps.transpose();
   if (level) hold_level(T_odom_body, *level);
   establish(T_odom_body.p);
-  const bool travelled = (T_odom_body.p - p_epoch_).norm() > settings_.epoch_m;
+  const bool travelled = (T_odom_body.p - begun_odom_m_.back()).norm() > settings_.epoch_m;
   if (travelled || has_grown(B * D_.back() * B.transpose(), map_error_ + P_local)) {
     const Mat6 registered = share.follows * P_local * share.follows.transpose();
     const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
@@ -133,7 +133,6 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
 }
 
 void Drift::begin_epoch(const SE3& T_odom_body, const Mat6& error) {
-  p_epoch_ = T_odom_body.p;
   ++epoch_;
   D_.push_back(error);
   begun_odom_m_.push_back(T_odom_body.p);

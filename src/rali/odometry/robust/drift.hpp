@@ -115,7 +115,6 @@ class Drift {
 
   DriftSettings settings_;
   std::uint32_t epoch_ = 0;
-  geometry::Vec3 p_epoch_ = geometry::Vec3::Zero();
   std::vector<geometry::Mat6> D_;             ///< by generation
   std::vector<geometry::Vec3> begun_odom_m_;  ///< by generation: where the vehicle was
   std::size_t established_ = 1;               ///< so many of the first generations are

@@ -106,6 +106,28 @@ TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
   EXPECT_DOUBLE_EQ(drift.update(at(2.04), -5.0, P, kFollows)(3, 3), P(3, 3));
 }
 
+TEST(Drift, planes_are_established_once_the_vehicle_has_gone_on) {
+  Drift drift{from_nothing()};
+  const Mat6 P = local(0.0, 0.001);
+  const auto go = [&](double x_m) {
+    static_cast<void>(drift.update(at(x_m), drift.epoch(), P, kFollows));
+  };
+  go(0.0);
+  EXPECT_EQ(drift.newest_established(), 0.0) << "the first map";
+  for (const double x_m : {0.6, 1.2, 1.8}) go(x_m);  // each begins a generation
+  ASSERT_EQ(drift.epoch(), 3U);
+  EXPECT_EQ(drift.newest_established(), 0.0) << "the first ended at 1.2 m";
+  go(1.84);
+  EXPECT_EQ(drift.newest_established(), 0.0);
+  go(2.2);
+  go(2.5);
+  EXPECT_EQ(drift.newest_established(), 1.0) << "that of 0.6 m ended 1.3 m ago";
+  for (int k = 0; k < 1000; ++k) go(2.5 + 0.01 * (k % 2));
+  EXPECT_EQ(drift.newest_established(), 1.0) << "time alone establishes nothing";
+  go(0.0);
+  EXPECT_GE(drift.newest_established(), 1.0) << "nor is it forgotten on return";
+}
+
 /// Drives to `x_m`, and sees all the way the newest planes.
 void drive(Drift& drift, double from_m, double to_m, const Mat6& P, const MapShare& share) {
   for (double x_m = from_m; x_m <= to_m; x_m += 0.51) {

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "rali/degeneracy/support.hpp"
 #include "rali/geometry/robust.hpp"
 
 namespace rali::odometry {
@@ -26,15 +27,11 @@ double plane_variance_at(const Plane& plane, const Vec3& x_minus_q) {
   return plane.var_offset + a1 * a1 * plane.var_tilt1 + a2 * a2 * plane.var_tilt2;
 }
 
-/// As degeneracy::support_along counts them.
 bool faces(const Plane& plane, const Vec3& d_odom) {
-  constexpr double kCosineMin = 0.2;
-  constexpr double kSigmas = 3.0;
-  const double along = plane.n.dot(d_odom);
   const double a1 = plane.e1.dot(d_odom);
   const double a2 = plane.e2.dot(d_odom);
-  const double variance = a1 * a1 * plane.var_tilt1 + a2 * a2 * plane.var_tilt2;
-  return std::abs(along) > kCosineMin && along * along > kSigmas * kSigmas * variance;
+  return degeneracy::faces(plane.n.dot(d_odom),
+                           a1 * a1 * plane.var_tilt1 + a2 * a2 * plane.var_tilt2);
 }
 
 }  // namespace
@@ -175,28 +172,32 @@ double Matcher::hold_of(const Point& point, const Plane& plane, const Vec3& x_od
   return std::abs(r) > gate ? 0.0 : along * along / s2;
 }
 
+std::size_t Matcher::points_facing(const PlaneMap& map, const Vec3& d_odom) const {
+  return static_cast<std::size_t>(
+      std::count_if(points_.begin(), points_.end(), [&](const Point& point) {
+        return point.plane >= 0 && faces(map.plane(point.plane), d_odom);
+      }));
+}
+
 Hold Matcher::hold_along(const PlaneMap& map, const SE3& T_odom_body, const Vec3& d_odom,
                          double step_m, double newest_epoch) const {
-  const auto holds = [&](const Plane& plane) {
-    return faces(plane, d_odom) && plane.epoch < newest_epoch + 0.5;
+  const auto hold = [&](const Point& point, int plane, const Vec3& x_odom) {
+    if (plane < 0 || !(map.plane(plane).epoch < newest_epoch + 0.5)) return 0.0;
+    if (!faces(map.plane(plane), d_odom)) return 0.0;
+    return hold_of(point, map.plane(plane), x_odom, d_odom, T_odom_body.R * point.ray_body());
   };
   Hold out;
   double ahead = 0.0;
   double behind = 0.0;
   for (const Point& point : points_) {
-    if (point.plane < 0 || !faces(map.plane(point.plane), d_odom)) continue;
-    ++out.points;
-    if (!holds(map.plane(point.plane))) continue;
     const Vec3 x = T_odom_body.R * point.p_body() + T_odom_body.p;
-    const Vec3 ray = T_odom_body.R * point.ray_body();
-    out.here += hold_of(point, map.plane(point.plane), x, d_odom, ray);
-    for (double* sum : {&ahead, &behind}) {
-      const Vec3 moved = x + (sum == &ahead ? step_m : -step_m) * d_odom;
-      const int plane = map.find(moved);
-      if (plane >= 0 && holds(map.plane(plane))) {
-        *sum += hold_of(point, map.plane(plane), moved, d_odom, ray);
-      }
-    }
+    const double here = hold(point, point.plane, x);
+    if (!(here > 0.0)) continue;
+    const Vec3 forward = x + step_m * d_odom;
+    const Vec3 back = x - step_m * d_odom;
+    out.here += here;
+    ahead += hold(point, map.find(forward), forward);
+    behind += hold(point, map.find(back), back);
   }
   out.elsewhere = std::max(ahead, behind);
   return out;

@@ -43,12 +43,11 @@ struct LidarSystem {
   double mean_epoch = 0.0;  ///< of the matched planes, weighted by what each tells
 };
 
-/// What holds the pose along a direction: points on planes that face along it by more than the
-/// uncertainty of their normals and more than a little.
+/// Information on the position along a direction, of points on established planes that face it
+/// (degeneracy::faces) [1/m^2].
 struct Hold {
-  int points = 0;          ///< of the scan, on planes of whatever age
-  double here = 0.0;       ///< information of those on established planes [1/m^2]
-  double elsewhere = 0.0;  ///< the same if the pose were a step ahead or behind: the larger
+  double here = 0.0;
+  double elsewhere = 0.0;  ///< were the pose a step ahead or behind: the larger
 };
 
 /// Matches the points of a scan with the planes of the map and sums what they tell.
@@ -78,6 +77,9 @@ class Matcher {
   /// accumulate(); nothing: no plane does. The uncertainty of normals is subtracted.
   /// @param d_odom unit vector
   [[nodiscard]] std::optional<double> mean_epoch(const geometry::Vec3& d_odom) const;
+
+  /// Points whose planes of the last match() face a direction. @param d_odom unit vector
+  [[nodiscard]] std::size_t points_facing(const PlaneMap& map, const geometry::Vec3& d_odom) const;
 
   /// Of the matches of the last match(), looked for again a step ahead and a step behind.
   /// @param d_odom unit vector  @param newest_epoch planes of later generations are not established

@@ -270,18 +270,22 @@ struct AcrossTheWay {
     }
   }
 
-  [[nodiscard]] Hold hold(double newest_epoch) const {
+  [[nodiscard]] Matcher matched() const {
     Matcher matcher{MatchSettings{}};
     matcher.set_points(points_of(points), Vec3::Zero());
     matcher.match(map, SE3{}, 1e-4 * Mat6::Identity(), false);
-    return matcher.hold_along(map, SE3{}, Vec3::UnitX(), 0.4, newest_epoch);
+    return matcher;
+  }
+
+  [[nodiscard]] Hold hold(double newest_epoch) const {
+    return matched().hold_along(map, SE3{}, Vec3::UnitX(), 0.4, newest_epoch);
   }
 };
 
 TEST(Matcher, a_wall_across_holds_the_way_in_one_place) {
   const AcrossTheWay wall(4.0, {10.75});
   const Hold hold = wall.hold(5.0);
-  EXPECT_EQ(hold.points, 40);
+  EXPECT_EQ(wall.matched().points_facing(wall.map, Vec3::UnitX()), 40U);
   EXPECT_GT(hold.here, 1e4);
   EXPECT_EQ(hold.elsewhere, 0.0);
 }
@@ -299,10 +303,8 @@ TEST(Matcher, what_was_seen_first_a_moment_ago_holds_nothing) {
 
 TEST(Matcher, a_wall_beside_holds_nothing_along_it) {
   const AcrossTheWay wall(4.0, {10.75});
-  Matcher matcher{MatchSettings{}};
-  matcher.set_points(points_of(wall.points), Vec3::Zero());
-  matcher.match(wall.map, SE3{}, 1e-4 * Mat6::Identity(), false);
-  EXPECT_EQ(matcher.hold_along(wall.map, SE3{}, Vec3::UnitY(), 0.4, 5.0).points, 0);
+  EXPECT_EQ(wall.matched().points_facing(wall.map, Vec3::UnitY()), 0U);
+  EXPECT_EQ(wall.matched().hold_along(wall.map, SE3{}, Vec3::UnitY(), 0.4, 5.0).here, 0.0);
 }
 
 TEST(Matcher, works_without_points_and_without_map) {

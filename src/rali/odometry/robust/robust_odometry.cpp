@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include <Eigen/LU>
@@ -128,7 +127,7 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     state_ = predicted;
     thin_ = false;
     done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, closed(), inertial_);
-    if (inertial_) doubt_thin_hold(predicted, start, done);
+    if (inertial_) refuse_thin_hold(predicted, start, done);
     if (k == 0 && !inertial_) look_around(predicted, done);
     if (inertial_) allow_jolt(predicted, done);
     start = state_.T_odom_body;

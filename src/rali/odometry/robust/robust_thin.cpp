@@ -1,4 +1,3 @@
-
 #include "rali/odometry/robust/internal/robust_filter.hpp"
 
 namespace rali::odometry::internal {
@@ -13,16 +12,18 @@ std::array<bool, 3> RobustOdometry::closed() const {
 /// drives along, or the trail of one in the map. Walls and niches were there before the vehicle
 /// had driven on from where it saw them first, and fit in one place only. What does not counts as
 /// nothing: the direction is blind in this scan.
-void RobustOdometry::doubt_thin_hold(const FilterState& predicted, const SE3& start,
-                                     UpdateResult& done) {
+void RobustOdometry::refuse_thin_hold(const FilterState& predicted, const SE3& start,
+                                      UpdateResult& done) {
   constexpr double kMany = 0.1;       // of the scan's points: no cart fills as much of it
   constexpr double kStep_m = 0.4;     // half a cell of the map
   constexpr double kElsewhere = 0.5;  // of what holds here
   if (!done.sees[0] || done.matches < settings_.update.matches_min) return;
-  const Hold hold = matcher_.hold_along(map_, state_.T_odom_body, done.axes.col(0), kStep_m,
-                                        drift_.newest_established());
+  const geometry::Vec3 axis = done.axes.col(0);
+  const auto facing = static_cast<double>(matcher_.points_facing(map_, axis));
+  if (facing > kMany * static_cast<double>(matcher_.size())) return;
+  const Hold hold =
+      matcher_.hold_along(map_, state_.T_odom_body, axis, kStep_m, drift_.newest_established());
   const double none_m = settings_.aware.none_m;
-  if (hold.points > kMany * static_cast<double>(matcher_.size())) return;
   const bool known = hold.here > 1.0 / (none_m * none_m);
   if (known && hold.elsewhere < kElsewhere * hold.here) return;
   thin_ = true;

@@ -138,8 +138,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
                                       const geometry::Mat3& where) const;
   void look_again(const FilterState& predicted, UpdateResult& done);
   void allow_jolt(const FilterState& predicted, UpdateResult& done);
-  void doubt_thin_hold(const FilterState& predicted, const geometry::SE3& start,
-                       UpdateResult& done);
+  void refuse_thin_hold(const FilterState& predicted, const geometry::SE3& start,
+                        UpdateResult& done);
   [[nodiscard]] std::array<bool, 3> closed() const;
   [[nodiscard]] std::optional<Level> level() const;
   [[nodiscard]] geometry::Mat6 covariance(const UpdateResult& update);

@@ -1,0 +1,57 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/odometry/robust/driven_for_test.hpp"
+
+namespace rali::odometry {
+namespace {
+
+/// As wide as a cart, from floor to roof.
+TestRoom::Box cart_at(double x_m) { return {{x_m, -0.5, -1.0}, {x_m + 0.8, 0.5, 1.9}}; }
+
+double true_x_m(const Driven& driven) {
+  return driven.room.pose(TestRoom::kSweep_s * driven.sweeps).p.x();
+}
+
+/// Under way in a tunnel, blind along it. It shakes, else it would count as at rest.
+Driven blind_in_a_tunnel(double speed_mps, int sweeps) {
+  TestRoom room = tunnel();
+  room.speed_mps = speed_mps;
+  room.rings = 16;
+  room.columns = 300;
+  Driven driven(room, 13, true);
+  driven.room.accel_noise_mps2 = 0.3;
+  while (driven.sweeps < sweeps) driven.sweep();
+  EXPECT_TRUE(driven.filter->blind_axis());
+  return driven;
+}
+
+/// In how many of the last 40 of 80 scans with a box in sight the tunnel's axis is seen.
+template <class BoxOf>
+int scans_that_see(Driven& driven, const BoxOf& box_of) {
+  int seen = 0;
+  for (int k = 0; k < 80; ++k) {
+    driven.room.pillars = {box_of(driven)};
+    driven.sweep();
+    if (k >= 40 && !driven.filter->blind_axis()) ++seen;
+  }
+  return seen;
+}
+
+// Without the question how old its planes are, it is taken for a wall in all 40.
+TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
+  Driven driven = blind_in_a_tunnel(0.3, 80);
+  EXPECT_EQ(scans_that_see(driven, [](const Driven& d) { return cart_at(true_x_m(d) + 3.0); }), 0);
+}
+
+TEST(ThinHold, a_box_that_stands_in_the_tunnel_holds_the_vehicle) {
+  Driven driven = blind_in_a_tunnel(1.0, 25);
+  const TestRoom::Box box = cart_at(true_x_m(driven) + 11.0);
+  EXPECT_EQ(scans_that_see(driven, [&](const Driven&) { return box; }), 40);
+  const double off_m = driven.now().T_odom_body.p.x() - driven.room.pose(driven.t_end.s()).p.x();
+  EXPECT_LT(std::abs(off_m), 0.3);
+}
+
+}  // namespace
+}  // namespace rali::odometry
