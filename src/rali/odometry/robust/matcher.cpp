@@ -97,19 +97,21 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
   epochs_.clear();
   group_of_plane_.resize(std::max(group_of_plane_.size(), map.plane_count()), -1);
   const Mat3& R = T_odom_body.R;
+  const double range_var = settings_.range_sigma_m * settings_.range_sigma_m;
   for (const Point& point : points_) {
     if (point.plane < 0) continue;
     int& g = group_of_plane_[static_cast<std::size_t>(point.plane)];
     if (g < 0) {
       g = static_cast<int>(groups_.size());
-      groups_.push_back(Group{point.plane, 0, {}});
+      groups_.push_back(Group{point.plane, 0, {}, Vec3::Zero()});
     }
     Group& group = groups_[static_cast<std::size_t>(g)];
     const Plane& plane = map.plane(point.plane);
     const Vec3 p = point.p_body();
     const Vec3 d = R * p + T_odom_body.p - plane.q;
     const double r = plane.n.dot(d);
-    const double cos_incidence = plane.n.dot(R * point.ray_body());
+    const Vec3 ray = point.ray_body();
+    const double cos_incidence = plane.n.dot(R * ray);
     const double s2 = point_variance(point, cos_incidence, plane.var_normal);
     const double scale = std::sqrt(s2 + plane_variance_at(plane, d));
     const double robust = geometry::cauchy_weight(r / scale, settings_.cauchy_scale);
@@ -125,6 +127,7 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
     m[7] += w * p.z() * p.z();
     m[8] += w * p.z();
     m[9] += w;
+    group.noise += w * range_var * cos_incidence * ray;
     ++group.points;
     ++system.matches;
     system.residual_sum2_m2 += robust * r * r;
@@ -204,7 +207,9 @@ Hold Matcher::hold_along(const PlaneMap& map, const SE3& T_odom_body, const Vec3
 }
 
 /// One point: its noise and that of the plane there add up to one variance.
-void Matcher::add_point(const Vec3& p, double w, const PlaneInBody& plane, LidarSystem& system) {
+void Matcher::add_point(const Group& group, const PlaneInBody& plane, LidarSystem& system) {
+  const double w = group.m[9];
+  const Vec3 p = Vec3(group.m[3], group.m[6], group.m[8]) / w;
   const double a1 = plane.e1.dot(p) + plane.c1_m;
   const double a2 = plane.e2.dot(p) + plane.c2_m;
   const double variance =
@@ -214,6 +219,7 @@ void Matcher::add_point(const Vec3& p, double w, const PlaneInBody& plane, Lidar
   const Vec6 weighted = h / variance;
   system.I.noalias() += weighted * h.transpose();
   system.b += (plane.n.dot(p) + plane.c_m) * weighted;
+  system.b.head<3>() -= group.noise.cross(plane.n) / (w * variance);
 }
 
 void Matcher::add_moments(const Group& group, const PlaneInBody& plane, LidarSystem& system) {
@@ -232,7 +238,7 @@ void Matcher::add_moments(const Group& group, const PlaneInBody& plane, LidarSys
   const Vec3 u2 = P * plane.e2 + plane.c2_m * s;
   const double w1 = s.dot(plane.e1) + plane.c1_m * w;
   const double w2 = s.dot(plane.e2) + plane.c2_m * w;
-  const Vec3 um = P * m + plane.c_m * s;  // M rho
+  const Vec3 um = P * m + plane.c_m * s - group.noise;  // M rho
   const double wm = s.dot(m) + plane.c_m * w;
 
   Mat3 S;
@@ -272,7 +278,7 @@ void Matcher::add_group(const Group& group, const PlaneMap& map, const SE3& T_od
       plane.n.dot(t),          plane.e1.dot(t),          plane.e2.dot(t),          plane.var_tilt1,
       plane.var_tilt2,         plane.var_offset};
   if (group.points == 1) {
-    add_point(center, g[9], in_body, system);
+    add_point(group, in_body, system);
   } else {
     add_moments(group, in_body, system);
   }

@@ -93,6 +93,9 @@ class Matcher {
     int plane = -1;
     int points = 0;
     double m[10] = {};
+    /// Sum of w var (n.ray) ray: what range noise, which lies along the rays, adds to the products
+    /// of a point and its distance from the plane. Left in, a surface that is seen obliquely tilts.
+    geometry::Vec3 noise = geometry::Vec3::Zero();
   };
 
   struct Point {
@@ -116,8 +119,7 @@ class Matcher {
     double var_tilt1, var_tilt2, var_offset;
   };
 
-  static void add_point(const geometry::Vec3& p, double w, const PlaneInBody& plane,
-                        LidarSystem& system);
+  static void add_point(const Group& group, const PlaneInBody& plane, LidarSystem& system);
   static void add_moments(const Group& group, const PlaneInBody& plane, LidarSystem& system);
 
   [[nodiscard]] double hold_of(const Point& point, const Plane& plane, const geometry::Vec3& x_odom,
