@@ -107,8 +107,13 @@ JointGraph Group::graph_of(const GroupInput& input, std::size_t group) {
   for (const std::size_t path : input.frames.groups[group]) {
     T_map_odom[path] = input.frames.T_map_odom[path];
   }
-  return {input.paths, std::move(T_map_odom), input.settings.joint, input.settings.ranging,
-          input.before};
+  const auto in_group = [&](std::size_t path) { return T_map_odom[path].has_value(); };
+  const bool ranged =
+      std::any_of(input.ranges.pairs.begin(), input.ranges.pairs.end(),
+                  [&](const AntennaPair& p) { return in_group(p.a.path) && in_group(p.b.path); });
+  return {input.paths,          T_map_odom,
+          input.settings.joint, input.settings.ranging,
+          input.before,         ranged ? BlindSteps::kInertial : BlindSteps::kFilter};
 }
 
 /// A start pose that was held to be wrong when the frames were found must not bend the paths now.

@@ -31,12 +31,14 @@ graph::KeyframeState state_in_map(const Increment& step, const SE3& T_map_odom) 
 
 JointGraph::JointGraph(std::span<const VehiclePath> paths,
                        std::vector<std::optional<SE3>> T_map_odom, const JointSettings& settings,
-                       const ranging::RangingSettings& ranging, const RoundBoundary* before)
+                       const ranging::RangingSettings& ranging, const RoundBoundary* before,
+                       BlindSteps blind_steps)
     : paths_(paths),
       T_map_odom_(std::move(T_map_odom)),
       settings_(settings),
       ranging_(ranging),
       before_(before),
+      blind_steps_(blind_steps),
       graph_(std::make_unique<graph::GlobalGraph>(settings.graph)) {
   begin_ = begins_of(paths_, before_);
   std::size_t nodes = 0;
@@ -81,7 +83,9 @@ std::vector<bool> JointGraph::inertial_nodes(std::size_t path) const {
   const auto& nodes = paths_[path].nodes();
   const auto margin = static_cast<std::size_t>(settings_.inertial_margin);
   std::vector<bool> inertial(nodes.size(), false);
-  if (settings_.steps == StepWeight::kIsotropic) return inertial;
+  if (settings_.steps == StepWeight::kIsotropic || blind_steps_ == BlindSteps::kFilter) {
+    return inertial;
+  }
   // The node before the first one counts, too: it says whether the inertial nodes begin there.
   const std::size_t from = begin_[path] > margin ? begin_[path] - margin - 1 : 0;
   for (std::size_t k = from; k < nodes.size(); ++k) {
@@ -151,7 +155,11 @@ void JointGraph::add_steps(std::size_t path) {
     } else {
       shape.information =
           shape_information(step.lidar_information, before.T_odom_body, settings_.shape);
-      if (!inertial) loosen_gap(shape.information, settings_.shape);
+      if (blind_steps_ == BlindSteps::kFilter) {
+        tie_by_filter(shape.information, before.covariance, step.covariance, settings_.shape);
+      } else if (!inertial) {
+        loosen_gap(shape.information, settings_.shape);
+      }
     }
     graph_->add(shape);
     if (inertial) {

@@ -25,6 +25,14 @@ struct StartPrior {
   double sigma_rad = 0.05;
 };
 
+/// What ties the nodes of a path where its LiDAR is blind.
+enum class BlindSteps {
+  kInertial,  ///< inertial data, to be weighed against ranges
+  /// The filter's own path. Without ranges in the group nothing knows more: the filter has seen
+  /// weak structure, what vehicles can do, and radios whose place nobody knows.
+  kFilter
+};
+
 /// All that vehicles of one group know of their paths, as one graph in the frame of the first:
 /// increments of LiDAR and inertial data, ranges, start poses and loops, each fact once
 /// (algorithms_fleet 8.1 to 8.3). Its nodes are those of the paths, one vehicle after the other;
@@ -36,7 +44,8 @@ class JointGraph {
   /// @param before of this group; null: from the begin. Must outlive the object.
   JointGraph(std::span<const VehiclePath> paths,
              std::vector<std::optional<geometry::SE3>> T_map_odom, const JointSettings& settings,
-             const ranging::RangingSettings& ranging, const RoundBoundary* before = nullptr);
+             const ranging::RangingSettings& ranging, const RoundBoundary* before = nullptr,
+             BlindSteps blind_steps = BlindSteps::kInertial);
 
   /// Whether a graph of these paths can go on from a boundary: all its nodes are there, and its
   /// numbers are numbers.
@@ -113,6 +122,7 @@ class JointGraph {
   JointSettings settings_;
   ranging::RangingSettings ranging_;
   const RoundBoundary* before_ = nullptr;
+  BlindSteps blind_steps_ = BlindSteps::kInertial;
   std::unique_ptr<graph::GlobalGraph> graph_;
   std::vector<std::size_t> begin_;  ///< index of the first node of each path
   std::vector<std::size_t> first_;  ///< its number in the graph; the last one is the end

@@ -1,5 +1,8 @@
 #include "rali/fleet/path/shape.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
@@ -62,6 +65,17 @@ bool is_loose(const Mat6& lidar_information, const ShapeSettings& s) {
 
 void loosen_gap(Mat6& shape, const ShapeSettings& s) {
   shape += inverse_squares(s.known_rad, s.gap_m);
+}
+
+void tie_by_filter(Mat6& shape, const Mat6& covariance_before, const Mat6& covariance,
+                   const ShapeSettings& s) {
+  const Mat6 grown = covariance - covariance_before;
+  const auto most = [](const Mat3& block) {
+    return std::sqrt(std::max(
+        0.0, Eigen::SelfAdjointEigenSolver<Mat3>(block, Eigen::EigenvaluesOnly).eigenvalues()[2]));
+  };
+  shape += inverse_squares(std::max(s.loose_rad, most(grown.topLeftCorner<3, 3>())),
+                           std::max(s.loose_m, most(grown.bottomRightCorner<3, 3>())));
 }
 
 }  // namespace rali::fleet

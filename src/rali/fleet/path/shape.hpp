@@ -46,4 +46,8 @@ struct ShapeSettings {
 /// Adds what the filter's step is worth where neither LiDAR nor inertial data bridge a gap.
 void loosen_gap(geometry::Mat6& shape, const ShapeSettings& settings);
 
+/// Adds what the filter's step is worth by what its covariance has grown.
+void tie_by_filter(geometry::Mat6& shape, const geometry::Mat6& covariance_before,
+                   const geometry::Mat6& covariance, const ShapeSettings& settings);
+
 }  // namespace rali::fleet
