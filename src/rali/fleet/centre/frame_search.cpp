@@ -9,6 +9,22 @@
 
 namespace rali::fleet {
 
+FrameSolver solved(std::span<const VehiclePath> paths, const FrameSolver& evidence,
+                   const JointRanges& ranges, const InitSettings& settings) {
+  FrameSolver solver = evidence;
+  add_ranges(paths, ranges, solver);
+  // What is recorded is all there: the evaluations in a row that a frame wants differ in nothing.
+  // Whoever is joined begins those of all others anew.
+  Time t;
+  for (const VehiclePath& path : paths) t = std::max(t, path.nodes().back().t);
+  const int rounds = settings.commit.evaluations * static_cast<int>(paths.size());
+  for (int i = 0; i < rounds; ++i) {
+    solver.evaluate(t);
+    t = t + Duration::from_s(settings.commit.spacing_s);
+  }
+  return solver;
+}
+
 namespace {
 
 /// Looks for the frames of all paths: by ranges, start poses and what scans say.
@@ -32,7 +48,6 @@ class FrameSearch {
  private:
   void gather(const std::vector<StartPrior>& starts, int tries);
   void look(std::vector<LoopCandidate> candidates);
-  [[nodiscard]] FrameSolver solved(const JointRanges& ranges) const;
   [[nodiscard]] bool doubt(const FleetFrames& frames, JointRanges& ranges) const;
 
   std::span<const VehiclePath> paths_;
@@ -75,21 +90,6 @@ void FrameSearch::gather(const std::vector<StartPrior>& starts, int tries) {
   }
 }
 
-FrameSolver FrameSearch::solved(const JointRanges& ranges) const {
-  FrameSolver solver = evidence_;
-  add_ranges(paths_, ranges, solver);
-  // What is recorded is all there: the evaluations in a row that a frame wants differ in nothing.
-  // Whoever is joined begins those of all others anew.
-  Time t;
-  for (const VehiclePath& path : paths_) t = std::max(t, path.nodes().back().t);
-  const int rounds = settings_.init.commit.evaluations * static_cast<int>(paths_.size());
-  for (int i = 0; i < rounds; ++i) {
-    solver.evaluate(t);
-    t = t + Duration::from_s(settings_.init.commit.spacing_s);
-  }
-  return solver;
-}
-
 /// Ranges through walls contradict everything, with a frame that scans have found several times,
 /// too. If that frame is the right one, its map has the walls.
 /// @return whether there are any
@@ -109,17 +109,17 @@ bool FrameSearch::doubt(const FleetFrames& frames, JointRanges& ranges) const {
 FoundFrames FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& starts) {
   const LoopSettings& loops = settings_.loops;
   gather(starts, ranges.ranges.empty() ? loops.scans_only_tries : loops.blind_tries);
-  FrameSolver solver = solved(ranges);
-  if (!settings_.joint.sight) return {std::move(solver), std::move(seen_)};
+  FrameSolver solver = solved(paths_, evidence_, ranges, settings_.init);
+  if (!settings_.joint.sight) return {std::move(evidence_), std::move(solver), std::move(seen_)};
   // Each time somebody is joined, or it ends.
   for (FleetFrames frames = solver.frames(); doubt(frames, ranges);) {
-    FrameSolver again = solved(ranges);
+    FrameSolver again = solved(paths_, evidence_, ranges, settings_.init);
     const std::size_t groups = frames.groups.size();
     frames = again.frames();
     if (frames.groups.size() >= groups) break;
     solver = std::move(again);
   }
-  return {std::move(solver), std::move(seen_)};
+  return {std::move(evidence_), std::move(solver), std::move(seen_)};
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ namespace rali::fleet {
 
 /// Frames of all paths, and what was compared on the way to them.
 struct FoundFrames {
+  FrameSolver evidence;  ///< all but the ranges; nothing is solved
   FrameSolver solver;
   std::vector<LoopFound> seen;  ///< recognised without rival; not all need be right
 };
@@ -25,5 +26,9 @@ struct FoundFrames {
                                       const JointRanges& ranges,
                                       const std::vector<StartPrior>& starts,
                                       const FleetSettings& settings, Executor& executor);
+
+/// Solves for the frames by all evidence and ranges, as often as it takes to join whoever can be.
+[[nodiscard]] FrameSolver solved(std::span<const VehiclePath> paths, const FrameSolver& evidence,
+                                 const JointRanges& ranges, const InitSettings& settings);
 
 }  // namespace rali::fleet

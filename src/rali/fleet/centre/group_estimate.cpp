@@ -82,7 +82,7 @@ class Group {
 
   void add_start(const StartPrior& start);
   [[nodiscard]] std::optional<places::Guess> guess(std::size_t target, std::size_t source);
-  void remember(const LoopFound& found);
+  void remember(const Loop& loop);
   void add_loops_of_frames();
   [[nodiscard]] LoopVerdict verdict_of(const Loop& loop) const;
   bool look_once(Executor& executor);
@@ -160,9 +160,8 @@ std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source
 }
 
 /// A comparison of pieces of this group becomes a loop that nobody has judged yet.
-void Group::remember(const LoopFound& found) {
-  if (!has(in_.submaps[found.candidate.target].path)) return;
-  const Loop loop = loop_of(in_.submaps, found, in_.settings.loops.bend_per_m);
+void Group::remember(const Loop& loop) {
+  if (!joint_.seq(loop.from) || !joint_.seq(loop.to)) return;
   if (memory_.compared.emplace(loop.from, loop.to).second) {
     memory_.loops[{loop.from, loop.to}] = loop;
   }
@@ -173,7 +172,7 @@ void Group::remember(const LoopFound& found) {
 /// one by one against a graph of start poses and ranges alone, which may be off by more than it
 /// states, all of them would be refused, and the paths would lie elsewhere than the frames.
 void Group::add_loops_of_frames() {
-  for (const LoopFound& found : in_.seen) remember(found);
+  for (const Loop& loop : in_.seen) remember(loop);
   for (const LoopMemory::Pair& pair : memory_.of_frames) {
     const Loop& loop = memory_.loops.at(pair);
     const auto from = joint_.seq(loop.from), to = joint_.seq(loop.to);

@@ -23,7 +23,7 @@ struct GroupInput {
   std::vector<std::optional<double>> bias_m;  ///< per pair of antennas, where measured
   const FleetSettings& settings;
   /// Comparisons that agree with the frames that they were found with; of this solution.
-  std::span<const LoopFound> seen = {};
+  std::span<const Loop> seen = {};
   const RoundBoundary* before = nullptr;  ///< of this group: nodes before it are not solved for
   LoopMemory* memory = nullptr;           ///< of earlier solutions, which this one adds to
 };

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/fleet/centre/pieces_for_test.hpp"
+#include "rali/fleet/centre/scan_evidence.hpp"
 
 namespace rali::fleet {
 namespace {
@@ -50,7 +51,11 @@ FleetEstimate estimate(const std::vector<StartPrior>& starts,
   settings.places.near.gate = 0.0;
   SerialExecutor executor;
   FleetEstimate out;
-  GroupInput in{paths, pieces, frames, ranges, starts, {}, settings, seen};
+  std::vector<Loop> loops;
+  for (const LoopFound& found : seen) {
+    loops.push_back(loop_of(pieces, found, settings.loops.bend_per_m));
+  }
+  GroupInput in{paths, pieces, frames, ranges, starts, {}, settings, loops};
   in.memory = memory;
   estimate_group(in, 0, executor, out);
   return out;

@@ -20,15 +20,17 @@ constexpr double kTurnPerMetre_rad = 0.0005;
 /// A direction of which less is known is not known.
 constexpr double kUnknown_m = 10.0;
 
-SE3 T_level_body(const VehiclePath& path, const PathSubmap& submap) {
-  return T_level_odom(path) * path.nodes()[submap.node].step.T_odom_body;
+SE3 T_level_body(const NodeOfPath& at) {
+  return T_level_odom(at.path) * at.path.nodes()[at.node].step.T_odom_body;
 }
 
-/// Covariance of (heading, place) of a piece in its path's upright odom, as the odometry told it.
-Mat4 drift_of(const VehiclePath& path, const PathSubmap& submap) {
-  const geometry::Mat6& P = path.nodes()[submap.node].step.covariance;
-  const geometry::Mat3 R = T_level_odom(path).R;
-  const geometry::Mat3 R_body = R * path.nodes()[submap.node].step.T_odom_body.R;
+/// Covariance of (heading, place) of a node in its path's upright odom, as the odometry reported
+/// it.
+Mat4 drift_of(const NodeOfPath& at) {
+  const Increment& step = at.path.nodes()[at.node].step;
+  const geometry::Mat6& P = step.covariance;
+  const geometry::Mat3 R = T_level_odom(at.path).R;
+  const geometry::Mat3 R_body = R * step.T_odom_body.R;
   Mat4 out = Mat4::Zero();
   out(0, 0) = R_body.row(2) * P.topLeftCorner<3, 3>() * R_body.row(2).transpose();
   out.bottomRightCorner<3, 3>() = R * P.bottomRightCorner<3, 3>() * R.transpose();
@@ -62,22 +64,38 @@ geometry::Mat3 place_known(const geometry::Mat6& information) {
   return 0.5 * (place + place.transpose());
 }
 
+}  // namespace
+
+std::optional<NodeOfPath> node_of(std::span<const VehiclePath> paths, KeyframeId keyframe) {
+  for (const VehiclePath& path : paths) {
+    if (path.vehicle() != keyframe.vehicle) continue;
+    if (const auto node = path.node_of(keyframe.seq)) return NodeOfPath{path, *node};
+  }
+  return std::nullopt;
+}
+
+PoseEvidence evidence_between(const NodeOfPath& target, const NodeOfPath& source,
+                              const SE3& T_target_source, const geometry::Mat6& information,
+                              const InitSettings& settings) {
+  PoseEvidence evidence =
+      keyframe_evidence(stream_of(source.path), stream_of(target.path), T_level_body(source),
+                        T_level_body(target), T_target_source, information, settings);
+  const Mat4 drift = drift_of(target) + turned(drift_of(source), evidence.T_b_a().yaw_rad);
+  evidence.information = with_error(evidence.information, drift);
+  return evidence;
+}
+
+namespace {
+
 PoseEvidence evidence_of(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                          const LoopCandidate& compared, const places::Placement& placement,
                          const InitSettings& settings) {
   const PathSubmap& target = submaps[compared.target];
   const PathSubmap& source = submaps[compared.source];
-  const VehiclePath& of_target = paths[target.path];
-  const VehiclePath& of_source = paths[source.path];
   const places::BodyRelation relation =
       places::between_bodies(placement.registration, target.submap, source.submap);
-  PoseEvidence evidence = keyframe_evidence(
-      stream_of(of_source), stream_of(of_target), T_level_body(of_source, source),
-      T_level_body(of_target, target), relation.T_target_source, relation.information, settings);
-  const Mat4 drift =
-      drift_of(of_target, target) + turned(drift_of(of_source, source), evidence.T_b_a().yaw_rad);
-  evidence.information = with_error(evidence.information, drift);
-  return evidence;
+  return evidence_between({paths[target.path], target.node}, {paths[source.path], source.node},
+                          relation.T_target_source, relation.information, settings);
 }
 
 }  // namespace
@@ -98,14 +116,11 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
   }
 }
 
-bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
-            const LoopFound& found, const PathFrames& frames, const InitSettings& settings) {
-  if (!found.recognition.usable()) return false;
-  const std::size_t target = submaps[found.candidate.target].path;
-  const std::size_t source = submaps[found.candidate.source].path;
+namespace {
+
+bool agrees(std::span<const VehiclePath> paths, std::size_t target, std::size_t source,
+            const PoseEvidence& e, const PathFrames& frames) {
   if (frames.group[target] != frames.group[source]) return false;
-  const PoseEvidence e =
-      evidence_of(paths, submaps, found.candidate, found.recognition.placements.front(), settings);
   const auto T_map_level = [&](std::size_t path) {
     return frames.T_map_odom[path] * T_level_odom(paths[path]).inverse();
   };
@@ -114,6 +129,29 @@ bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> subm
   off[0] = wrapped(T.yaw_rad - e.yaw_rad);
   off.tail<3>() = T * e.pivot_a_m - e.place_b_m;
   return off.dot(e.information * off) < e.wrong_chi2;
+}
+
+}  // namespace
+
+bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+            const LoopFound& found, const PathFrames& frames, const InitSettings& settings) {
+  if (!found.recognition.usable()) return false;
+  const PoseEvidence e =
+      evidence_of(paths, submaps, found.candidate, found.recognition.placements.front(), settings);
+  return agrees(paths, submaps[found.candidate.target].path, submaps[found.candidate.source].path,
+                e, frames);
+}
+
+bool agrees(std::span<const VehiclePath> paths, const Loop& loop, const PathFrames& frames,
+            const InitSettings& settings) {
+  const auto target = node_of(paths, loop.from), source = node_of(paths, loop.to);
+  if (!target || !source) return false;
+  const auto index = [&](const NodeOfPath& at) {
+    return static_cast<std::size_t>(&at.path - paths.data());
+  };
+  const PoseEvidence e =
+      evidence_between(*target, *source, loop.T_from_to, loop.information, settings);
+  return agrees(paths, index(*target), index(*source), e, frames);
 }
 
 GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,

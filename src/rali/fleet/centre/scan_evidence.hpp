@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,24 @@
 #include "rali/fleet/path/vehicle_path.hpp"
 
 namespace rali::fleet {
+
+/// A node of a path.
+struct NodeOfPath {
+  const VehiclePath& path;
+  std::size_t node = 0;
+};
+
+/// Nothing for a keyframe that no path has.
+[[nodiscard]] std::optional<NodeOfPath> node_of(std::span<const VehiclePath> paths,
+                                                KeyframeId keyframe);
+
+/// What a relative pose of two bodies says about the frames of their paths. What the paths may have
+/// drifted by then is part of its uncertainty.
+/// @param information rotation in the source, translation in the target
+[[nodiscard]] PoseEvidence evidence_between(const NodeOfPath& target, const NodeOfPath& source,
+                                            const geometry::SE3& T_target_source,
+                                            const geometry::Mat6& information,
+                                            const InitSettings& settings);
 
 /// What a comparison of pieces of two paths says about their frames: the placement
 /// that stands alone, else each believable one as an alternative, of which at most one holds. What
@@ -22,6 +41,10 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
 [[nodiscard]] bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                           const LoopFound& found, const PathFrames& frames,
                           const InitSettings& settings);
+
+/// The same of a loop.
+[[nodiscard]] bool agrees(std::span<const VehiclePath> paths, const Loop& loop,
+                          const PathFrames& frames, const InitSettings& settings);
 
 /// How submaps of two paths lie to each other if the bodies of the paths' first nodes do so, with
 /// sigmas that grow by the way driven since.

@@ -8,6 +8,7 @@
 #include "rali/fleet/centre/group_estimate.hpp"
 #include "rali/fleet/centre/scan_evidence.hpp"
 #include "rali/fleet/centre/sight_lines.hpp"
+#include "rali/fleet/centre/start_denial.hpp"
 #include "rali/fleet/centre/upright.hpp"
 
 namespace rali::fleet {
@@ -88,85 +89,144 @@ std::size_t finished_first(std::vector<PathSubmap>& pieces, std::span<const Vehi
 
 /// The comparisons that the frames rest on belong to the graph, too: one of start poses and ranges
 /// alone lies elsewhere, is sure of it, and refuses the same comparison as outside of its guess.
-std::vector<LoopFound> agreeing(std::span<const VehiclePath> paths, const Solution& solution,
-                                std::vector<LoopFound> seen, const InitSettings& settings) {
-  std::erase_if(seen, [&](const LoopFound& found) {
-    return !agrees(paths, solution.pieces, found, solution.frames, settings);
-  });
-  return seen;
+std::vector<Loop> agreeing(std::span<const VehiclePath> paths, const Solution& solution,
+                           std::span<const LoopFound> seen, const FleetSettings& settings) {
+  std::vector<Loop> out;
+  for (const LoopFound& found : seen) {
+    if (!agrees(paths, solution.pieces, found, solution.frames, settings.init)) continue;
+    out.push_back(loop_of(solution.pieces, found, settings.loops.bend_per_m));
+  }
+  return out;
+}
+
+/// On the way to a solution.
+class FleetSolve {
+ public:
+  FleetSolve(SolutionInput& in, std::span<const VehiclePath> paths, Executor& executor)
+      : in_(in),
+        paths_(paths),
+        executor_(executor),
+        starts_(priors_of(paths, in.knowledge.starts)) {}
+
+  Solution run() {
+    gather();
+    look_for_frames();
+    estimate();
+    if (found_ && deny_starts()) estimate();
+    if (found_) tell_who_waits();
+    return std::move(out_);
+  }
+
+ private:
+  void gather();
+  void look_for_frames();
+  void take_frames(const FrameSolver& solver);
+  void estimate();
+  bool deny_starts();
+  void tell_who_waits();
+
+  SolutionInput& in_;
+  std::span<const VehiclePath> paths_;
+  Executor& executor_;
+  std::vector<StartPrior> starts_;
+  JointRanges ranges_;
+  std::optional<FoundFrames> found_;  ///< if frames were looked for
+  std::vector<Loop> seen_;            ///< of what was compared then, what agrees with the frames
+  Solution out_;
+};
+
+void FleetSolve::gather() {
+  if (in_.knowledge.common_clock) {
+    const Duration warm_up = Duration::from_s(in_.settings.boundary.warm_up_s);
+    ranges_ = join_ranges(
+        paths_, in_.before != nullptr ? std::optional(in_.before->until - warm_up) : std::nullopt);
+  }
+  out_.pieces = std::move(in_.pieces);
+  std::vector<PathSubmap> cut =
+      cut_into_submaps(paths_, in_.settings.cut, in_.settings.places, executor_, in_.cut_from);
+  std::move(cut.begin(), cut.end(), std::back_inserter(out_.pieces));
+}
+
+void FleetSolve::look_for_frames() {
+  if (in_.before != nullptr) {
+    out_.frames = at_boundary(paths_, *in_.before);
+  } else if (in_.frames) {
+    out_.frames = std::move(*in_.frames);
+  } else if (in_.settings.join && paths_.size() > 1) {
+    found_ = find_frames(paths_, out_.pieces, ranges_, starts_, in_.settings, executor_);
+    take_frames(found_->solver);
+  } else {
+    out_.frames = apart(paths_);
+  }
+  // Pieces of earlier rounds are compared with by who knows where they lie.
+  out_.live_from = finished_first(out_.pieces, paths_, in_.before);
+}
+
+void FleetSolve::take_frames(const FrameSolver& solver) {
+  out_.frames = frames_of(paths_, solver.frames());
+  seen_ = agreeing(paths_, out_, found_->seen, in_.settings);
+  if (in_.memory != nullptr) in_.memory->of_frames.clear();
+}
+
+void FleetSolve::estimate() {
+  const std::span<const PathSubmap> pieces(out_.pieces);
+  if (in_.settings.joint.sight) {
+    doubt_through_walls(pieces, out_.frames, in_.settings.ranging, ranges_);
+  }
+  const GroupInput group{paths_,       pieces.subspan(out_.live_from),
+                         out_.frames,  ranges_,
+                         starts_,      biases_of(paths_, ranges_, in_.knowledge.biases),
+                         in_.settings, seen_,
+                         in_.before,   in_.memory};
+  out_.estimate = {};
+  for (std::size_t g = 0; g < out_.frames.groups.size(); ++g) {
+    auto boundaries =
+        estimate_group(group, g, executor_, out_.estimate,
+                       g == 0 ? std::span<const Time>(in_.ends) : std::span<const Time>());
+    if (g == 0) out_.boundaries = std::move(boundaries);
+  }
+}
+
+/// Start poses against the loops that they refuse. @return whether the frames are others now
+bool FleetSolve::deny_starts() {
+  const InitSettings& init = in_.settings.init;
+  const std::vector<Loop> denying =
+      add_denials(paths_, starts_, out_.estimate.loops, init, found_->evidence);
+  if (denying.empty()) return false;
+  found_->solver = solved(paths_, found_->evidence, ranges_, init);
+  take_frames(found_->solver);
+  for (const Loop& loop : denying) {
+    if (agrees(paths_, loop, out_.frames, init)) seen_.push_back(loop);
+  }
+  return true;
 }
 
 /// Says of all who are in no group with the reference what is missing.
-void tell_who_waits(std::span<const VehiclePath> paths, const FrameSolver& solver, Solution& out) {
+void FleetSolve::tell_who_waits() {
   VehicleNames names;
-  for (const VehiclePath& path : paths) names[path.vehicle()] = path.name();
+  for (const VehiclePath& path : paths_) names[path.vehicle()] = path.name();
   // What the solver says is how somebody stands to the reference; if that is not in the map, it is
   // the map's own vehicle that waits for it.
-  const std::size_t reference = out.estimate.frames[0].group;
-  const std::size_t of_map = out.frames.groups[0].front();
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    VehicleFrame& frame = out.estimate.frames[i];
+  const std::size_t reference = out_.estimate.frames[0].group;
+  const std::size_t of_map = out_.frames.groups[0].front();
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    VehicleFrame& frame = out_.estimate.frames[i];
     if (frame.group == 0) continue;
     const std::size_t who = frame.group == reference ? of_map : i;
-    frame.waits_for = solver.text(stream_of(paths[who]), names);
+    frame.waits_for = found_->solver.text(stream_of(paths_[who]), names);
   }
 }
 
 }  // namespace
 
 Solution solve_fleet(SolutionInput in, Executor& executor) {
-  Solution out;
-  if (in.paths.empty()) return out;
+  if (in.paths.empty()) return {};
   std::vector<VehiclePath> upright_paths;
   if (in.settings.join && in.paths.size() > 1 && in.settings.solve == SolveWhat::kAll) {
     upright_paths = upright(in.paths, in.settings.cut, in.settings.places, executor);
   }
   const std::span<const VehiclePath> paths = upright_paths.empty() ? in.paths : upright_paths;
-  JointRanges ranges;
-  if (in.knowledge.common_clock) {
-    const Duration warm_up = Duration::from_s(in.settings.boundary.warm_up_s);
-    ranges = join_ranges(
-        paths, in.before != nullptr ? std::optional(in.before->until - warm_up) : std::nullopt);
-  }
-  const std::vector<StartPrior> starts = priors_of(paths, in.knowledge.starts);
-  out.pieces = std::move(in.pieces);
-  std::vector<PathSubmap> cut =
-      cut_into_submaps(paths, in.settings.cut, in.settings.places, executor, in.cut_from);
-  std::move(cut.begin(), cut.end(), std::back_inserter(out.pieces));
-  std::optional<FrameSolver> solver;
-  std::vector<LoopFound> seen;
-  if (in.before != nullptr) {
-    out.frames = at_boundary(paths, *in.before);
-  } else if (in.frames) {
-    out.frames = std::move(*in.frames);
-  } else if (in.settings.join && paths.size() > 1) {
-    FoundFrames found = find_frames(paths, out.pieces, ranges, starts, in.settings, executor);
-    solver = std::move(found.solver);
-    out.frames = frames_of(paths, solver->frames());
-    seen = agreeing(paths, out, std::move(found.seen), in.settings.init);
-    if (in.memory != nullptr) in.memory->of_frames.clear();
-  } else {
-    out.frames = apart(paths);
-  }
-  // Pieces of earlier rounds are compared with by who knows where they lie.
-  out.live_from = finished_first(out.pieces, paths, in.before);
-  const std::span<const PathSubmap> pieces(out.pieces);
-  if (in.settings.joint.sight) {
-    doubt_through_walls(pieces, out.frames, in.settings.ranging, ranges);
-  }
-  const GroupInput group{paths,       pieces.subspan(out.live_from),
-                         out.frames,  ranges,
-                         starts,      biases_of(paths, ranges, in.knowledge.biases),
-                         in.settings, seen,
-                         in.before,   in.memory};
-  for (std::size_t g = 0; g < out.frames.groups.size(); ++g) {
-    auto boundaries =
-        estimate_group(group, g, executor, out.estimate,
-                       g == 0 ? std::span<const Time>(in.ends) : std::span<const Time>());
-    if (g == 0) out.boundaries = std::move(boundaries);
-  }
-  if (solver) tell_who_waits(paths, *solver, out);
-  return out;
+  return FleetSolve(in, paths, executor).run();
 }
 
 }  // namespace rali::fleet

@@ -1,0 +1,103 @@
+#include "rali/fleet/centre/start_denial.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rali/fleet/centre/frame_search.hpp"
+#include "rali/fleet/centre/path_frames.hpp"
+
+namespace rali::fleet {
+namespace {
+
+using geometry::SE3;
+using geometry::Vec3;
+
+/// 10 m straight ahead, a keyframe at each metre.
+VehiclePath path(std::uint16_t id) {
+  VehiclePath p(VehicleId{id});
+  p.add(Time::from_s(0), EpochStart{"v", {Vec3::Zero()}});
+  for (std::uint32_t k = 0; k < 11; ++k) {
+    Increment step;
+    step.node = k;
+    step.begins = k == 0;
+    step.keyframe = k;
+    step.levelled = true;
+    step.T_odom_body.p = {1.0 * k, 0.0, 0.0};
+    step.lidar_information = 1e6 * geometry::Mat6::Identity();
+    step.covariance = 1e-6 * geometry::Mat6::Identity();
+    p.add(Time::from_s(k), step);
+  }
+  return p;
+}
+
+/// The second vehicle starts 3 m to the left of the first. The start pose, given as known to 0.15
+/// m, says 6 m.
+class StartDenial : public ::testing::Test {
+ protected:
+  StartDenial() {
+    StartPrior start;
+    start.path = 1;
+    start.T_relative_path.p = {0.0, 6.0, 0.0};
+    start.sigma_m = 0.15;
+    start.sigma_rad = 0.03;
+    starts.push_back(start);
+    for (const VehiclePath& p : paths) {
+      evidence.add_vehicle(stream_of(p));
+      evidence.set_keyframes(stream_of(p), 11);
+    }
+    add_start(paths[0], paths[1], start.T_relative_path, start.sigma_m, start.sigma_rad, init,
+              evidence);
+  }
+
+  /// As the graph refuses it: both stand at keyframe k.
+  static LoopVerdict refused(std::uint32_t k, std::uint16_t from = 1, std::uint16_t to = 2) {
+    LoopVerdict loop;
+    loop.from = {VehicleId{from}, k};
+    loop.to = {VehicleId{to}, k};
+    loop.T_from_to.p = {0.0, 3.0, 0.0};
+    loop.information = 1e4 * geometry::Mat6::Identity();
+    loop.reason = "veto";
+    return loop;
+  }
+
+  [[nodiscard]] std::size_t denying(const std::vector<LoopVerdict>& loops) {
+    return add_denials(paths, starts, loops, init, evidence).size();
+  }
+
+  [[nodiscard]] double left_m() const {
+    return frames_of(paths, solved(paths, evidence, {}, init).frames()).T_map_odom[1].p.y();
+  }
+
+  const std::vector<VehiclePath> paths = {path(1), path(2), path(3)};
+  const InitSettings init;
+  std::vector<StartPrior> starts;
+  FrameSolver evidence{init, stream_of(paths[0])};
+};
+
+TEST_F(StartDenial, by_loops_that_all_say_otherwise) {
+  EXPECT_NEAR(left_m(), 6.0, 1e-3) << "the start pose alone";
+  EXPECT_EQ(denying({refused(2), refused(4), refused(6), refused(8)}), 4U);
+  EXPECT_NEAR(left_m(), 3.0, 0.02);
+}
+
+TEST_F(StartDenial, not_where_the_place_of_the_start_pose_fits_too) {
+  LoopVerdict there = refused(5);
+  there.T_from_to.p.y() = 6.0;
+  there.accepted = true;
+  EXPECT_EQ(denying({refused(2), refused(4), there, refused(6), refused(8)}), 0U);
+  EXPECT_NEAR(left_m(), 6.0, 1e-3);
+}
+
+TEST_F(StartDenial, not_by_one_or_two_nor_by_those_of_others) {
+  EXPECT_EQ(denying({refused(2), refused(4)}), 0U);
+  EXPECT_EQ(denying({refused(2, 1, 3), refused(4, 1, 3), refused(6, 1, 3)}), 0U);
+  EXPECT_EQ(denying({refused(2, 1, 1), refused(4, 1, 1), refused(6, 1, 1)}), 0U);
+}
+
+TEST_F(StartDenial, not_by_comparisons_that_found_nothing) {
+  LoopVerdict nothing = refused(2);
+  nothing.reason = "no_match:overlap";
+  EXPECT_EQ(denying({nothing, nothing, nothing, nothing}), 0U);
+}
+
+}  // namespace
+}  // namespace rali::fleet
