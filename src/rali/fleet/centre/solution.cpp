@@ -6,9 +6,9 @@
 
 #include "rali/fleet/centre/frame_search.hpp"
 #include "rali/fleet/centre/group_estimate.hpp"
+#include "rali/fleet/centre/refused_loops.hpp"
 #include "rali/fleet/centre/scan_evidence.hpp"
 #include "rali/fleet/centre/sight_lines.hpp"
-#include "rali/fleet/centre/start_denial.hpp"
 #include "rali/fleet/centre/upright.hpp"
 
 namespace rali::fleet {
@@ -112,7 +112,7 @@ class FleetSolve {
     gather();
     look_for_frames();
     estimate();
-    if (found_ && deny_starts()) estimate();
+    if (found_ && frames_denied()) estimate();
     if (found_) tell_who_waits();
     return std::move(out_);
   }
@@ -122,7 +122,7 @@ class FleetSolve {
   void look_for_frames();
   void take_frames(const FrameSolver& solver);
   void estimate();
-  bool deny_starts();
+  bool frames_denied();
   void tell_who_waits();
 
   SolutionInput& in_;
@@ -187,15 +187,15 @@ void FleetSolve::estimate() {
   }
 }
 
-/// Start poses against the loops that they refuse. @return whether the frames are others now
-bool FleetSolve::deny_starts() {
+/// Frames against the loops that they refuse. @return whether they were solved again
+bool FleetSolve::frames_denied() {
   const InitSettings& init = in_.settings.init;
-  const std::vector<Loop> denying =
-      add_denials(paths_, starts_, out_.estimate.loops, init, found_->evidence);
-  if (denying.empty()) return false;
+  const std::vector<Loop> refused =
+      add_refused_loops(paths_, out_.estimate.loops, init, found_->evidence);
+  if (refused.empty()) return false;
   found_->solver = solved(paths_, found_->evidence, ranges_, init);
   take_frames(found_->solver);
-  for (const Loop& loop : denying) {
+  for (const Loop& loop : refused) {
     if (agrees(paths_, loop, out_.frames, init)) seen_.push_back(loop);
   }
   return true;
