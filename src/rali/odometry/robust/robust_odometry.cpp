@@ -3,11 +3,13 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "rali/cloud/voxel_sampler.hpp"
+#include "rali/odometry/mounting.hpp"
 #include "rali/odometry/robust/internal/robust_filter.hpp"
 
 namespace rali::odometry::internal {
@@ -256,7 +258,10 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   T_told_ = out.T_odom_body;
   told_inertial_ = inertial_;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
-  out.covariance = covariance(update);
+  if (!T_odom_first_) T_odom_first_ = out.T_odom_body;
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  out.covariance = covariance(update) + mounting_covariance(*T_odom_first_, out.T_odom_body,
+                                                            kDegree * settings_.mounting_sigma_deg);
   out.lidar_information = update.information;
   out.planes = matcher_.evidence();
   if (update.matches > 0) out.directions = update.directions;

@@ -140,6 +140,7 @@ struct KeyframeSettings {
 /// Settings of preset `robust`.
 struct RobustSettings {
   double range_sigma_m = 0.0;
+  double mounting_sigma_deg = 0.03;
   SamplingSettings sampling;
   MatchSettings match;
   UpdateSettings update;
@@ -156,6 +157,8 @@ struct RobustSettings {
   template <class V>
   void visit(V& v) {
     v("range_sigma_m", range_sigma_m, 0.0, 1.0, "noise of a range; 0: measured in the first scan");
+    v("mounting_sigma_deg", mounting_sigma_deg, 0.0, 10.0,
+      "how well the LiDAR's turn in T_body_lidar is known, about each axis");
     v.group("sampling", sampling, "which points of a sweep are used");
     v.group("match", match, "noise of points, outliers");
     v.group("update", update, "the iterated update");

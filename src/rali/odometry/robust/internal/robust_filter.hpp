@@ -179,6 +179,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   FilterState last_posterior_;           ///< after the last scan
   geometry::SE3 T_predicted_;            ///< for the newest scan, before it was registered
   geometry::SE3 T_last_predicted_;       ///< motion from the last scan to it, as predicted
+  std::optional<geometry::SE3> T_odom_first_;  ///< of the first result
   geometry::SE3 T_told_;                 ///< in the last result
   bool told_inertial_ = false;           ///< in the last result
   /// Projector on the translations that the last scan saw well.
