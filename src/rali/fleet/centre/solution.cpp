@@ -170,12 +170,13 @@ void FleetSolve::take_frames(const FrameSolver& solver) {
 
 void FleetSolve::estimate() {
   const std::span<const PathSubmap> pieces(out_.pieces);
+  JointRanges ranges = ranges_;  // other frames see other walls
   if (in_.settings.joint.sight) {
-    doubt_through_walls(pieces, out_.frames, in_.settings.ranging, ranges_);
+    doubt_through_walls(pieces, out_.frames, in_.settings.ranging, ranges);
   }
   const GroupInput group{paths_,       pieces.subspan(out_.live_from),
-                         out_.frames,  ranges_,
-                         starts_,      biases_of(paths_, ranges_, in_.knowledge.biases),
+                         out_.frames,  ranges,
+                         starts_,      biases_of(paths_, ranges, in_.knowledge.biases),
                          in_.settings, seen_,
                          in_.before,   in_.memory};
   out_.estimate = {};
