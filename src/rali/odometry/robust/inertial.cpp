@@ -40,33 +40,43 @@ void InertialBuffer::watch_clipping(const ImuSample& sample) {
   constexpr double kAccelLeast_mps2 = 10.5;
   constexpr int kInARow = 3;
   constexpr double kRepeatsMost = 0.5;
-  bool clipped = false;
-  const auto watch = [&](Axis& axis, double value, double before, double least) {
+  const auto is_clipped = [&](Axis& axis, double value, double before, double least) {
     const double size = std::abs(value);
     const bool again = !samples_.empty() && value == before;
     axis.in_a_row = again ? axis.in_a_row + 1 : 1;
     const bool at_most = size > least && size >= axis.most;
     if (!at_most || !again) axis.repeats += 0.01 * ((again ? 1.0 : 0.0) - axis.repeats);
-    clipped |= at_most && axis.in_a_row >= kInARow && axis.repeats < kRepeatsMost;
     axis.most = std::max(axis.most, size);
+    return at_most && axis.in_a_row >= kInARow && axis.repeats < kRepeatsMost;
   };
   const ImuSample& before = samples_.empty() ? sample : samples_.back();
+  ClippedAxes clipped;
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    watch(axes_[i], sample.gyro_radps[k], before.gyro_radps[k], kGyroLeast_radps);
-    watch(axes_[i + 3], sample.accel_mps2[k], before.accel_mps2[k], kAccelLeast_mps2);
+    clipped.gyro[i] =
+        is_clipped(axes_[i], sample.gyro_radps[k], before.gyro_radps[k], kGyroLeast_radps);
+    clipped.accel[i] =
+        is_clipped(axes_[i + 3], sample.accel_mps2[k], before.accel_mps2[k], kAccelLeast_mps2);
   }
-  if (clipped) clipped_.push_back(sample.t);
+  if (clipped.any()) clipped_.emplace_back(sample.t, clipped);
 }
 
-bool InertialBuffer::is_clipped(Time begin, Time end) const {
-  const auto after = std::lower_bound(clipped_.begin(), clipped_.end(), begin);
-  return after != clipped_.end() && *after <= end;
+ClippedAxes InertialBuffer::clipped(Time begin, Time end) const {
+  ClippedAxes out;
+  for (const auto& [t, axes] : clipped_) {
+    if (t < begin) continue;
+    if (t > end) break;
+    for (std::size_t i = 0; i < 3; ++i) {
+      out.gyro[i] = out.gyro[i] || axes.gyro[i];
+      out.accel[i] = out.accel[i] || axes.accel[i];
+    }
+  }
+  return out;
 }
 
 void InertialBuffer::drop_before(Time t) {
   while (samples_.size() >= 2 && samples_[1].t <= t) samples_.pop_front();
-  while (!clipped_.empty() && clipped_.front() < t) clipped_.pop_front();
+  while (!clipped_.empty() && clipped_.front().first < t) clipped_.pop_front();
 }
 
 ImuSample InertialBuffer::at(Time t) const {
@@ -110,16 +120,30 @@ std::vector<Time> stops_between(const InertialBuffer& buffer, Time begin, Time e
   return stops;
 }
 
+/// What a sensor at the end of its range leaves out: a vehicle turns and brakes by about as much
+/// again. Along the other axes the sensor is as good as ever: a gyro that is too slow for a turn on
+/// the spot must not let the vehicle drive off meanwhile.
+void add_clipped(FilterState& state, const ClippedAxes& clipped, double dt_s) {
+  constexpr double kGyro_radps_rthz = 0.3;
+  constexpr double kAccel_mps2_rthz = 1.0;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (clipped.gyro[i]) {
+      state.P(kTheta + k, kTheta + k) += kGyro_radps_rthz * kGyro_radps_rthz * dt_s;
+    }
+    if (!clipped.accel[i]) continue;
+    const Vec3 axis = state.T_odom_body.R.col(k);
+    state.P.block<3, 3>(kVel, kVel) +=
+        kAccel_mps2_rthz * kAccel_mps2_rthz * dt_s * axis * axis.transpose();
+  }
+}
+
 }  // namespace
 
 void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end,
                     const ProcessNoise& noise, std::vector<TimedPose>& poses) {
-  // What a sensor at the end of its range leaves out: a vehicle turns and brakes by about as much
-  // again.
-  constexpr double kClippedGyro_radps_rthz = 0.3;
-  constexpr double kClippedAccel_mps2_rthz = 1.0;
   ProcessNoise q = noise;
-  const bool clipped = buffer.is_clipped(state.t, t_end);
+  const ClippedAxes clipped = buffer.clipped(state.t, t_end);
   ImuSample a = buffer.at(state.t);
   for (const Time t : stops_between(buffer, state.t, t_end)) {
     const ImuSample b = buffer.at(t);
@@ -133,11 +157,8 @@ void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end
     const double jolt = std::max(0.0, (b.accel_mps2 - a.accel_mps2).norm() - kJoltAccel_mps2);
     q.gyro_radps_rthz = std::hypot(noise.gyro_radps_rthz * gap, turn * root_dt);
     q.accel_mps2_rthz = std::hypot(noise.accel_mps2_rthz * gap, jolt * root_dt);
-    if (clipped) {
-      q.gyro_radps_rthz = std::max(q.gyro_radps_rthz, kClippedGyro_radps_rthz);
-      q.accel_mps2_rthz = std::max(q.accel_mps2_rthz, kClippedAccel_mps2_rthz);
-    }
     propagate_inertial(state, gyro, accel, dt_s, q);
+    if (clipped.any()) add_clipped(state, clipped, dt_s);
     state.t = t;
     poses.push_back({t, state.T_odom_body});
     a = b;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <deque>
+#include <utility>
 #include <vector>
 
 #include "rali/odometry/deskew.hpp"
@@ -10,6 +11,15 @@
 #include "rali/sensor/imu_sample.hpp"
 
 namespace rali::odometry {
+
+/// By axis of the body.
+struct ClippedAxes {
+  std::array<bool, 3> gyro = {}, accel = {};
+
+  [[nodiscard]] bool any() const {
+    return gyro[0] || gyro[1] || gyro[2] || accel[0] || accel[1] || accel[2];
+  }
+};
 
 /// Inertial samples not yet used, and the propagation of the filter over them.
 class InertialBuffer {
@@ -30,9 +40,9 @@ class InertialBuffer {
   /// Longest stretch without a sample within [begin, end], in seconds.
   [[nodiscard]] double longest_gap_s(Time begin, Time end) const;
 
-  /// True if a sample in [begin, end] stands at the end of its sensor's range: the vehicle turned
-  /// or accelerated by more than it says.
-  [[nodiscard]] bool is_clipped(Time begin, Time end) const;
+  /// Axes on which a sample in [begin, end] stands at the end of its sensor's range: the vehicle
+  /// turned or accelerated by more than it says.
+  [[nodiscard]] ClippedAxes clipped(Time begin, Time end) const;
 
  private:
   /// Of one axis: its largest value, and how often values repeat exactly.
@@ -45,7 +55,7 @@ class InertialBuffer {
   void watch_clipping(const sensor::ImuSample& sample);
 
   std::deque<sensor::ImuSample> samples_;
-  std::deque<Time> clipped_;
+  std::deque<std::pair<Time, ClippedAxes>> clipped_;
   std::array<Axis, 6> axes_;  ///< gyro, accelerometer
 };
 

@@ -71,7 +71,7 @@ void RobustOdometry::set_range_noise(const LidarScan& scan) {
 
 /// The turn rate during a scan by the gyro, where there is one that did not clip.
 std::optional<Vec3> RobustOdometry::gyro_rate(Time begin, Time end) const {
-  if (!has_imu_ || imu_.empty() || imu_.is_clipped(begin, end)) return std::nullopt;
+  if (!has_imu_ || imu_.empty() || imu_.clipped(begin, end).any()) return std::nullopt;
   const std::vector<sensor::ImuSample> samples = imu_.between(begin, end);
   if (samples.empty()) return std::nullopt;
   return imu::statistics(samples).gyro_mean_radps;
