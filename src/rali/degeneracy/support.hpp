@@ -14,7 +14,7 @@ struct Support {
 
 inline constexpr int kClustersMost = 8;
 
-/// Whether a plane tells of a direction by more than chance: |n.d| > max(0.2, 3 sd of n.d).
+/// Whether a plane constrains a direction by more than chance: |n.d| > max(0.2, 3 sd of n.d).
 /// @param along n.d  @param variance of n.d
 [[nodiscard]] bool faces(double along, double variance);
 

@@ -10,31 +10,11 @@ namespace {
 
 using geometry::Vec3;
 
-/// 10 m straight ahead, seen by a LiDAR that knows all directions.
-VehiclePath path(std::uint16_t id) {
-  VehiclePath p(VehicleId{id});
-  p.add(Time::from_s(0), EpochStart{"v", {Vec3::Zero()}});
-  for (std::uint32_t k = 0; k < 11; ++k) {
-    Increment step;
-    step.node = k;
-    step.begins = k == 0;
-    step.keyframe = k;
-    step.levelled = true;
-    step.T_odom_body.p = {1.0 * k, 0.0, 0.0};
-    step.lidar_information.setIdentity();
-    step.lidar_information *= 1e6;
-    step.covariance.setIdentity();
-    step.covariance *= 1e-6;
-    p.add(Time::from_s(k), step);
-  }
-  return p;
-}
-
 /// The second vehicle was found 3 m to the left of the first one. Comparisons are of pieces around
 /// the keyframes 2 and 8 of both, and 5 of a third that is in no group with them.
 FleetEstimate estimate(const std::vector<StartPrior>& starts,
                        const std::vector<LoopFound>& seen = {}, LoopMemory* memory = nullptr) {
-  const std::vector<VehiclePath> paths = {path(1), path(2), path(3)};
+  const std::vector<VehiclePath> paths = {straight_path(1), straight_path(2), straight_path(3)};
   const std::vector<PathSubmap> pieces = {piece_of(paths[0], 0, 2), piece_of(paths[0], 0, 8),
                                           piece_of(paths[1], 1, 2), piece_of(paths[1], 1, 8),
                                           piece_of(paths[2], 2, 5)};

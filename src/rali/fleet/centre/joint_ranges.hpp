@@ -46,8 +46,8 @@ struct JointRanges {
 };
 
 /// Without what a frozen radio repeats while its ends move on. Brings together what the two ends of
-/// each exchange told. An exchange that only one end told is placed at the other end by the path
-/// between its nodes.
+/// each exchange reported. An exchange that only one end reported is placed at the other end by the
+/// path between its nodes.
 /// @param since those of earlier times are left out
 [[nodiscard]] JointRanges join_ranges(std::span<const VehiclePath> paths,
                                       std::optional<Time> since = std::nullopt);

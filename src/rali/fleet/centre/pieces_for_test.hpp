@@ -19,6 +19,26 @@ inline VehiclePath standing(std::uint16_t id) {
   return path;
 }
 
+/// 10 m straight ahead, seen by a LiDAR that knows all directions.
+inline VehiclePath straight_path(std::uint16_t id) {
+  VehiclePath p(VehicleId{id});
+  p.add(Time::from_s(0), EpochStart{"v", {geometry::Vec3::Zero()}});
+  for (std::uint32_t k = 0; k < 11; ++k) {
+    Increment step;
+    step.node = k;
+    step.begins = k == 0;
+    step.keyframe = k;
+    step.levelled = true;
+    step.T_odom_body.p = {1.0 * k, 0.0, 0.0};
+    step.lidar_information.setIdentity();
+    step.lidar_information *= 1e6;
+    step.covariance.setIdentity();
+    step.covariance *= 1e-6;
+    p.add(Time::from_s(k), step);
+  }
+  return p;
+}
+
 /// The piece around a node that is a keyframe: a single point, for it is not compared.
 inline PathSubmap piece_of(const VehiclePath& path, std::size_t index, std::size_t node) {
   const std::vector<float> x = {1.0F};

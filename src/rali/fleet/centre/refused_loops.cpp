@@ -36,8 +36,8 @@ std::vector<Loop> add_refused_loops(std::span<const VehiclePath> paths,
       for (const LoopVerdict* loop : between) {
         const auto target = node_of(paths, loop->from), source = node_of(paths, loop->to);
         if (!target || !source) continue;
-        evidence.add_evidence(
-            evidence_between(*target, *source, loop->T_from_to, loop->information, settings));
+        evidence.add_evidence(evidence_between(paths, *target, *source, loop->T_from_to,
+                                               loop->information, settings));
         out.push_back({.from = loop->from,
                        .to = loop->to,
                        .T_from_to = loop->T_from_to,

@@ -4,30 +4,10 @@
 
 #include "rali/fleet/centre/frame_search.hpp"
 #include "rali/fleet/centre/path_frames.hpp"
+#include "rali/fleet/centre/pieces_for_test.hpp"
 
 namespace rali::fleet {
 namespace {
-
-using geometry::SE3;
-using geometry::Vec3;
-
-/// 10 m straight ahead, a keyframe at each metre.
-VehiclePath path(std::uint16_t id) {
-  VehiclePath p(VehicleId{id});
-  p.add(Time::from_s(0), EpochStart{"v", {Vec3::Zero()}});
-  for (std::uint32_t k = 0; k < 11; ++k) {
-    Increment step;
-    step.node = k;
-    step.begins = k == 0;
-    step.keyframe = k;
-    step.levelled = true;
-    step.T_odom_body.p = {1.0 * k, 0.0, 0.0};
-    step.lidar_information = 1e6 * geometry::Mat6::Identity();
-    step.covariance = 1e-6 * geometry::Mat6::Identity();
-    p.add(Time::from_s(k), step);
-  }
-  return p;
-}
 
 /// The second vehicle starts 3 m to the left of the first. The start pose, given as known to 0.15
 /// m, says 6 m.
@@ -66,7 +46,7 @@ class RefusedLoops : public ::testing::Test {
     return frames_of(paths, solved(paths, evidence, {}, init).frames()).T_map_odom[1].p.y();
   }
 
-  const std::vector<VehiclePath> paths = {path(1), path(2), path(3)};
+  const std::vector<VehiclePath> paths = {straight_path(1), straight_path(2), straight_path(3)};
   const InitSettings init;
   FrameSolver evidence{init, stream_of(paths[0])};
 };

@@ -20,16 +20,16 @@ constexpr double kTurnPerMetre_rad = 0.0005;
 /// A direction of which less is known is not known.
 constexpr double kUnknown_m = 10.0;
 
-SE3 T_level_body(const NodeOfPath& at) {
-  return T_level_odom(at.path) * at.path.nodes()[at.node].step.T_odom_body;
+SE3 T_level_body(const VehiclePath& path, std::size_t node) {
+  return T_level_odom(path) * path.nodes()[node].step.T_odom_body;
 }
 
 /// Covariance of (heading, place) of a node in its path's upright odom, as the odometry reported
 /// it.
-Mat4 drift_of(const NodeOfPath& at) {
-  const Increment& step = at.path.nodes()[at.node].step;
+Mat4 drift_of(const VehiclePath& path, std::size_t node) {
+  const Increment& step = path.nodes()[node].step;
   const geometry::Mat6& P = step.covariance;
-  const geometry::Mat3 R = T_level_odom(at.path).R;
+  const geometry::Mat3 R = T_level_odom(path).R;
   const geometry::Mat3 R_body = R * step.T_odom_body.R;
   Mat4 out = Mat4::Zero();
   out(0, 0) = R_body.row(2) * P.topLeftCorner<3, 3>() * R_body.row(2).transpose();
@@ -67,20 +67,23 @@ geometry::Mat3 place_known(const geometry::Mat6& information) {
 }  // namespace
 
 std::optional<NodeOfPath> node_of(std::span<const VehiclePath> paths, KeyframeId keyframe) {
-  for (const VehiclePath& path : paths) {
-    if (path.vehicle() != keyframe.vehicle) continue;
-    if (const auto node = path.node_of(keyframe.seq)) return NodeOfPath{path, *node};
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (paths[i].vehicle() != keyframe.vehicle) continue;
+    if (const auto node = paths[i].node_of(keyframe.seq)) return NodeOfPath{i, *node};
   }
   return std::nullopt;
 }
 
-PoseEvidence evidence_between(const NodeOfPath& target, const NodeOfPath& source,
-                              const SE3& T_target_source, const geometry::Mat6& information,
-                              const InitSettings& settings) {
-  PoseEvidence evidence =
-      keyframe_evidence(stream_of(source.path), stream_of(target.path), T_level_body(source),
-                        T_level_body(target), T_target_source, information, settings);
-  const Mat4 drift = drift_of(target) + turned(drift_of(source), evidence.T_b_a().yaw_rad);
+PoseEvidence evidence_between(std::span<const VehiclePath> paths, const NodeOfPath& target,
+                              const NodeOfPath& source, const SE3& T_target_source,
+                              const geometry::Mat6& information, const InitSettings& settings) {
+  const VehiclePath& of_target = paths[target.path];
+  const VehiclePath& of_source = paths[source.path];
+  PoseEvidence evidence = keyframe_evidence(
+      stream_of(of_source), stream_of(of_target), T_level_body(of_source, source.node),
+      T_level_body(of_target, target.node), T_target_source, information, settings);
+  const Mat4 drift = drift_of(of_target, target.node) +
+                     turned(drift_of(of_source, source.node), evidence.T_b_a().yaw_rad);
   evidence.information = with_error(evidence.information, drift);
   return evidence;
 }
@@ -94,7 +97,7 @@ PoseEvidence evidence_of(std::span<const VehiclePath> paths, std::span<const Pat
   const PathSubmap& source = submaps[compared.source];
   const places::BodyRelation relation =
       places::between_bodies(placement.registration, target.submap, source.submap);
-  return evidence_between({paths[target.path], target.node}, {paths[source.path], source.node},
+  return evidence_between(paths, {target.path, target.node}, {source.path, source.node},
                           relation.T_target_source, relation.information, settings);
 }
 
@@ -146,12 +149,9 @@ bool agrees(std::span<const VehiclePath> paths, const Loop& loop, const PathFram
             const InitSettings& settings) {
   const auto target = node_of(paths, loop.from), source = node_of(paths, loop.to);
   if (!target || !source) return false;
-  const auto index = [&](const NodeOfPath& at) {
-    return static_cast<std::size_t>(&at.path - paths.data());
-  };
   const PoseEvidence e =
-      evidence_between(*target, *source, loop.T_from_to, loop.information, settings);
-  return agrees(paths, index(*target), index(*source), e, frames);
+      evidence_between(paths, *target, *source, loop.T_from_to, loop.information, settings);
+  return agrees(paths, target->path, source->path, e, frames);
 }
 
 GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,

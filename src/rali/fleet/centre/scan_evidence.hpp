@@ -11,10 +11,9 @@
 
 namespace rali::fleet {
 
-/// A node of a path.
+/// A node of a path, by their places in the lists.
 struct NodeOfPath {
-  const VehiclePath& path;
-  std::size_t node = 0;
+  std::size_t path = 0, node = 0;
 };
 
 /// Nothing for a keyframe that no path has.
@@ -24,7 +23,8 @@ struct NodeOfPath {
 /// What a relative pose of two bodies says about the frames of their paths. What the paths may have
 /// drifted by then is part of its uncertainty.
 /// @param information rotation in the source, translation in the target
-[[nodiscard]] PoseEvidence evidence_between(const NodeOfPath& target, const NodeOfPath& source,
+[[nodiscard]] PoseEvidence evidence_between(std::span<const VehiclePath> paths,
+                                            const NodeOfPath& target, const NodeOfPath& source,
                                             const geometry::SE3& T_target_source,
                                             const geometry::Mat6& information,
                                             const InitSettings& settings);

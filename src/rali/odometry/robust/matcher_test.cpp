@@ -310,7 +310,7 @@ TEST(Matcher, a_wall_beside_holds_nothing_along_it) {
   EXPECT_EQ(wall.matched().hold_along(wall.map, SE3{}, Vec3::UnitY(), 0.4, 5.0).here, 0.0);
 }
 
-/// A patch of a wall, 4 m ahead and 3 m aside, whose points scatter along the rays.
+/// A patch of a wall, 4 m ahead and 3 m to the left, whose points scatter along the rays.
 std::vector<Vec3> oblique_patch(double range_sigma_m, Rng& rng) {
   std::vector<Vec3> out;
   for (int k = 0; k < 400; ++k) {
