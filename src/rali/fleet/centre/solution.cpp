@@ -188,17 +188,20 @@ void FleetSolve::estimate() {
   }
 }
 
-/// Frames against the loops that they refuse. @return whether they were solved again
+/// Frames against the loops that they refuse. Where none of these agrees with the new frames, the
+/// old ones have stood, and nothing is solved twice. @return whether the frames are others now
 bool FleetSolve::frames_denied() {
   const InitSettings& init = in_.settings.init;
-  const std::vector<Loop> refused =
+  std::vector<Loop> refused =
       add_refused_loops(paths_, out_.estimate.loops, init, found_->evidence);
   if (refused.empty()) return false;
-  found_->solver = solved(paths_, found_->evidence, ranges_, init);
+  FrameSolver again = solved(paths_, found_->evidence, ranges_, init);
+  const PathFrames frames = frames_of(paths_, again.frames());
+  std::erase_if(refused, [&](const Loop& loop) { return !agrees(paths_, loop, frames, init); });
+  if (refused.empty()) return false;
+  found_->solver = std::move(again);
   take_frames(found_->solver);
-  for (const Loop& loop : refused) {
-    if (agrees(paths_, loop, out_.frames, init)) seen_.push_back(loop);
-  }
+  seen_.insert(seen_.end(), refused.begin(), refused.end());
   return true;
 }
 
