@@ -14,6 +14,7 @@
 #include "rali/drive/loop_progress.hpp"
 #include "rali/drive/ranges/range_files.hpp"
 #include "rali/drive/read_ahead.hpp"
+#include "rali/drive/run_findings.hpp"
 #include "rali/ranging/exchange_pairer.hpp"
 
 namespace rali::drive {
@@ -46,6 +47,7 @@ struct Track {
   bool ended = false;                  ///< the vehicle was told so
   bool at_rest = false;                ///< by its last pose
   std::unique_ptr<LoopProgress> progress;
+  std::size_t findings_shown = 0;
 
   [[nodiscard]] EventSource& events() const {
     return ahead ? static_cast<EventSource&>(*ahead) : *member->source;
@@ -98,6 +100,7 @@ class FleetLoop {
   void follow(std::size_t index, const vehicle::OutputList& outputs);
   void interrupt();
   [[nodiscard]] Status place_in_map(FleetMember& member);
+  void show_findings();
 
   std::span<const sensor::RangeSample> ranges_;
   const RangeOptions& range_options_;
@@ -253,15 +256,22 @@ void FleetLoop::step(const Letter& letter) {
   FleetMember& member = *tracks_[letter.to].member;
   outputs_.clear();
   member.step(letter.event, executor_, outputs_);
-  const std::size_t known = member.findings.size();
   Status taken = member.run->see(letter.event);
   if (taken) taken = member.run->take(outputs_, member.findings);
   if (taken) taken = place_in_map(member);
-  for (std::size_t i = known; i < member.findings.size(); ++i) sink_.finding(member.findings[i]);
+  show_findings();
   follow(letter.to, outputs_);
   if (taken) return;
   member.end.error = taken.error();
   broken_ = true;
+}
+
+/// One vehicle's facts may withdraw another from the map.
+void FleetLoop::show_findings() {
+  for (Track& track : tracks_) {
+    const FindingList& findings = track.member->findings;
+    while (track.findings_shown < findings.size()) sink_.finding(findings[track.findings_shown++]);
+  }
 }
 
 /// What was told goes into the map while it is made, and the pose is told in it.
@@ -274,6 +284,10 @@ Status FleetLoop::place_in_map(FleetMember& member) {
     const auto* pose = std::get_if<vehicle::PoseEstimate>(&output);
     if (pose == nullptr) continue;
     live_->advance(pose->t, executor_);
+    for (const Withdrawal& w : live_->take_withdrawals()) {
+      FleetMember& withdrawn = *tracks_[w.vehicle.value].member;
+      withdrawn.findings.push_back(withdrawal_finding(w, withdrawn.run->name()));
+    }
     const std::optional<LivePose> live = live_->pose(*pose);
     if (!live) continue;
     if (Status s = member.run->take_live(*live, live_->step(*pose, *live)); !s) return s;

@@ -70,6 +70,19 @@ FindingList fleet_findings(const fleet::FleetEstimate& estimate,
   return findings;
 }
 
+Finding withdrawal_finding(const Withdrawal& withdrawal, const std::string& vehicle) {
+  Finding f;
+  f.id = "fleet.withdrawn";
+  f.vehicle = vehicle;
+  f.t = withdrawal.t_joined;
+  f.t_end = withdrawal.t_withdrawn;
+  f.text = fmt::format("its live poses of {:.0f} s were in a frame that is contradicted",
+                       seconds_between(withdrawal.t_joined, withdrawal.t_withdrawn));
+  if (!withdrawal.reason.empty()) f.text += ": " + withdrawal.reason;
+  f.effect = "It has no live pose in the map until it is joined again.";
+  return f;
+}
+
 Finding no_map_finding() {
   Finding f;
   f.id = "map.empty";

@@ -7,6 +7,7 @@
 
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
+#include "rali/drive/live/live_map.hpp"
 #include "rali/drive/vehicle_run.hpp"
 #include "rali/fleet/centre/estimate.hpp"
 
@@ -23,6 +24,9 @@ namespace rali::drive {
 [[nodiscard]] FindingList fleet_findings(const fleet::FleetEstimate& estimate,
                                          const std::vector<std::string>& names);
 [[nodiscard]] Finding no_map_finding();
+
+/// A vehicle whose live poses lay in a frame that later facts contradict.
+[[nodiscard]] Finding withdrawal_finding(const Withdrawal& withdrawal, const std::string& vehicle);
 
 /// A vehicle whose data could not be read to their end, while others could.
 [[nodiscard]] Finding failed_finding(const std::string& vehicle, const Error& error);

@@ -92,18 +92,18 @@ void LiveMap::advance(Time now, Executor& executor) {
   const bool any = std::any_of(members_.begin(), members_.end(),
                                [](const Member& m) { return m.entry.has_value(); });
   if (!any) reference_ = *first;
-  solve(executor);
+  solve(now, executor);
   const double age_s = std::max(kFirst_s, kGrowth * (now - *begin_).s());
   due_ = *begin_ + Duration::from_s(age_s);
 }
 
-void LiveMap::solve(Executor& executor) {
-  if (members_.size() > 1) return take(centre_.estimate(executor));
+void LiveMap::solve(Time now, Executor& executor) {
+  if (members_.size() > 1) return take(centre_.estimate(executor), now);
   members_[0].entry = Entry{fleet::T_map_odom_alone(centre_.paths().front()), {}};
   ++members_[0].tables;
 }
 
-void LiveMap::take(const fleet::FleetEstimate& estimate) {
+void LiveMap::take(const fleet::FleetEstimate& estimate, Time now) {
   const auto of = [&](VehicleId id) {
     return std::find_if(estimate.frames.begin(), estimate.frames.end(),
                         [&](const fleet::VehicleFrame& f) { return f.vehicle == id; });
@@ -111,12 +111,29 @@ void LiveMap::take(const fleet::FleetEstimate& estimate) {
   const auto reference = of(reference_);
   if (reference == estimate.frames.end()) return;
   for (const fleet::VehicleFrame& frame : estimate.frames) {
-    if (frame.group != reference->group || frame.vehicle.value >= members_.size()) continue;
+    if (frame.vehicle.value >= members_.size()) continue;
+    if (frame.group != reference->group) {
+      withdraw(frame, now);
+      continue;
+    }
     Member& member = members_[frame.vehicle.value];
     member.entry = entry_of(estimate, frame);
+    if (!member.t_joined) member.t_joined = now;
     ++member.tables;
   }
 }
+
+/// Poses in a frame that the facts contradict are worse than none: a vehicle without a live pose
+/// drives by its odometry.
+void LiveMap::withdraw(const fleet::VehicleFrame& frame, Time now) {
+  Member& member = members_[frame.vehicle.value];
+  if (!member.entry) return;
+  const Time t_joined = member.t_joined.value_or(now);
+  withdrawals_.push_back({frame.vehicle, t_joined, now, frame.waits_for});
+  member = Member{};
+}
+
+std::vector<Withdrawal> LiveMap::take_withdrawals() { return std::exchange(withdrawals_, {}); }
 
 /// A vehicle goes on from the last keyframe that the table knows.
 LiveMap::Entry LiveMap::entry_of(const fleet::FleetEstimate& estimate,

@@ -26,10 +26,18 @@ struct FrameStep {
   std::string reason;  ///< "joined", "table", "range", "lidar"
 };
 
-/// The fleet's map while it is made: from what the vehicles have told so far a table is solved now
-/// and then, which says where each vehicle's frame `local` lies in the map; in between, a vehicle
-/// goes on from its last keyframe in the table. The map is that of the first vehicle: origin and
-/// heading of its first pose, z up. Nothing is ever taken back.
+/// A vehicle had live poses in the map, and a later table no longer holds it there.
+struct Withdrawal {
+  VehicleId vehicle;
+  Time t_joined, t_withdrawn;
+  std::string reason;  ///< a sentence; may be empty
+};
+
+/// The fleet's map while it is made: from what the vehicles have reported so far a table is solved
+/// now and then, which says where each vehicle's frame `local` lies in the map; in between, a
+/// vehicle goes on from its last keyframe in the table. The map is that of the first vehicle:
+/// origin and heading of its first pose, z up. A vehicle that a table no longer holds in this map
+/// has no live pose until one does again.
 class LiveMap {
  public:
   /// @param vehicles of the fleet, with a path or not
@@ -49,6 +57,9 @@ class LiveMap {
   [[nodiscard]] std::optional<FrameStep> step(const vehicle::PoseEstimate& pose,
                                               const LivePose& live);
 
+  /// Those since the last call.
+  [[nodiscard]] std::vector<Withdrawal> take_withdrawals();
+
  private:
   /// What the last table says of one vehicle.
   struct Entry {
@@ -66,13 +77,15 @@ class LiveMap {
   struct Member {
     std::optional<Entry> entry;
     std::size_t tables = 0;  ///< with an entry
+    std::optional<Time> t_joined;
     std::optional<geometry::SE3> T_map_odom;
     std::size_t tables_seen = 0;  ///< when T_map_odom was
   };
 
   [[nodiscard]] bool is_due(Time now);
-  void solve(Executor& executor);
-  void take(const fleet::FleetEstimate& estimate);
+  void solve(Time now, Executor& executor);
+  void take(const fleet::FleetEstimate& estimate, Time now);
+  void withdraw(const fleet::VehicleFrame& frame, Time now);
   [[nodiscard]] geometry::Mat6 of_level(const geometry::SE3& T_map_body, double sigma_rad) const;
   [[nodiscard]] Entry entry_of(const fleet::FleetEstimate& estimate,
                                const fleet::VehicleFrame& frame) const;
@@ -81,6 +94,7 @@ class LiveMap {
   double level_sigma_rad_ = 0.0;  ///< of the map's roll and pitch, where gravity tells it
   fleet::RoundCentre centre_;
   std::vector<Member> members_;
+  std::vector<Withdrawal> withdrawals_;
   std::optional<Time> begin_, due_;
   std::size_t paths_ = 0, levelled_ = 0;  ///< when the last table was solved
   VehicleId reference_;

@@ -41,6 +41,7 @@ struct Heard {
   LiveMap map;
   std::array<std::optional<LivePose>, 2> last;
   std::vector<FrameStep> steps;
+  std::optional<Withdrawal> withdrawn;
 };
 
 TEST(LiveMap, a_vehicle_is_in_the_map_from_the_moment_that_a_prior_joins_it) {
@@ -71,6 +72,37 @@ TEST(LiveMap, a_vehicle_that_nothing_joins_has_no_pose_in_the_map) {
   heard.hear(facts);
   EXPECT_TRUE(heard.last[0]);
   EXPECT_FALSE(heard.last[1]);
+}
+
+// A start pose that ranges contradict: the table of the prior comes first, later ones deny it.
+TEST(LiveMap,
+     a_vehicle_that_a_table_no_longer_holds_has_no_pose_and_is_reported_with_its_interval) {
+  fleet::RoundsForTest options;
+  options.vehicles = 2;
+  options.step_sigma_m = 0.0;
+  FleetForTest fleet(options);
+  Heard heard(fleet.knowledge());
+  for (int round = 0; round < 2; ++round) heard.hear(fleet.round());
+  ASSERT_TRUE(heard.last[1]);
+  EXPECT_TRUE(heard.map.take_withdrawals().empty());
+  // Ranges of a place ten metres away, for longer than the good ones were.
+  SerialExecutor executor;
+  Time t_last;
+  for (int round = 0; round < 12 && !heard.withdrawn; ++round) {
+    std::vector<fleet::Fact> facts = fleet.round();
+    for (fleet::Fact& fact : facts) {
+      if (auto* ranges = std::get_if<fleet::RangeBlock>(&fact.body)) {
+        for (auto& r : ranges->ranges) r.range_m += 10.0 + 3.0 * (round % 3);
+      }
+      t_last = fact.t;
+    }
+    heard.hear(facts);
+    for (const Withdrawal& w : heard.map.take_withdrawals()) heard.withdrawn = w;
+  }
+  ASSERT_TRUE(heard.withdrawn);
+  EXPECT_EQ(heard.withdrawn->vehicle, FleetForTest::id(1));
+  EXPECT_LT(heard.withdrawn->t_joined, heard.withdrawn->t_withdrawn);
+  EXPECT_LE(heard.withdrawn->t_withdrawn, t_last);
 }
 
 TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
