@@ -129,8 +129,9 @@ SE3 upright(const SE3& T_world_frame, const SE3& first) {
 
 /// The pose is lost, or may be.
 bool is_lost_finding(const Finding& f) {
-  static const std::set<std::string> ids = {"odometry.diverged", "odometry.pose_doubtful",
-                                            "monitor.contradiction", "odometry.contradiction"};
+  static const std::set<std::string> ids = {"odometry.diverged", "odometry.contradiction",
+                                            "monitor.contradiction", "monitor.walls",
+                                            "fleet.withdrawn"};
   return f.severity != Severity::kInfo && ids.contains(f.id);
 }
 

@@ -1,93 +1,19 @@
 #include "rali/drive/map_run.hpp"
 
-#include <algorithm>
 #include <exception>
-#include <filesystem>
-#include <string_view>
 #include <utility>
 
-#include <fmt/format.h>
-
-#include "rali/drive/fleet_loop.hpp"
 #include "rali/drive/fleet_rounds.hpp"
+#include "rali/drive/internal/map_run_stages.hpp"
 #include "rali/drive/live/live_map.hpp"
-#include "rali/drive/member_job.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
-#include "rali/drive/output/blind_findings.hpp"
 #include "rali/drive/output/joint_path.hpp"
-#include "rali/drive/output/map_files.hpp"
-#include "rali/drive/output/metrics.hpp"
 #include "rali/drive/output/out_dir.hpp"
-#include "rali/drive/output/rounds_files.hpp"
-#include "rali/drive/output/session_fleet.hpp"
-#include "rali/drive/output/vehicle_files.hpp"
-#include "rali/drive/ranges/range_files.hpp"
-#include "rali/drive/ranges/range_findings.hpp"
 #include "rali/drive/run_findings.hpp"
-#include "rali/drive/run_log.hpp"
-#include "rali/drive/tbb_executor.hpp"
-#include "rali/io/files/atomic_file.hpp"
-#include "rali/vehicle/vehicle.hpp"
 
 namespace rali::drive {
-namespace {
-
-/// One run of `rali map`: the stages in their order. Each stage adds to `summary_`.
-class MapRun {
- public:
-  MapRun(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop)
-      : job_(job),
-        sink_(sink),
-        stop_(stop),
-        threads_(job.threads > 0 ? job.threads : cores()),
-        executor_(make_executor(threads_)),
-        ranges_(std::make_shared<const RangeOptions>(job.ranges)),
-        range_log_(vehicle_names(job)) {}
-
-  Result<MapSummary> run();
-
-  /// After an internal fault: run.log with what is known, and status.json says that it failed.
-  /// Neither is written if the run has not touched the folder.
-  void give_up(std::string_view fault) noexcept;
-
- private:
-  Result<MapSummary> run_in_folder();
-
-  Status open_sources();
-  Status find_time_offset(std::size_t index);
-  Status open_session();
-  void forget_keyframes();
-  Status start_vehicles();
-  Status run_vehicles();
-  void join_fleet();
-  Status finish_vehicle(std::size_t index, const FleetMember& member);
-  Status judge_ends(const std::vector<FleetMember>& members);
-  Status write_results();
-  Status write_ranges();
-  Status write_map();
-  Status write_rounds();
-  Status close(const Status& so_far);
-  void report(Finding finding);
-
-  const MapJob& job_;
-  ProgressSink& sink_;
-  const std::atomic<bool>& stop_;
-  int threads_;
-  std::unique_ptr<Executor> executor_;
-  std::vector<std::unique_ptr<ReportedSource>> sources_;
-  std::unique_ptr<SessionFile> session_;
-  std::shared_ptr<const RangeOptions> ranges_;
-  RangeList range_list_;
-  RangeLog range_log_;
-  std::vector<vehicle::Vehicle> vehicles_;
-  std::vector<VehicleRun> runs_;
-  std::vector<std::size_t> findings_told_;  ///< of each source, before its events
-  MapSummary summary_;
-  RunLog log_;
-  bool interrupted_ = false;
-  bool started_ = false;  ///< status.json says that a run is going on
-};
+namespace internal {
 
 void MapRun::report(Finding finding) {
   sink_.finding(finding);
@@ -237,116 +163,6 @@ Status MapRun::judge_ends(const std::vector<FleetMember>& members) {
   return {};
 }
 
-Status MapRun::write_results() {
-  const std::vector<std::string> names = vehicle_names(job_);
-  for (std::size_t i = 0; i < runs_.size(); ++i) {
-    if (runs_[i].poses().empty()) {
-      report(no_pose_finding(runs_[i].name(), summary_.vehicles[i].input.sweeps));
-      summary_.gaps = true;
-    }
-    summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;
-    for (Finding& f : blind_findings(runs_[i].poses(), runs_[i].name())) report(std::move(f));
-    if (Status s = write_vehicle_files(runs_[i], job_.out_dir, names); !s) return s;
-  }
-  for (Finding& f : fleet_findings(summary_.fleet, names)) report(std::move(f));
-  summary_.gaps |= !is_connected(summary_.fleet);
-  if (Status s = write_fleet_files(runs_, summary_.fleet, job_); !s) return s;
-  if (Status s = write_ranges(); !s) return s;
-  log_.stage("trajectories");
-  if (Status s = write_map(); !s) return s;
-  return write_rounds();
-}
-
-Status MapRun::write_ranges() {
-  if (job_.ranges.files.empty() && job_.ranges.topics.empty()) return {};
-  summary_.ranges = range_log_.tally();
-  std::vector<InputReport> reports;
-  for (const VehicleSummary& v : summary_.vehicles) reports.push_back(v.input);
-  for (Finding& f : range_findings(summary_.ranges, job_, reports)) report(std::move(f));
-  return range_log_.write(job_.out_dir + "/ranges.csv");
-}
-
-Status MapRun::write_map() {
-  const std::vector<const VehicleRun*> mapped = mapped_runs(runs_, summary_.fleet);
-  if (mapped.empty()) {
-    report(no_map_finding());
-    summary_.gaps = true;
-    return {};
-  }
-  Progress progress;
-  progress.vehicle = mapped.front()->name();
-  progress.stage = "map";
-  sink_.progress(progress);
-  FindingList findings;
-  Result<MapNumbers> numbers = write_map_files(mapped, job_, *executor_, findings);
-  for (Finding& f : findings) report(std::move(f));
-  if (!numbers) return tl::make_unexpected(numbers.error());
-  summary_.map_points = numbers->points;
-  summary_.removed_points = numbers->removed;
-  summary_.map_thickness_m = numbers->thickness_m;
-  log_.stage("map");
-  return {};
-}
-
-/// What the vehicles did as a fleet.
-Status MapRun::write_rounds() {
-  const FleetRunView fleet{&runs_, mapped_runs(runs_, summary_.fleet), job_.out_dir};
-  FindingList findings;
-  Result<std::vector<fleet::RoundRow>> rounds =
-      write_fleet_story(fleet, job_, summary_.fleet, range_log_, session_.get(), findings);
-  for (Finding& f : findings) report(std::move(f));
-  if (!rounds) return tl::make_unexpected(rounds.error());
-  summary_.rounds = std::move(*rounds);
-  log_.stage("rounds");
-  return {};
-}
-
-/// Without keyframes asked for, their clouds were only needed for the map.
-void MapRun::forget_keyframes() {
-  if (job_.write_keyframes) return;
-  for (const VehicleRun& run : runs_) remove_keyframes(job_.out_dir, run.name(), run.keyframes());
-  std::error_code ignored;
-  std::filesystem::remove(job_.out_dir + "/keyframes", ignored);
-}
-
-/// Numbers, settings, log and status: written for whole and for broken runs alike.
-Status MapRun::close(const Status& so_far) {
-  summary_.status = !so_far         ? RunStatus::kFailed
-                    : interrupted_  ? RunStatus::kInterrupted
-                    : summary_.gaps ? RunStatus::kPartial
-                                    : RunStatus::kComplete;
-  summary_.metrics_json = metrics_text(summary_, job_);
-  Status status = io::write_file_atomic(job_.out_dir + "/metrics.json", summary_.metrics_json);
-  if (status && job_.settings_text) {
-    std::vector<InputReport> reports;
-    for (const auto& source : sources_) reports.push_back(source->report());
-    for (std::size_t i = 0; i < summary_.vehicles.size(); ++i) {
-      reports[i].range_latency = summary_.vehicles[i].input.range_latency;
-    }
-    status = io::write_file_atomic(job_.out_dir + "/settings.yaml", job_.settings_text(reports));
-  }
-  log_.stage("files");
-  if (!so_far) log_.line("error: " + so_far.error().message());
-  log_.line(status_name(summary_.status));
-  if (const Status s = log_.write(job_.out_dir, data_seconds(summary_)); status) status = s;
-  const Status last = write_status(job_.out_dir, status_name(summary_.status), true);
-  return status ? last : status;
-}
-
-void MapRun::give_up(std::string_view fault) noexcept {
-  if (!started_) return;
-  try {
-    session_.reset();  // unfinished files go before the folder is listed
-    log_.line(fmt::format("internal fault: {}", fault));
-    log_.line(status_name(RunStatus::kFailed));
-    // Whatever cannot be written: the fault itself is what the caller must hear of.
-    static_cast<void>(log_.write(job_.out_dir, data_seconds(summary_)));
-    static_cast<void>(write_status(job_.out_dir, status_name(RunStatus::kFailed), true));
-  } catch (...) {
-    return;
-  }
-}
-
 Result<MapSummary> MapRun::run() {
   summary_.out_dir = job_.out_dir;
   log_.line(job_.command_line);
@@ -380,11 +196,11 @@ Result<MapSummary> MapRun::run_in_folder() {
   return std::move(summary_);
 }
 
-}  // namespace
+}  // namespace internal
 
 Result<MapSummary> run_map(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop) {
   if (job.vehicles.empty()) return fail(ErrorCode::kUsage, "", "no vehicle to map");
-  MapRun run(job, sink, stop);
+  internal::MapRun run(job, sink, stop);
   try {
     return run.run();
   } catch (const std::exception& fault) {

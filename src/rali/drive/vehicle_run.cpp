@@ -17,6 +17,15 @@ const geometry::Vec3 kDown_mps2(0.0, 0.0, -9.80665);
 /// A sweep that turned less does not count for the ratio of gyro and LiDAR.
 constexpr double kTurnMin_rad = 0.01;
 
+/// Poses are compared with the final ones so often.
+constexpr double kTrackStep_s = 0.5;
+
+void keep(Time t, const geometry::SE3& T, const geometry::Mat6& covariance,
+          std::vector<monitor::StatedPose>& track) {
+  if (!track.empty() && seconds_between(track.back().t, t) < kTrackStep_s) return;
+  track.push_back({t, T, covariance.bottomRightCorner<3, 3>()});
+}
+
 }  // namespace
 
 geometry::SE3 level_frame(const geometry::Vec3& g_odom_mps2, const geometry::SE3& T_odom_first) {
@@ -95,11 +104,13 @@ Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
   poses_.push_back(record);
   const geometry::Mat6 covariance =
       vehicle::odom_covariance(record.covariance, record.T_local_body, record.T_odom_body);
+  if (good) keep(record.t, record.T_odom_body, covariance, odometry_track_);
   if (Status s = odometry_.add(record.t, record.T_odom_body, covariance); !s) return s;
   return session_ != nullptr ? session_->add_pose(name_, record) : Status{};
 }
 
 Status VehicleRun::take_live(const LivePose& pose, const std::optional<FrameStep>& step) {
+  keep(pose.t, pose.T_map_body, pose.covariance, live_track_);
   return live_.add(pose, step);
 }
 
@@ -165,6 +176,13 @@ Status VehicleRun::finish() {
   return closed ? shown : closed;
 }
 
+void VehicleRun::widen(Time begin, Time end, double sigma_m) {
+  for (PoseRecord& pose : poses_) {
+    if (pose.t < begin || pose.t > end) continue;
+    pose.covariance.diagonal().tail<3>().array() += sigma_m * sigma_m;
+  }
+}
+
 void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.name = name_;
   summary.sweeps = poses_.size();
@@ -178,6 +196,7 @@ void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.keyframes = static_cast<std::size_t>(std::count_if(
       keyframes_.begin(), keyframes_.end(), [](const KeyframeRecord& k) { return !k.diverged; }));
   std::vector<double> sigmas;
+  summary.diverged_s = summary.sigma_max_m = 0.0;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     if (poses_[i].quality == vehicle::PoseQuality::kDiverged) {
       if (i > 0) summary.diverged_s += seconds_between(poses_[i - 1].t, poses_[i].t);

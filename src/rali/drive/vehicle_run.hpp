@@ -15,6 +15,7 @@
 #include "rali/drive/output/keyframe_files.hpp"
 #include "rali/drive/output/pose_files.hpp"
 #include "rali/drive/output/session_file.hpp"
+#include "rali/monitor/track_check.hpp"
 #include "rali/vehicle/event.hpp"
 
 namespace rali::drive {
@@ -83,6 +84,17 @@ class VehicleRun {
 
   [[nodiscard]] std::size_t ranges_used() const { return ranges_used_; }
 
+  /// Twice a second, as they were written: poses in odom, and in the map as known at the time.
+  [[nodiscard]] const std::vector<monitor::StatedPose>& odometry_track() const {
+    return odometry_track_;
+  }
+
+  [[nodiscard]] const std::vector<monitor::StatedPose>& live_track() const { return live_track_; }
+
+  /// The final poses of a stretch are less certain than the estimate says. After finish().
+  /// @param sigma_m  of each axis, added to what is stated
+  void widen(Time begin, Time end, double sigma_m);
+
   [[nodiscard]] double gyro_ratio() const { return gyro_ratio_.ratio(); }
 
   /// Numbers of the summary, except those of the input.
@@ -117,6 +129,7 @@ class VehicleRun {
   GyroRatio gyro_ratio_;
   geometry::Vec3 gyro_turn_rad_ = geometry::Vec3::Zero();  ///< since the last pose
   std::optional<Time> t_imu_;
+  std::vector<monitor::StatedPose> odometry_track_, live_track_;
 };
 
 /// T_map_local that turns gravity to -z and puts the first pose to the origin, heading along +x.

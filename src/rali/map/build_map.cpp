@@ -1,5 +1,7 @@
 #include "rali/map/build_map.hpp"
 
+#include <utility>
+
 #include "rali/map/map_builder.hpp"
 #include "rali/map/motion_filter.hpp"
 
@@ -20,7 +22,27 @@ void add_grid(const GridBuilder& builder, MapResult& out, FindingList& findings)
   findings.push_back(std::move(finding));
 }
 
+/// The second pass: each keyframe's rays against the places that the first has collected.
+Result<std::vector<KeyframeLooks>> look_again(const KeyframeStream& keyframes, MotionFilter& motion,
+                                              Executor& executor) {
+  std::vector<KeyframeLooks> out;
+  const Status read = keyframes([&](const KeyframeView& keyframe) {
+    out.push_back({keyframe.vehicle, keyframe.t, motion.look(keyframe, executor)});
+  });
+  if (!read) return tl::make_unexpected(read.error());
+  return out;
+}
+
 }  // namespace
+
+Result<std::vector<KeyframeLooks>> look_at_walls(const KeyframeStream& keyframes,
+                                                 const DynamicSettings& settings,
+                                                 Executor& executor) {
+  MotionFilter motion(settings);
+  const Status read = keyframes([&](const KeyframeView& keyframe) { motion.collect(keyframe); });
+  if (!read) return tl::make_unexpected(read.error());
+  return look_again(keyframes, motion, executor);
+}
 
 Result<MapResult> build_map(const KeyframeStream& keyframes, const MapSettings& settings,
                             Executor& executor, FindingList& findings) {
@@ -32,18 +54,16 @@ Result<MapResult> build_map(const KeyframeStream& keyframes, const MapSettings& 
     ++out.keyframes;
     builder.add(keyframe);
     if (settings.grid.make) grid.add(keyframe);
-    if (settings.dynamic.remove) motion.collect(keyframe);
+    motion.collect(keyframe);
   });
   if (!first) return tl::make_unexpected(first.error());
   if (out.keyframes == 0) {
     return fail(ErrorCode::kInput, "", "there is no keyframe to make a map of");
   }
-  if (settings.dynamic.remove) {
-    const Status second =
-        keyframes([&](const KeyframeView& keyframe) { motion.look(keyframe, executor); });
-    if (!second) return tl::make_unexpected(second.error());
-    motion.decide(findings);
-  }
+  Result<std::vector<KeyframeLooks>> looks = look_again(keyframes, motion, executor);
+  if (!looks) return tl::make_unexpected(looks.error());
+  out.looks = std::move(*looks);
+  if (settings.dynamic.remove) motion.decide(findings);
   MapBuilder::Parts parts = builder.finish(
       [&motion](const geometry::Vec3& p_map) { return motion.is_removed(p_map); }, findings);
   out.map = std::move(parts.map);

@@ -1,17 +1,27 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "rali/base/executor.hpp"
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
 #include "rali/map/keyframe_view.hpp"
 #include "rali/map/map_cloud.hpp"
+#include "rali/map/motion_filter.hpp"
 #include "rali/map/occupancy_grid.hpp"
 #include "rali/map/plane_grid.hpp"
 #include "rali/map/settings.hpp"
 
 namespace rali::map {
+
+/// A keyframe against the walls of all.
+struct KeyframeLooks {
+  std::uint8_t vehicle = 0;
+  Time t;
+  WallLooks walls;
+};
 
 struct MapResult {
   MapCloud map;
@@ -19,9 +29,15 @@ struct MapResult {
   std::optional<OccupancyGrid> grid;
   Thickness thickness;
   std::size_t keyframes = 0;
+  std::vector<KeyframeLooks> looks;  ///< in the order of the stream
 };
 
-/// Renders the map of a run. Reads the keyframes twice if moving objects are removed, else once.
+/// Compares each keyframe with the walls that all of them make, without making a map.
+[[nodiscard]] Result<std::vector<KeyframeLooks>> look_at_walls(const KeyframeStream& keyframes,
+                                                               const DynamicSettings& settings,
+                                                               Executor& executor);
+
+/// Renders the map of a run. Reads the keyframes twice.
 ///
 /// @return the map; what had to be left out is in `findings`. Errors: those of the stream;
 ///         kInput if it holds no keyframe.

@@ -102,8 +102,8 @@ void MotionFilter::mark_planes() {
   }
 }
 
-void MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
-  if (!is_usable(keyframe) || places_.empty()) return;
+WallLooks MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
+  if (!is_usable(keyframe) || places_.empty()) return {};
   if (tiles_.empty()) sort_into_tiles();
   if (!has_time_) t_first_ = keyframe.t;
   has_time_ = true;
@@ -122,11 +122,16 @@ void MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
       }
     }
   });
-  if (sees_through_walls()) {
+  const WallLooks walls = wall_looks();
+  const bool sees_through_walls = walls.looks >= kPlanePlacesMin &&
+                                  static_cast<double>(walls.passes) >
+                                      settings_.look_share_max * static_cast<double>(walls.looks);
+  if (sees_through_walls) {
     ++doubted_;
   } else {
     count(static_cast<float>(seconds_between(t_first_, keyframe.t)));
   }
+  return walls;
 }
 
 void MotionFilter::find_near_tiles(const geometry::Vec3& p_map) {
@@ -147,17 +152,16 @@ Sight MotionFilter::look_at(const Place& place, const geometry::SE3& T_lidar_map
   return image_.look(T_lidar_map * position(place), limits);
 }
 
-bool MotionFilter::sees_through_walls() const {
-  std::size_t looks = 0, passes = 0;
+WallLooks MotionFilter::wall_looks() const {
+  WallLooks out;
   for (const std::size_t i : near_) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
       if (!places_[k].plane || sights_[k] == Sight::kUnknown) continue;
-      ++looks;
-      if (sights_[k] == Sight::kPassed) ++passes;
+      ++out.looks;
+      if (sights_[k] == Sight::kPassed) ++out.passes;
     }
   }
-  return looks >= kPlanePlacesMin &&
-         static_cast<double>(passes) > settings_.look_share_max * static_cast<double>(looks);
+  return out;
 }
 
 void MotionFilter::count(float t_s) {

@@ -14,6 +14,12 @@
 
 namespace rali::map {
 
+/// How a keyframe agrees with the walls of the map, its own included.
+struct WallLooks {
+  std::size_t looks = 0;   ///< places on planes of which its rays say something
+  std::size_t passes = 0;  ///< of these, that a ray went through: wrong where it happens often
+};
+
 /// Finds the places that were occupied for a while only: people, other vehicles.
 ///
 /// Two passes over the keyframes. The first collects the places (cubes of 0.1 m with their mean
@@ -35,7 +41,7 @@ class MotionFilter {
   /// First pass.
   void collect(const KeyframeView& keyframe);
   /// Second pass, after all keyframes were collected.
-  void look(const KeyframeView& keyframe, Executor& executor);
+  WallLooks look(const KeyframeView& keyframe, Executor& executor);
   /// Decides. Removes nothing, with a Finding, if more than `plane_share_max` of the walls would
   /// go: then the poses are wrong, not the walls.
   void decide(FindingList& findings);
@@ -76,7 +82,7 @@ class MotionFilter {
   void find_near_tiles(const geometry::Vec3& p_map);
   [[nodiscard]] Sight look_at(const Place& place, const geometry::SE3& T_lidar_map,
                               double pose_m2) const;
-  [[nodiscard]] bool sees_through_walls() const;
+  [[nodiscard]] WallLooks wall_looks() const;
   void count(float t_s);
   [[nodiscard]] bool is_empty_place(const Place& place) const;
   [[nodiscard]] bool is_of_peer(const Place& place) const;

@@ -83,11 +83,10 @@ std::vector<geometry::Vec3> others_at(const std::vector<const VehicleRun*>& runs
 
 }  // namespace
 
-Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs, const MapJob& job,
-                                   Executor& executor, FindingList& findings) {
-  // By time: each point is told as that vehicle's which saw it first, not all as the first one's.
-  const FleetRunView fleet{nullptr, runs, job.out_dir};
-  const map::KeyframeStream stream = [&](const map::KeyframeVisitor& visit) {
+// By time: each point is marked as that vehicle's which saw it first, not all as the first one's.
+map::KeyframeStream map_stream(const std::vector<const VehicleRun*>& runs, const MapJob& job) {
+  return [&runs, &job](const map::KeyframeVisitor& visit) {
+    const FleetRunView fleet{nullptr, runs, job.out_dir};
     return walk_keyframes(fleet, [&](KeyframeId id, const map::KeyframeView& keyframe) {
       map::KeyframeView seen = keyframe;
       std::vector<geometry::Vec3> others_map_m;
@@ -97,7 +96,12 @@ Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs, c
       return Status{};
     });
   };
-  const Result<map::MapResult> result = map::build_map(stream, job.map, executor, findings);
+}
+
+Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs, const MapJob& job,
+                                   Executor& executor, FindingList& findings) {
+  Result<map::MapResult> result =
+      map::build_map(map_stream(runs, job), job.map, executor, findings);
   if (!result) return tl::make_unexpected(result.error());
   if (Status s = write_clouds(*result, job); !s) return tl::make_unexpected(s.error());
   if (result->grid) {
@@ -105,7 +109,8 @@ Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs, c
       return tl::make_unexpected(s.error());
     }
   }
-  return MapNumbers{result->map.size(), result->removed.size(), result->thickness.median_m};
+  return MapNumbers{result->map.size(), result->removed.size(), result->thickness.median_m,
+                    std::move(result->looks)};
 }
 
 }  // namespace rali::drive

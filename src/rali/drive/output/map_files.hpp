@@ -7,14 +7,22 @@
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
 #include "rali/drive/vehicle_run.hpp"
+#include "rali/map/build_map.hpp"
 
 namespace rali::drive {
 
+/// What a map came to.
 struct MapNumbers {
   std::size_t points = 0;
   std::size_t removed = 0;
   double thickness_m = 0.0;
+  std::vector<map::KeyframeLooks> looks;  ///< how its keyframes agree with its walls
 };
+
+/// The keyframes of vehicles that share a frame, by time, with the places of the others. `runs` and
+/// `job` must outlive it.
+[[nodiscard]] map::KeyframeStream map_stream(const std::vector<const VehicleRun*>& runs,
+                                             const MapJob& job);
 
 /// Renders the map of vehicles that share a frame from their keyframes on disk and writes map.*,
 /// removed.pcd, map_2d.pgm and map_2d.yaml. Errors: kMachine.

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "rali/drive/fleet_loop.hpp"
+#include "rali/drive/member_job.hpp"
+#include "rali/drive/ranges/range_files.hpp"
+#include "rali/drive/run_log.hpp"
+#include "rali/drive/tbb_executor.hpp"
+#include "rali/map/build_map.hpp"
+#include "rali/vehicle/vehicle.hpp"
+
+namespace rali::drive::internal {
+
+/// One run of `rali map`: the stages in their order. Each stage adds to `summary_`. Reading and
+/// estimating are in map_run.cpp, what is written at the end in map_results.cpp.
+class MapRun {
+ public:
+  MapRun(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop)
+      : job_(job),
+        sink_(sink),
+        stop_(stop),
+        threads_(job.threads > 0 ? job.threads : cores()),
+        executor_(make_executor(threads_)),
+        ranges_(std::make_shared<const RangeOptions>(job.ranges)),
+        range_log_(vehicle_names(job)) {}
+
+  Result<MapSummary> run();
+
+  /// After an internal fault: run.log with what is known, and status.json says that it failed.
+  /// Neither is written if the run has not touched the folder.
+  void give_up(std::string_view fault) noexcept;
+
+ private:
+  Result<MapSummary> run_in_folder();
+
+  Status open_sources();
+  Status find_time_offset(std::size_t index);
+  Status open_session();
+  void forget_keyframes();
+  Status start_vehicles();
+  Status run_vehicles();
+  void join_fleet();
+  Status finish_vehicle(std::size_t index, const FleetMember& member);
+  Status judge_ends(const std::vector<FleetMember>& members);
+  Status write_results();
+  Status write_ranges();
+  Status write_map();
+  Status check_results();
+  Status write_rounds();
+  Status close(const Status& so_far);
+  void report(Finding finding);
+
+  const MapJob& job_;
+  ProgressSink& sink_;
+  const std::atomic<bool>& stop_;
+  int threads_;
+  std::unique_ptr<Executor> executor_;
+  std::vector<std::unique_ptr<ReportedSource>> sources_;
+  std::unique_ptr<SessionFile> session_;
+  std::shared_ptr<const RangeOptions> ranges_;
+  RangeList range_list_;
+  RangeLog range_log_;
+  std::vector<vehicle::Vehicle> vehicles_;
+  std::vector<VehicleRun> runs_;
+  std::vector<std::size_t> findings_told_;  ///< of each source, before its events
+  std::vector<map::KeyframeLooks> looks_;   ///< of the map's keyframes
+  MapSummary summary_;
+  RunLog log_;
+  bool interrupted_ = false;
+  bool started_ = false;  ///< status.json says that a run is going on
+};
+
+}  // namespace rali::drive::internal

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/base/finding.hpp"
+#include "rali/base/result.hpp"
+#include "rali/drive/vehicle_run.hpp"
+#include "rali/fleet/centre/estimate.hpp"
+#include "rali/map/build_map.hpp"
+
+namespace rali::drive {
+
+/// What the checks of a finished run came to.
+struct MonitorResult {
+  FindingList findings;
+  /// Vehicles whose final poses are stated less certain now: their files are to be written again.
+  std::vector<VehicleId> widened;
+  bool map_contradicts_itself = false;
+};
+
+/// Checks a run whose final poses are fixed by means that do not share the estimator's assumptions
+/// (room monitor): odometry and live poses against the final path, and each keyframe's rays against
+/// the walls of its group's map. Widens the final poses of contradicted stretches.
+/// @param looks  of the keyframes of the mapped group; the other groups are looked at here
+/// Errors: kMachine.
+[[nodiscard]] Result<MonitorResult> monitor_run(std::vector<VehicleRun>& runs,
+                                                const fleet::FleetEstimate& estimate,
+                                                const std::vector<map::KeyframeLooks>& looks,
+                                                const MapJob& job, Executor& executor);
+
+}  // namespace rali::drive

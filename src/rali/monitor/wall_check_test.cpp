@@ -1,0 +1,46 @@
+#include "rali/monitor/wall_check.hpp"
+
+#include <gtest/gtest.h>
+
+namespace rali::monitor {
+namespace {
+
+WallSight sight(double t_s, std::size_t looks, std::size_t passes) {
+  return {Time::from_s(t_s), looks, passes};
+}
+
+TEST(WallCheck, people_and_edges_are_no_contradiction) {
+  std::vector<WallSight> sights;
+  for (int i = 0; i < 100; ++i) sights.push_back(sight(i, 20000, 300));  // 1.5 %
+  EXPECT_TRUE(check_walls(sights, {}).empty());
+}
+
+TEST(WallCheck, a_stretch_that_looks_through_walls_is_named_once) {
+  std::vector<WallSight> sights;
+  for (int i = 0; i < 100; ++i) {
+    const bool wrong = i >= 40 && i <= 50;
+    sights.push_back(sight(i, 20000, wrong ? 1600 + (i == 45 ? 400 : 0) : 100));
+  }
+  const auto found = check_walls(sights, {});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].when.begin, Time::from_s(40.0));
+  EXPECT_EQ(found[0].when.end, Time::from_s(50.0));
+  EXPECT_NEAR(found[0].ratio, 0.1, 1e-9);
+}
+
+TEST(WallCheck, stretches_far_apart_are_two) {
+  const std::vector<WallSight> sights{sight(0.0, 5000, 600), sight(1.0, 5000, 10),
+                                      sight(30.0, 5000, 700)};
+  EXPECT_EQ(check_walls(sights, {}).size(), 2U);
+}
+
+TEST(WallCheck, few_looks_are_not_judged) {
+  EXPECT_TRUE(check_walls(std::vector<WallSight>{sight(0.0, 700, 50)}, {}).empty());
+}
+
+TEST(WallCheck, a_single_keyframe_of_a_vehicle_that_stands_counts) {
+  EXPECT_EQ(check_walls(std::vector<WallSight>{sight(0.0, 2400, 400)}, {}).size(), 1U);
+}
+
+}  // namespace
+}  // namespace rali::monitor
