@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
-#include <fstream>
-#include <span>
 
 #include <fmt/format.h>
 
+#include "rali/cli/input_checks.hpp"
 #include "rali/cli/range_job.hpp"
 #include "rali/config/imu_models.hpp"
 #include "rali/config/load_fleet.hpp"
-#include "rali/io/files/csv_reader.hpp"
 
 namespace rali::cli {
 namespace {
@@ -34,11 +31,6 @@ static_assert(static_cast<int>(config::GyroUnit::kDegps) ==
               static_cast<int>(drive::GyroUnit::kDegps));
 static_assert(static_cast<int>(config::CheckAction::kOff) ==
               static_cast<int>(drive::ExtrinsicsCheck::kOff));
-
-std::string origin_of(const FleetConfig& fleet, const std::string& key) {
-  const auto origin = fleet.origins.find(key);
-  return origin == fleet.origins.end() ? key : origin->second;
-}
 
 tl::unexpected<Error> cannot(const FleetConfig& fleet, const std::string& key,
                              const std::string& what, const std::string& remedy) {
@@ -82,50 +74,6 @@ Status check_possible(const FleetConfig& fleet) {
     return cannot(fleet, "output.georeference", "is not possible in this version", "Leave it out.");
   }
   return {};
-}
-
-/// A file of the settings must be there and readable before anything is computed.
-Status check_file(const FleetConfig& fleet, const std::string& key, const std::string& path) {
-  if (path.empty()) return {};
-  const std::string named = origin_of(fleet, key);
-  const std::string remedy =
-      named == "command line" || named == key ? "" : fmt::format("It is named at {}.", named);
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) {
-    return fail(ErrorCode::kInput, path, "there is no such file", remedy);
-  }
-  if (std::filesystem::is_directory(path, error)) {
-    return fail(ErrorCode::kInput, path, "is a folder, not a file", remedy);
-  }
-  if (!std::ifstream(path)) return fail(ErrorCode::kInput, path, "cannot be read", remedy);
-  return {};
-}
-
-/// The columns that a CSV must have; its rows are judged by whoever uses them.
-Status check_columns(const std::string& path, std::span<const char* const> columns) {
-  if (path.empty()) return {};
-  const Result<io::CsvReader> csv = io::CsvReader::open(path);
-  if (!csv) return tl::make_unexpected(csv.error());
-  for (const char* const column : columns) {
-    const Result<int> found = csv->require(column);
-    if (!found) return tl::make_unexpected(found.error());
-  }
-  return {};
-}
-
-Status check_side_files(const FleetConfig& fleet) {
-  constexpr std::array<const char*, 4> kRangeColumns = {"stamp_s", "from", "to", "range_m"};
-  constexpr std::array<const char*, 4> kRadioColumns = {"stamp_s", "from", "to", "rssi_dbm"};
-  for (const config::RangeSource& source : fleet.ranges.sources) {
-    for (const std::string& path : {source.file, source.serial_log}) {
-      if (Status s = check_file(fleet, "ranges.sources", path); !s) return s;
-    }
-    if (Status s = check_columns(source.file, kRangeColumns); !s) return s;
-  }
-  if (Status s = check_file(fleet, "radio.file", fleet.radio_file); !s) return s;
-  if (Status s = check_columns(fleet.radio_file, kRadioColumns); !s) return s;
-  const bool file = fleet.rounds != "auto" && fleet.rounds != "off";
-  return file ? check_file(fleet, "rounds", fleet.rounds) : Status{};
 }
 
 /// Their rows are read before anything is computed, so that a slip costs no run.

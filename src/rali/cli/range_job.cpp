@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/cli/input_checks.hpp"
 #include "rali/drive/ranges/start_prior.hpp"
 
 namespace rali::cli {
@@ -59,11 +60,6 @@ drive::RangeTopic range_topic(const config::RangeSource& source, const io::Radio
   return topic;
 }
 
-std::string place_of(const FleetConfig& fleet, const std::string& key) {
-  const auto origin = fleet.origins.find(key);
-  return origin == fleet.origins.end() ? key : origin->second;
-}
-
 std::optional<double> bias_between(const config::RangesConfig& ranges, const std::string& a,
                                    const std::string& b) {
   for (const std::string& pair : {a + '-' + b, b + '-' + a}) {
@@ -83,7 +79,7 @@ Result<drive::RangeOptions> range_options(const FleetConfig& fleet) {
   }
   for (const config::RangeSource& source : fleet.ranges.sources) {
     if (!source.serial_log.empty()) {
-      return fail(ErrorCode::kUsage, place_of(fleet, "ranges.sources"),
+      return fail(ErrorCode::kUsage, origin_of(fleet, "ranges.sources"),
                   fmt::format("{}: logs of a serial port cannot be read in this version",
                               source.serial_log),
                   "Give a CSV (file) or a topic of the recordings.");

@@ -28,6 +28,7 @@ struct HallRecording {
   double nan_share = 0.0;
   geometry::Mat3 R_body_lidar = geometry::Mat3::Identity();
   std::string second_cloud_topic;
+  std::string range_topic;  ///< rali_msgs/Range from v1 to v2 at 10 Hz; empty: none
 
   static constexpr double kStart_s = 1700000000.0;
   static constexpr double kStill_s = 1.5;
@@ -116,6 +117,15 @@ struct HallRecording {
     return message;
   }
 
+  [[nodiscard]] static wire::RangeMessage range_at(Time now, double t) {
+    wire::RangeMessage message;
+    message.stamp = now;
+    message.from = "v1";
+    message.to = "v2";
+    message.range_m = 5.0 + 0.1 * t;
+    return message;
+  }
+
   /// Writes a ROS 1 bag; returns its path.
   [[nodiscard]] std::string write(const std::string& path) const;
 };
@@ -136,6 +146,7 @@ inline std::string HallRecording::write(const std::string& path) const {
                          ? clouds
                          : connect(bag, second_cloud_topic, "sensor_msgs/PointCloud2");
   const auto inertial = connect(bag, "/imu/data", "sensor_msgs/Imu");
+  const auto ranges = range_topic.empty() ? inertial : connect(bag, range_topic, "rali_msgs/Range");
   Rng lidar_noise(1, "lidar"), imu_noise(1, "imu");
   bool whole = true;
   for (int tick = 0; tick < static_cast<int>(duration_s * 200.0); ++tick) {
@@ -147,6 +158,10 @@ inline std::string HallRecording::write(const std::string& path) const {
     const auto sample = wire::encode(message_imu, wire::Encoding::kRos1);
     whole = whole && bag.write(inertial, now, sample).has_value();
     if (tick % 20 != 0 || tick == 0) continue;
+    if (!range_topic.empty()) {
+      const auto range = wire::encode(range_at(now, t), wire::Encoding::kRos1);
+      whole = whole && bag.write(ranges, now, range).has_value();
+    }
     const int index = tick / 20 - 1;
     if (index >= gap_from && index < gap_from + gap_sweeps) continue;
     sensor::LidarScan scan = sweep(index, lidar_noise);

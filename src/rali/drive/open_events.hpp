@@ -1,11 +1,19 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "rali/drive/map_run.hpp"
 #include "rali/drive/reported_source.hpp"
 
 namespace rali::drive {
+
+/// True if a vehicle's data is a folder of scans, false if it is recordings in a row.
+/// @param imu_file CSV of inertial data beside a folder of scans, empty if none was named
+/// Errors: kUsage (a mixture; inertial data named beside a recording), kInput.
+[[nodiscard]] Result<bool> is_scan_folder(const std::vector<std::string>& inputs,
+                                          const std::string& imu_file);
 
 /// The source that fits a vehicle's inputs: a folder of scans, or recordings in a row.
 /// Errors: kUsage, kInput.

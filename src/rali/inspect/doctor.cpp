@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/drive/ranges/range_findings.hpp"
 #include "rali/inspect/examination.hpp"
 #include "rali/inspect/folder_reading.hpp"
 #include "rali/inspect/make_finding.hpp"
@@ -72,16 +73,21 @@ Result<DoctorReport> examine(const DoctorOptions& options, Executor& executor, R
   return report;
 }
 
-Result<FindingList> examine_ranges(const std::vector<std::string>& files,
-                                   const std::vector<std::string>& vehicles, RangeStudy& ranges) {
+Result<FindingList> examine_ranges(const RangeInputs& inputs, RangeStudy& ranges) {
   FindingList findings;
-  for (const std::string& file : files) {
+  for (const std::string& file : inputs.files) {
     if (const Status status = read_ranges_csv(file, ranges, findings); !status) {
       return tl::make_unexpected(status.error());
     }
   }
-  if (!ranges.empty()) ranges.report("", findings);
-  ranges.report_strangers(vehicles, findings);
+  for (const std::string& topic : inputs.topics) {
+    if (!ranges.has_topic(topic)) findings.push_back(drive::no_topic_finding(topic));
+  }
+  if (!ranges.empty()) {
+    ranges.report("", findings);
+    ranges.report_silent(inputs.vehicles, findings);
+  }
+  ranges.report_strangers(inputs.vehicles, findings);
   sort_findings(findings);
   return findings;
 }

@@ -66,12 +66,17 @@ struct DoctorResult {
 [[nodiscard]] Result<DoctorReport> examine(const DoctorOptions& options, Executor& executor,
                                            RangeStudy& ranges);
 
-/// D14 and D15 of all ranges: those of the recordings and of these CSV files.
-/// @param vehicles names of the fleet; empty: nobody knows them
+/// Where the ranges of a fleet come from, and between whom.
+struct RangeInputs {
+  std::vector<std::string> files;     ///< CSV
+  std::vector<std::string> topics;    ///< of the recordings
+  std::vector<std::string> vehicles;  ///< names of the fleet; empty: not known
+};
+
+/// D14 and D15 of all ranges: those of the recordings and of the CSV files; a topic that no
+/// recording has (`ranges.no_topic`, as of rali map).
 /// Errors: kInput (no file, a column missing, no row of numbers).
-[[nodiscard]] Result<FindingList> examine_ranges(const std::vector<std::string>& files,
-                                                 const std::vector<std::string>& vehicles,
-                                                 RangeStudy& ranges);
+[[nodiscard]] Result<FindingList> examine_ranges(const RangeInputs& inputs, RangeStudy& ranges);
 
 /// Severity as the user reads it: "error", "warning", "info".
 [[nodiscard]] const char* severity_name(Severity severity);

@@ -9,6 +9,7 @@
 
 #include "rali/drive/hall_recording_for_test.hpp"
 #include "rali/io/files/test_folder.hpp"
+#include "rali/wire/byte_writer.hpp"
 
 namespace rali::inspect {
 namespace {
@@ -207,13 +208,53 @@ TEST(Doctor, ranges_of_all_vehicles_are_judged_together) {
   }
   back += "9.0,v7,v1,3.0\nnoon,v1,v2,3.0\n";
   RangeStudy ranges;
-  const auto findings = examine_ranges({folder.write("a.csv", forth), folder.write("b.csv", back)},
-                                       {"v1", "v2"}, ranges);
+  const auto findings = examine_ranges(
+      {{folder.write("a.csv", forth), folder.write("b.csv", back)}, {}, {"v1", "v2"}}, ranges);
   ASSERT_TRUE(findings) << findings.error().message();
   const std::string text = ranges_text(*findings);
   EXPECT_NE(text.find("warning D15 v1->v2 is -0.3"), std::string::npos) << text;
   EXPECT_NE(text.find("'v7' is no vehicle (v1, v2); 1 range with it"), std::string::npos) << text;
   EXPECT_NE(text.find("1 of 42 rows like this"), std::string::npos) << text;
+}
+
+/// A bag of ten LinkTrack frames on /uwb: radio 4 measures radios 5 and 7.
+std::string linktrack_bag(const io::TestFolder& folder) {
+  constexpr const char* kType = "nlink_parser/LinktrackNodeframe3";
+  io::MemorySink sink;
+  io::BagWriter bag(sink, io::BagWriter::Options{});
+  const auto topic = bag.add_connection("/uwb", kType, "0", "");
+  bool whole = topic.has_value();
+  for (std::uint32_t i = 0; whole && i < 10; ++i) {
+    wire::ByteWriter out(wire::Encoding::kRos1);
+    out.put(std::uint8_t{2});
+    out.put(std::uint8_t{4});
+    out.put(100 * i);
+    out.put(100 * i);
+    out.put(4.9F);
+    out.put(std::uint32_t{2});
+    for (const std::uint8_t peer : {std::uint8_t{5}, std::uint8_t{7}}) {
+      out.put(std::uint8_t{2});
+      out.put(peer);
+      for (const float value : {3.0F, -80.0F, -78.0F}) out.put(value);
+    }
+    whole = bag.write(*topic, Time::from_s(10.0 + 0.1 * i), out.take()).has_value();
+  }
+  EXPECT_TRUE(whole && bag.close());
+  const auto& bytes = sink.bytes();
+  return folder.write("uwb.bag", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+TEST(Doctor, a_radio_that_no_list_names_is_that_of_the_recording) {
+  const io::TestFolder folder;
+  DoctorOptions options;
+  options.path = linktrack_bag(folder);
+  options.vehicle = "v1";
+  options.range_topics = {{"/uwb", {{5, "v1"}, {7, "v2"}}}};
+  SerialExecutor executor;
+  RangeStudy ranges;
+  ASSERT_TRUE(examine(options, executor, ranges));
+  EXPECT_EQ(ranges.names(), (std::vector<std::string>{"v1", "v2"}))
+      << "4 is a second radio of v1, and what it measures to radio 5 is no range between vehicles";
 }
 
 }  // namespace

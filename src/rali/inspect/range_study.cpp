@@ -27,6 +27,9 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// "v1" of the antenna "v1/rear".
+std::string vehicle_of(const std::string& name) { return name.substr(0, name.find('/')); }
+
 }  // namespace
 
 void RangeStudy::add(Time t, const std::string& from, const std::string& to, double range_m) {
@@ -61,7 +64,6 @@ void RangeStudy::report(const std::string& topic, FindingList& out) const {
     report_pair(pair.first + "->" + pair.second, series, topic, out);
   }
   report_directions(pairs, topic, out);
-  report_silent(topic, out);
   if (zeros_ > 0) {
     out.push_back(
         make_finding("D14", Severity::kInfo, topic,
@@ -89,8 +91,7 @@ void RangeStudy::report_strangers(const std::vector<std::string>& vehicles,
                                   FindingList& out) const {
   if (vehicles.empty()) return;
   for (const std::string& name : names()) {
-    const std::string vehicle = name.substr(0, name.find('/'));
-    if (std::find(vehicles.begin(), vehicles.end(), vehicle) != vehicles.end()) continue;
+    if (std::find(vehicles.begin(), vehicles.end(), vehicle_of(name)) != vehicles.end()) continue;
     std::uint64_t rows = 0;
     for (const auto& [pair, series] : pairs_) {
       if (pair.first == name || pair.second == name) rows += series.count;
@@ -166,15 +167,30 @@ void RangeStudy::report_directions(const Pairs& pairs, const std::string& topic,
   }
 }
 
-void RangeStudy::report_silent(const std::string& topic, FindingList& out) const {
-  const std::vector<std::string> all = names();
-  if (all.size() > 20) return;  // a list of that many pairs helps nobody
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    for (std::size_t k = i + 1; k < all.size(); ++k) {
-      if (pairs_.contains({all[i], all[k]}) || pairs_.contains({all[k], all[i]})) continue;
-      out.push_back(make_finding(
-          "D14", Severity::kInfo, topic,
-          {fmt::format("{} and {} never measured each other", all[i], all[k]), "", ""}));
+void RangeStudy::report_silent(const std::vector<std::string>& vehicles, FindingList& out) const {
+  constexpr std::size_t kVehiclesMax = 20;  // a list of that many pairs helps nobody
+  std::set<std::pair<std::string, std::string>> measured;
+  std::set<std::string> named;
+  for (const auto& [pair, series] : pairs_) {
+    const std::string a = vehicle_of(pair.first), b = vehicle_of(pair.second);
+    measured.insert({std::min(a, b), std::max(a, b)});
+    named.insert({a, b});
+  }
+  std::set<std::string> all = named;
+  all.insert(vehicles.begin(), vehicles.end());
+  if (all.size() > kVehiclesMax) return;
+  for (auto a = all.begin(); a != all.end(); ++a) {
+    if (!named.contains(*a)) {
+      out.push_back(make_finding("D14", Severity::kWarning, "",
+                                 {*a + " measured no range, and none was measured to it",
+                                  "only start poses and scans can join it to the others",
+                                  "Check that its radio ran, and name it in ranges.sources."}));
+    }
+    for (auto b = std::next(a); b != all.end(); ++b) {
+      if (measured.contains({*a, *b})) continue;
+      out.push_back(
+          make_finding("D14", Severity::kInfo, "",
+                       {fmt::format("{} and {} never measured each other", *a, *b), "", ""}));
     }
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,13 +20,22 @@ class RangeStudy {
   /// Distances of 0 that a driver sent for "none".
   void add_zeros(std::uint64_t n) { zeros_ += n; }
 
+  /// A recording has ranges on this topic.
+  void add_topic(const std::string& topic) { topics_.insert(topic); }
+
+  [[nodiscard]] bool has_topic(const std::string& topic) const { return topics_.contains(topic); }
+
   [[nodiscard]] bool empty() const { return pairs_.empty(); }
 
   [[nodiscard]] std::vector<std::string> names() const;
 
-  /// D14: rate, gaps, frozen values, zeros per pair; pairs that never measured. D15: the two
-  /// directions of a pair disagree, spread.
+  /// D14: rate, gaps, frozen values, zeros per pair. D15: the two directions of a pair disagree,
+  /// spread.
   void report(const std::string& topic, FindingList& out) const;
+
+  /// D14: pairs of vehicles that never measured each other, and vehicles that no range names.
+  /// @param vehicles names of the fleet; empty: those that ranges name
+  void report_silent(const std::vector<std::string>& vehicles, FindingList& out) const;
 
   /// D14: names that are no vehicle of the fleet; nothing where `vehicles` is empty.
   void report_strangers(const std::vector<std::string>& vehicles, FindingList& out) const;
@@ -45,12 +55,12 @@ class RangeStudy {
   void report_pair(const std::string& name, const Series& series, const std::string& topic,
                    FindingList& out) const;
   static void report_directions(const Pairs& pairs, const std::string& topic, FindingList& out);
-  void report_silent(const std::string& topic, FindingList& out) const;
 
   /// Several recordings tell of one pair, one after the other.
   [[nodiscard]] Pairs sorted_pairs() const;
 
   Pairs pairs_;  ///< ordered: the report is too
+  std::set<std::string> topics_;
   std::uint64_t zeros_ = 0;
   std::uint64_t pairs_refused_ = 0;
 };

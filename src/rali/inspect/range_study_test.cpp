@@ -44,7 +44,29 @@ TEST(RangeStudy, directions_that_disagree_by_31_cm_are_named) {
 TEST(RangeStudy, a_pair_that_never_measured_is_named) {
   RangeStudy study = both_directions(0.0);
   study.add(Time::from_s(1.0), "v2", "v3", 4.0);
-  EXPECT_TRUE(says(reported(study), "D14", "v1 and v3 never"));
+  FindingList findings;
+  study.report_silent({}, findings);
+  EXPECT_TRUE(says(findings, "D14", "v1 and v3 never"));
+  EXPECT_EQ(findings.size(), 1U);
+}
+
+TEST(RangeStudy, a_vehicle_of_the_fleet_that_no_range_names_is_named) {
+  FindingList findings;
+  both_directions(0.0).report_silent({"v1", "v2", "v3"}, findings);
+  ASSERT_EQ(findings.size(), 3U);
+  EXPECT_TRUE(says(findings, "D14", "v1 and v3 never"));
+  EXPECT_TRUE(says(findings, "D14", "v2 and v3 never"));
+  EXPECT_TRUE(says(findings, "D14", "v3 measured no range"));
+}
+
+TEST(RangeStudy, antennas_of_one_vehicle_are_no_pair_and_one_of_them_is_enough) {
+  RangeStudy study;
+  study.add(Time::from_s(1.0), "v1/front", "v2", 4.0);
+  study.add(Time::from_s(1.1), "v1/rear", "v3", 4.0);
+  FindingList findings;
+  study.report_silent({"v1", "v2", "v3"}, findings);
+  ASSERT_EQ(findings.size(), 1U) << findings.back().text;
+  EXPECT_TRUE(says(findings, "D14", "v2 and v3 never"));
 }
 
 TEST(RangeStudy, frozen_zero_and_impossible_values_are_counted) {

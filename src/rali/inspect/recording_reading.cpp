@@ -51,9 +51,13 @@ class RecordingReading {
       }
       if (!*more) break;
       count(message);
-      if (is_enough(message.t_record)) break;
+      if (is_enough(message.t_record)) {
+        partly_ = true;
+        break;
+      }
       take(message);
     }
+    note_range_topics();
     report_topics();
     report_file();
     return {};
@@ -154,14 +158,22 @@ class RecordingReading {
     return {};
   }
 
+  /// As rali map takes it: a radio of a fleet that no list names is that of the recording.
+  [[nodiscard]] std::string own_radio(const std::string& topic, std::int64_t number) const {
+    const std::string name = radio_name(topic, number);
+    const bool unlisted = options_.range_topics && name == fmt::format("{}", number);
+    return unlisted ? options_.vehicle : name;
+  }
+
   void take_linktrack(const io::Topic& topic, const io::RawMessage& message) {
     const auto frame = wire::decode_linktrack(topic.type, message.data, topic.encoding);
     if (!frame) return examination_.add_undecodable(topic.name, frame.error().message());
-    const std::string from = radio_name(topic.name, frame->id);
+    const std::string from = own_radio(topic.name, frame->id);
     if (from.empty()) return;
     const Time t = frame->stamp.ns != 0 ? frame->stamp : message.t_record;
     for (const wire::LinktrackNode& node : frame->nodes) {
-      ranges_.add(t, from, radio_name(topic.name, node.id), node.range_m);
+      const std::string to = radio_name(topic.name, node.id);
+      if (to != from) ranges_.add(t, from, to, node.range_m);
     }
     ranges_.add_zeros(frame->zeros);
   }
@@ -172,6 +184,19 @@ class RecordingReading {
     if (radio_name(topic.name, 0).empty()) return;
     const Time t = range->stamp.ns != 0 ? range->stamp : message.t_record;
     ranges_.add(t, range->from, range->to, range->range_m);
+  }
+
+  /// Of what was not read the index lists what is there; without one a topic of ranges may bring
+  /// some later.
+  void note_range_topics() {
+    for (std::size_t i = 0; i < source_->topics().size(); ++i) {
+      const io::Topic& topic = source_->topics()[i];
+      const wire::MessageKind kind = wire::message_kind(topic.type);
+      if (kind != wire::MessageKind::kLinktrack && kind != wire::MessageKind::kRaliRange) continue;
+      const bool read = i < counted_.size() && counted_[i].messages > 0;
+      const bool later = partly_ && topic.messages.value_or(1) > 0;
+      if (read || later) ranges_.add_topic(topic.name);
+    }
   }
 
   void report_topics() {
@@ -237,6 +262,7 @@ class RecordingReading {
   drive::TfTree tf_;
   std::size_t transforms_ = 0;
   Time t_first_, t_last_;
+  bool partly_ = false;  ///< the recording goes on behind what was looked at
   std::string broken_;
 };
 

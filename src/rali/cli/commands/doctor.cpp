@@ -5,7 +5,10 @@
 
 #include <fmt/format.h>
 
+#include "rali/cli/input_checks.hpp"
+#include "rali/cli/range_job.hpp"
 #include "rali/config/load_fleet.hpp"
+#include "rali/drive/open_events.hpp"
 #include "rali/drive/tbb_executor.hpp"
 #include "rali/inspect/doctor.hpp"
 #include "rali/io/files/atomic_file.hpp"
@@ -87,10 +90,11 @@ class DoctorCommand final : public Command {
  private:
   struct Plan {
     std::vector<inspect::DoctorOptions> recordings;
-    std::vector<std::string> range_files;
-    std::vector<std::string> vehicles;  ///< whose names ranges must have; empty: nobody knows them
+    inspect::RangeInputs ranges;
   };
 
+  [[nodiscard]] Result<config::FleetConfig> load(bool yaml) const;
+  [[nodiscard]] static Status check(const config::FleetConfig& fleet);
   [[nodiscard]] Result<Plan> plan() const;
   [[nodiscard]] Status write_files(const inspect::DoctorResult& result) const;
 
@@ -100,19 +104,42 @@ class DoctorCommand final : public Command {
   int threads_ = 0;
 };
 
+Result<config::FleetConfig> DoctorCommand::load(bool yaml) const {
+  config::Overrides overrides;
+  if (!ranges_.empty()) {
+    overrides.assignments.push_back(
+        fmt::format("ranges.sources=[{{file: {}}}]", config::yaml_quoted(ranges_)));
+  }
+  return yaml ? config::load_fleet(inputs_.front(), overrides)
+              : config::fleet_of_recordings(inputs_, overrides);
+}
+
+/// What rali map refuses before it reads is refused here with the same sentence.
+Status DoctorCommand::check(const config::FleetConfig& fleet) {
+  if (Status status = check_side_files(fleet); !status) return status;
+  const Result<drive::RangeOptions> ranges = range_options(fleet);
+  if (!ranges) return tl::make_unexpected(ranges.error());
+  if (Status status = check_recordings(fleet); !status) return status;
+  for (const config::VehicleConfig& vehicle : fleet.vehicles) {
+    const Result<bool> scans = drive::is_scan_folder(vehicle.recordings, vehicle.imu.file);
+    if (!scans) return tl::make_unexpected(scans.error());
+  }
+  return {};
+}
+
 Result<DoctorCommand::Plan> DoctorCommand::plan() const {
   const std::string extension = std::filesystem::path(inputs_.front()).extension().string();
   const bool yaml = inputs_.size() == 1 && (extension == ".yaml" || extension == ".yml");
-  const Result<config::FleetConfig> fleet =
-      yaml ? config::load_fleet(inputs_.front(), {}) : config::fleet_of_recordings(inputs_, {});
+  const Result<config::FleetConfig> fleet = load(yaml);
   if (!fleet) return tl::make_unexpected(fleet.error());
+  if (const Status status = check(*fleet); !status) return tl::make_unexpected(status.error());
   Plan plan;
   for (const config::RangeSource& source : fleet->ranges.sources) {
-    if (!source.file.empty()) plan.range_files.push_back(source.file);
+    if (!source.file.empty()) plan.ranges.files.push_back(source.file);
+    if (!source.topic.empty()) plan.ranges.topics.push_back(source.topic);
   }
-  if (!ranges_.empty()) plan.range_files = {ranges_};
   for (const config::VehicleConfig& vehicle : fleet->vehicles) {
-    if (yaml) plan.vehicles.push_back(vehicle.name);
+    if (yaml) plan.ranges.vehicles.push_back(vehicle.name);
     inspect::DoctorOptions options = options_of(vehicle);
     options.seconds = seconds_;
     if (yaml) options.range_topics = range_topics(fleet->ranges);
@@ -161,8 +188,7 @@ Result<int> DoctorCommand::run(Session& session) {
     spoilt |= inspect::has_error(report->findings);
     result.recordings.push_back(std::move(*report));
   }
-  Result<FindingList> of_ranges =
-      inspect::examine_ranges(plan->range_files, plan->vehicles, ranges);
+  Result<FindingList> of_ranges = inspect::examine_ranges(plan->ranges, ranges);
   if (!of_ranges) return tl::make_unexpected(of_ranges.error());
   result.ranges = std::move(*of_ranges);
   spoilt |= inspect::has_error(result.ranges);

@@ -64,6 +64,55 @@ TEST(DoctorCommand, looks_at_every_recording_and_at_the_ranges_of_a_fleet) {
   EXPECT_EQ(nlohmann::json::parse(one.out)["vehicles"].size(), 1U) << "the same shape";
 }
 
+/// The sentence of map and doctor for a fleet.yaml that both refuse.
+void expect_same_refusal(const io::TestFolder& f, const std::string& name, const std::string& yaml,
+                         const std::string& word) {
+  const std::string fleet = f.write(name, yaml);
+  const Outcome map = run_rali({"map", fleet, "-o", f.path("out"), "-q"});
+  const Outcome doctor = run_rali({"doctor", fleet, "-q"});
+  EXPECT_EQ(map.code, 2) << name;
+  EXPECT_EQ(doctor.code, 2) << name << '\n' << doctor.out;
+  EXPECT_EQ(doctor.err, map.err) << name;
+  EXPECT_NE(doctor.err.find(word), std::string::npos) << doctor.err;
+}
+
+TEST(DoctorCommand, refuses_of_a_fleet_what_map_refuses) {
+  const io::TestFolder f;
+  hall(f, "a.bag");
+  f.write("port.log", "x");
+  f.write("imu.csv", "stamp_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,1\n");
+  const std::string v1 = "vehicles: {v1: {recording: a.bag}}\n";
+  expect_same_refusal(f, "port.yaml",
+                      v1 + "ranges: {sources: [{serial_log: port.log, vehicle: v1}]}\n",
+                      "logs of a serial port cannot be read");
+  expect_same_refusal(f, "csv.yaml", v1 + "ranges: {sources: [{file: none.csv}]}\n",
+                      "there is no such file. It is named at");
+  expect_same_refusal(f, "imu.yaml", "vehicles: {v1: {recording: a.bag, imu: {file: imu.csv}}}\n",
+                      "--imu is for folders of scans");
+  expect_same_refusal(f, "none.yaml", "vehicles: {v1: {recording: none.bag}}\n", "none.bag");
+}
+
+TEST(DoctorCommand, a_topic_of_ranges_that_no_recording_has_is_reported_as_map_reports_it) {
+  const io::TestFolder f;
+  drive::test::HallRecording recording;
+  recording.duration_s = 2.0;
+  recording.range_topic = "/uwb";
+  static_cast<void>(recording.write(f.path("a.bag")));
+  hall(f, "b.bag");
+  const std::string fleet = f.write("fleet.yaml",
+                                    "vehicles: {v1: {recording: a.bag}, v2: {recording: b.bag}}\n"
+                                    "ranges: {sources: [{topic: /uwb}, {topic: /uwb_rear}]}\n");
+  const Outcome doctor = run_rali({"doctor", fleet, "-q"});
+  const std::string sentence = "ranges.no_topic no recording has ranges on /uwb_rear\n";
+  EXPECT_NE(doctor.out.find("warning " + sentence), std::string::npos) << doctor.out;
+  EXPECT_NE(doctor.out.find("D14 v1->v2: 19 ranges"), std::string::npos) << doctor.out;
+  EXPECT_EQ(doctor.out.find("ranges on /uwb\n"), std::string::npos) << "that one is there";
+  // Where only a part is looked at, the index lists what comes later.
+  const Outcome part = run_rali({"doctor", fleet, "-q", "--seconds", "0.05"});
+  EXPECT_NE(part.out.find(sentence), std::string::npos) << part.out;
+  EXPECT_EQ(part.out.find("ranges on /uwb\n"), std::string::npos) << part.out;
+}
+
 /// What map, doctor and info say of an input, if all refuse it alike.
 std::string refusal(const io::TestFolder& f, const std::string& input) {
   const Outcome map = run_rali({"map", input, "-o", f.path("out"), "-q"});

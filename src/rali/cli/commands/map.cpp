@@ -8,11 +8,12 @@
 #include "rali/cli/commands/commands.hpp"
 #include "rali/cli/commands/report.hpp"
 #include "rali/cli/evaluate_job.hpp"
+#include "rali/cli/input_checks.hpp"
 #include "rali/cli/map_job.hpp"
 #include "rali/cli/map_summary.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/load_fleet.hpp"
-#include "rali/io/input_kind.hpp"
+#include "rali/drive/run_log.hpp"
 
 namespace rali::cli {
 namespace {
@@ -168,23 +169,6 @@ Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
     }
   }
   return overrides.assignments.size() == before ? std::move(fleet) : load(overrides);
-}
-
-Status check_recordings(const config::FleetConfig& fleet) {
-  for (const config::VehicleConfig& vehicle : fleet.vehicles) {
-    for (const std::string& recording : vehicle.recordings) {
-      const Result<io::InputKind> kind = io::input_kind(recording);
-      if (kind) continue;
-      Error error = kind.error();
-      const auto origin = fleet.origins.find("vehicles." + vehicle.name + ".recording");
-      const bool typed = origin == fleet.origins.end() || origin->second == "command line";
-      if (!typed && error.remedy.empty()) {
-        error.remedy = fmt::format("It is named at {}.", origin->second);
-      }
-      return tl::make_unexpected(std::move(error));
-    }
-  }
-  return {};
 }
 
 Status MapCommand::read_formats() {

@@ -92,14 +92,17 @@ std::optional<Finding> latency_finding(const MapJob& job, const std::vector<Inpu
 
 }  // namespace
 
+Finding no_topic_finding(const std::string& topic) {
+  return finding("ranges.no_topic", fmt::format("no recording has ranges on {}", topic),
+                 "See rali info for its topics and types.");
+}
+
 FindingList range_findings(const RangeTally& tally, const MapJob& job,
                            const std::vector<InputReport>& reports) {
   FindingList list;
   for (const RangeTopic& topic : job.ranges.topics) {
     if (messages_of(topic.topic, reports) > 0) continue;
-    list.push_back(finding("ranges.no_topic",
-                           fmt::format("no recording has ranges on {}", topic.topic),
-                           "See rali info for its topics and types."));
+    list.push_back(no_topic_finding(topic.topic));
   }
   if (auto latency = latency_finding(job, reports)) list.push_back(std::move(*latency));
   if (tally.total == 0 || tally.used() > 0) return list;

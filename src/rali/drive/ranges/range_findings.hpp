@@ -1,11 +1,15 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "rali/base/finding.hpp"
 #include "rali/drive/map_run.hpp"
 
 namespace rali::drive {
+
+/// A source of ranges.sources of which no recording has a message.
+[[nodiscard]] Finding no_topic_finding(const std::string& topic);
 
 /// What the user should know about the ranges of a run: a topic that brought none, ranges of which
 /// not one was used and why, ranges between vehicles without a common clock.

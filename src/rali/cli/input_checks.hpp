@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "rali/base/result.hpp"
+#include "rali/config/fleet_config.hpp"
+
+namespace rali::cli {
+
+/// Where a key of the settings was given; the key itself if nowhere.
+[[nodiscard]] std::string origin_of(const config::FleetConfig& fleet, const std::string& key);
+
+/// The files beside the recordings (ranges, radio, rounds) must be there, readable and with their
+/// columns before anything is computed. Errors: kInput.
+[[nodiscard]] Status check_side_files(const config::FleetConfig& fleet);
+
+/// Each recording must be of a kind that can be read. Errors: kInput, with the place that names it.
+[[nodiscard]] Status check_recordings(const config::FleetConfig& fleet);
+
+}  // namespace rali::cli
