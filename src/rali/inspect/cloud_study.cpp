@@ -59,6 +59,7 @@ void CloudStudy::report(const wire::CloudFormat& format, const std::string& topi
                         FindingList& out) const {
   if (sweeps_ == 0) return;
   for (Finding finding : format.findings) {
+    if (finding.id == "D05") continue;  // of the first clouds; that of all is below
     finding.topic = topic;
     out.push_back(std::move(finding));
   }
@@ -77,12 +78,12 @@ void CloudStudy::report(const wire::CloudFormat& format, const std::string& topi
         {static_cast<double>(empty_), 0.0}));
   }
   const double nan = share_of(nan_, points_);
-  out.push_back(make_finding(
-      "D05", nan > kNanMax ? Severity::kWarning : Severity::kInfo, topic,
-      {fmt::format("{:.2g} % of the points are NaN or zero: removed; {:.2g} % are out of range",
-                   100.0 * nan, 100.0 * share_of(out_of_range_, points_)),
-       "", ""},
-      {nan, kNanMax}));
+  out.push_back(
+      make_finding("D05", nan > kNanMax ? Severity::kWarning : Severity::kInfo, topic,
+                   {fmt::format("{} of the points are NaN or zero: removed; {} are out of range",
+                                percent(nan), percent(share_of(out_of_range_, points_))),
+                    "", ""},
+                   {nan, kNanMax}));
   report_nan_jumps(topic, out);
   report_times(format, topic, out);
   report_rings(format, topic, out);
@@ -120,8 +121,8 @@ void CloudStudy::report_odd_times(const std::string& topic, FindingList& out) co
   const double share = share_of(odd_time_sweeps_, sweeps_);
   out.push_back(
       make_finding("D02", share > 0.2 ? Severity::kError : Severity::kWarning, topic,
-                   {fmt::format("{} whose point times are all alike or make no sense ({:.2g} %)",
-                                counted(odd_time_sweeps_, "sweep"), 100.0 * share),
+                   {fmt::format("{} whose point times are all alike or make no sense ({})",
+                                counted(odd_time_sweeps_, "sweep"), percent(share)),
                     "they cannot be undistorted, or are left out",
                     "Check the LiDAR's driver, or set lidar.point_time: azimuth."},
                    {share, 0.0}));
@@ -155,7 +156,9 @@ void CloudStudy::report_times(const wire::CloudFormat& format, const std::string
 
 void CloudStudy::report_rings(const wire::CloudFormat& format, const std::string& topic,
                               FindingList& out) const {
+  const auto of_format = [](const Finding& f) { return f.id == "D06"; };
   if (rings_.empty()) {
+    if (std::any_of(format.findings.begin(), format.findings.end(), of_format)) return;
     out.push_back(make_finding("D06", Severity::kInfo, topic,
                                {"no ring numbers: neighbours are found by direction", "", ""}));
     return;

@@ -1,5 +1,6 @@
 #include "rali/inspect/doctor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -194,6 +195,13 @@ TEST(Doctor, a_folder_of_which_nothing_can_be_mapped_is_not_fit) {
   const DoctorReport nan = examined_folder(0.0);
   ASSERT_NE(find(nan, "D01", Severity::kError), nullptr) << doctor_text(nan);
   EXPECT_NE(doctor_text(nan).find("3 sweeps without a usable point"), std::string::npos);
+  const auto of = [&](const char* id) {
+    return std::count_if(nan.findings.begin(), nan.findings.end(),
+                         [&](const Finding& f) { return f.id == id; });
+  };
+  EXPECT_EQ(of("D05"), 1) << doctor_text(nan);
+  EXPECT_EQ(of("D06"), 1) << doctor_text(nan);
+  EXPECT_NE(doctor_text(nan).find(" 100 % of the points are NaN"), std::string::npos);
   const DoctorReport mm = examined_folder(1000.0);
   ASSERT_NE(find(mm, "D01", Severity::kError), nullptr) << doctor_text(mm);
   EXPECT_NE(doctor_text(mm).find("millimetres, not metres"), std::string::npos) << doctor_text(mm);

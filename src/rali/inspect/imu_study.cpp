@@ -231,8 +231,8 @@ void report_counts(const ImuStudy& study, std::size_t samples, const std::string
   if (study.invalid > 0) {
     out.push_back(make_finding(
         "D10", share(study.invalid) > 0.2 ? Severity::kError : Severity::kWarning, topic,
-        {fmt::format("{} without numbers ({:.2g} %)", counted(study.invalid, "sample"),
-                     100.0 * share(study.invalid)),
+        {fmt::format("{} without numbers ({})", counted(study.invalid, "sample"),
+                     percent(share(study.invalid))),
          "they are left out", "Check the IMU's driver."},
         {share(study.invalid), 0.2}));
   }

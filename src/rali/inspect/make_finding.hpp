@@ -3,9 +3,19 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "rali/base/finding.hpp"
 
 namespace rali::inspect {
+
+/// "0.03 %", "7.1 %", "100 %": a share for a sentence, never as a power of ten.
+[[nodiscard]] inline std::string percent(double share) {
+  const double hundredths = 100.0 * share;
+  if (hundredths > 0.0 && hundredths < 0.01) return "below 0.01 %";
+  return hundredths < 9.95 ? fmt::format("{:.2g} %", hundredths)
+                           : fmt::format("{:.0f} %", hundredths);
+}
 
 /// Number found and number it was compared with.
 struct Measured {

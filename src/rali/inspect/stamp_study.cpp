@@ -106,8 +106,8 @@ void report_rate(const StampStatistics& s, const std::string& id, const std::str
       : notable ? Severity::kWarning
                 : Severity::kInfo,
       topic,
-      {fmt::format("{:.2g} % of the {} are missing, longest gap {:.2f} s at {:.3f}",
-                   100.0 * s.missing_share(), what, s.longest_gap_s, s.t_longest_gap.s()),
+      {fmt::format("{} of the {} are missing, longest gap {:.2f} s at {:.3f}",
+                   percent(s.missing_share()), what, s.longest_gap_s, s.t_longest_gap.s()),
        "the pose is only predicted across a gap",
        "Record to a faster disk, or with a larger buffer of the recorder and the driver."},
       {s.longest_gap_s, long_s}));
