@@ -119,6 +119,24 @@ TEST(MapDamage, ends_with_the_exit_code_of_the_table) {
   }
 }
 
+TEST(MapDamage, without_a_pose_no_error_is_expected) {
+  const io::TestFolder folder;
+  HallRecording recording = short_recording();
+  recording.nan_share = 1.0;
+  const std::string input = recorded(folder, recording);
+  const Outcome outcome = map_it(input, folder.path("out"));
+  EXPECT_EQ(outcome.code, 3) << outcome.out << outcome.err;
+  EXPECT_EQ(outcome.out.find("expected position error"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find("blind:"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.err.find("no pose from 0 sweeps. See rali doctor"), std::string::npos)
+      << outcome.err;
+  EXPECT_NE(folder.read("out/metrics.json").find("\"sigma_max_m\": null"), std::string::npos);
+  const Outcome asked = run_rali(
+      {"map", input, "-o", folder.path("asked"), "--no-mcap", "--require", "max_sigma_m=0.5"});
+  EXPECT_EQ(asked.code, 1) << asked.err;
+  EXPECT_NE(asked.err.find("v1 has no pose"), std::string::npos) << asked.err;
+}
+
 TEST(MapDamage, a_full_disk_ends_with_4_and_leaves_only_whole_files) {
   const io::TestFolder folder;
   const std::string input = recorded(folder, short_recording());

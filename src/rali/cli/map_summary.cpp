@@ -1,6 +1,7 @@
 #include "rali/cli/map_summary.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -25,6 +26,8 @@ std::string joined(const MapSummary& summary, std::string_view separator,
   for (const VehicleSummary& vehicle : summary.vehicles) parts.push_back(text(vehicle));
   return fmt::format("{}", fmt::join(parts, separator));
 }
+
+bool has_pose(const VehicleSummary& vehicle) { return std::isfinite(vehicle.sigma_max_m); }
 
 /// "2 vehicles in one frame (v2 placed by the prior, sigma 0.04 m, 0.2 deg)".
 std::string vehicles_line(const MapSummary& summary) {
@@ -74,26 +77,32 @@ std::string rounds_line(const MapSummary& summary) {
                      anchors.size() == 1 ? "anchor" : "anchors", fmt::join(anchors, " "));
 }
 
+/// Nothing where no vehicle has a pose.
 std::string sigma_line(const MapSummary& summary) {
   const VehicleSummary* worst = nullptr;
-  std::vector<double> medians;
+  double median_m = 0.0;
   for (const VehicleSummary& vehicle : summary.vehicles) {
-    medians.push_back(vehicle.sigma_median_m);
+    if (!has_pose(vehicle)) continue;
+    median_m = std::max(median_m, vehicle.sigma_median_m);
     if (worst == nullptr || vehicle.sigma_max_m > worst->sigma_max_m) worst = &vehicle;
   }
-  if (worst == nullptr) return "";
+  if (worst == nullptr) return {};
   const double at_s = seconds_between(worst->input.t_begin, worst->t_sigma_max);
   return fmt::format(
       "expected position error (1 sigma): median {:.2f} m, worst {:.2f} m ({}, {:.0f} s)\n",
-      *std::max_element(medians.begin(), medians.end()), worst->sigma_max_m, worst->name, at_s);
+      median_m, worst->sigma_max_m, worst->name, at_s);
 }
 
 /// "blind: v1 8 %, v2 27 % of the way; held by ranges 94 % of it".
+/// Nothing where no vehicle has a pose.
 std::string blind_line(const MapSummary& summary) {
-  const std::string shares = joined(summary, ", ", [](const VehicleSummary& v) {
-    return fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share);
-  });
-  std::string line = fmt::format("blind: {} of the way", shares);
+  std::vector<std::string> shares;
+  for (const VehicleSummary& v : summary.vehicles) {
+    if (!has_pose(v)) continue;
+    shares.push_back(fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share));
+  }
+  if (shares.empty()) return {};
+  std::string line = fmt::format("blind: {} of the way", fmt::join(shares, ", "));
   double blind_m = 0.0, held_m = 0.0;
   for (const VehicleSummary& v : summary.vehicles) {
     blind_m += v.blind_share * v.path_m;
@@ -245,8 +254,11 @@ std::vector<std::string> broken_requirements(const std::vector<Requirement>& req
     if (requirement.name != "max_sigma_m") continue;
     for (const VehicleSummary& vehicle : summary.vehicles) {
       if (vehicle.sigma_max_m <= requirement.limit) continue;
-      broken.push_back(fmt::format("required max_sigma_m={}: {} reaches {:.2f} m",
-                                   requirement.limit, vehicle.name, vehicle.sigma_max_m));
+      const std::string what = has_pose(vehicle)
+                                   ? fmt::format("reaches {:.2f} m", vehicle.sigma_max_m)
+                                   : std::string("has no pose");
+      broken.push_back(
+          fmt::format("required max_sigma_m={}: {} {}", requirement.limit, vehicle.name, what));
     }
   }
   return broken;

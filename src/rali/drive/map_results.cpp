@@ -22,7 +22,7 @@ Status MapRun::write_results() {
   const std::vector<std::string> names = vehicle_names(job_);
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     if (runs_[i].poses().empty()) {
-      report(no_pose_finding(runs_[i].name(), summary_.vehicles[i].input.sweeps));
+      report(no_pose_finding(runs_[i].name(), summary_.vehicles[i].input));
       summary_.gaps = true;
     }
     summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;

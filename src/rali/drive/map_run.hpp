@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -85,8 +86,8 @@ struct VehicleSummary {
   std::size_t keyframes = 0;
   double blind_share = 0.0;       ///< of the way
   double blind_held_share = 0.0;  ///< of the blind way, by ranges
-  double sigma_median_m = 0.0;
-  double sigma_max_m = 0.0;
+  double sigma_median_m = std::numeric_limits<double>::quiet_NaN();  ///< NaN without a pose
+  double sigma_max_m = std::numeric_limits<double>::quiet_NaN();     ///< the same
   Time t_sigma_max;
   double diverged_s = 0.0;
   geometry::SE3 T_map_odom;  ///< at the first pose

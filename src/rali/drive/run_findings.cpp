@@ -30,14 +30,16 @@ std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& in
   return f;
 }
 
-Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps) {
+Finding no_pose_finding(const std::string& vehicle, const InputReport& input) {
   Finding f;
   f.id = "map.no_pose";
   f.severity = Severity::kError;
   f.vehicle = vehicle;
-  f.text = fmt::format("no pose from {}", counted(sweeps, "sweep"));
-  f.remedy = sweeps == 0 ? "Let start_s and duration_s leave a part of the recording."
-                         : "See run.log for what was refused.";
+  f.text = fmt::format("no pose from {}", counted(input.sweeps, "sweep"));
+  f.remedy = input.sweeps > 0             ? "See run.log for what was refused."
+             : input.gaps.empty_scans > 0 ? "See rali doctor."
+                                          : "Let start_s and duration_s leave a part of the "
+                                            "recording.";
   return f;
 }
 

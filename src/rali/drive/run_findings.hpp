@@ -18,7 +18,7 @@ namespace rali::drive {
 /// D09: the gyro did not turn as the LiDAR did.
 [[nodiscard]] std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& input);
 
-[[nodiscard]] Finding no_pose_finding(const std::string& vehicle, std::uint64_t sweeps);
+[[nodiscard]] Finding no_pose_finding(const std::string& vehicle, const InputReport& input);
 /// Start poses that all else denies; one for each vehicle outside the largest group, with what
 /// would join it.
 [[nodiscard]] FindingList fleet_findings(const fleet::FleetEstimate& estimate,

@@ -203,7 +203,7 @@ void VehicleRun::summarise(VehicleSummary& summary) const {
       continue;
     }
     sigmas.push_back(position_sigma_m(poses_[i]));
-    if (sigmas.back() > summary.sigma_max_m) {
+    if (!(sigmas.back() <= summary.sigma_max_m)) {
       summary.sigma_max_m = sigmas.back();
       summary.t_sigma_max = poses_[i].t;
     }
