@@ -9,8 +9,11 @@
 #include "rali/cli/app.hpp"
 #include "rali/cli/run_for_test.hpp"
 #include "rali/drive/hall_recording_for_test.hpp"
+#include "rali/io/containers/mcap_writer.hpp"
+#include "rali/io/files/atomic_file.hpp"
 #include "rali/io/files/size_limit_for_test.hpp"
 #include "rali/io/files/test_folder.hpp"
+#include "rali/io/message_source.hpp"
 
 namespace rali::cli {
 namespace {
@@ -60,6 +63,26 @@ std::string recorded(const io::TestFolder& folder, const HallRecording& recordin
   return recording.write(folder.path("v1.bag"));
 }
 
+/// The same messages in an MCAP that is closed.
+void recorded_mcap(const std::string& bag, const std::string& path) {
+  const auto source = io::open_recording(bag);
+  ASSERT_TRUE(source);
+  io::MemorySink sink;
+  io::McapWriter writer(sink, {"ros1"});
+  std::vector<std::uint16_t> channels;
+  for (const io::Topic& topic : (*source)->topics()) {
+    const auto schema = writer.add_schema(topic.type, "ros1msg", topic.definition);
+    channels.push_back(writer.add_channel(*schema, topic.name, "ros1").value());
+  }
+  io::RawMessage message;
+  while ((*source)->next(message).value_or(false)) {
+    ASSERT_TRUE(
+        writer.write(channels[message.topic], message.t_record, message.t_record, message.data));
+  }
+  ASSERT_TRUE(writer.close());
+  ASSERT_TRUE(io::write_file_atomic(path, std::span<const std::byte>(sink.bytes())));
+}
+
 std::vector<Damage> damages() {
   return {
       {"whole", [](const auto& f) { return recorded(f, short_recording()); }, 0, "gaps: none"},
@@ -70,6 +93,21 @@ std::vector<Damage> damages() {
          return path;
        },
        3, "record ends after the file"},
+      {"grown by zeros",
+       [](const auto& f) {
+         const std::string path = recorded(f, short_recording());
+         fs::resize_file(path, 10ULL << 30);
+         return path;
+       },
+       3, "nothing but zeros to the end"},
+      {"closed MCAP grown by zeros",
+       [](const auto& f) {
+         const std::string path = f.path("v1.mcap");
+         recorded_mcap(recorded(f, short_recording()), path);
+         fs::resize_file(path, 10ULL << 30);
+         return path;
+       },
+       3, "nothing but zeros to the end"},
       {"missing sweeps",
        [](const auto& f) {
          HallRecording recording = short_recording();

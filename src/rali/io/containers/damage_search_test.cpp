@@ -49,7 +49,7 @@ class GrownBytes final : public ByteSource {
 
 constexpr int kMessages = 40;
 
-std::vector<std::byte> recording(bool bag) {
+std::vector<std::byte> recording(bool bag, bool close_mcap = false) {
   MemorySink sink;
   const std::string data(1000, 'x');
   if (bag) {
@@ -67,7 +67,8 @@ std::vector<std::byte> recording(bool bag) {
     const Time t = Time::from_s(1e9 + i);
     EXPECT_TRUE(writer.write(*imu, t, t, bytes_of(data)));
   }
-  return sink.bytes();  // not closed
+  EXPECT_TRUE(!close_mcap || writer.close());
+  return sink.bytes();
 }
 
 Drained read(const std::shared_ptr<GrownBytes>& source, bool bag, const ReadLimits& limits = {}) {
@@ -87,6 +88,28 @@ TEST(DamageSearch, a_recording_grown_to_a_terabyte_by_a_hole_is_read_without_rea
         << texts(got.health);
     EXPECT_LT(source->bytes_read(), 8U << 20);
   }
+}
+
+TEST(DamageSearch, a_closed_mcap_that_has_grown_is_whole_and_what_lies_behind_it_is_reported) {
+  const std::vector<std::byte> whole = recording(false, true);
+  const auto grown = std::make_shared<GrownBytes>(whole, 1ULL << 40, true);
+  const Drained got = read(grown, false);
+  EXPECT_EQ(got.messages.size(), kMessages);
+  EXPECT_EQ(got.health.messages_skipped, 0U);
+  EXPECT_TRUE(got.health.truncated);
+  EXPECT_EQ(got.health.bytes_lost, (1ULL << 40) - whole.size());
+  EXPECT_NE(texts(got.health).find("nothing but zeros to the end, 1099511.6 MB"), std::string::npos)
+      << texts(got.health);
+  EXPECT_LT(grown->bytes_read(), 8U << 20);
+  // Two recordings in one file: only the first is read.
+  std::vector<std::byte> two = whole;
+  two.insert(two.end(), whole.begin(), whole.end());
+  const std::uint64_t size = two.size();
+  const Drained first = read(std::make_shared<GrownBytes>(std::move(two), size, false), false);
+  EXPECT_EQ(first.messages.size(), kMessages);
+  EXPECT_EQ(first.health.bytes_lost, whole.size());
+  EXPECT_NE(texts(first.health).find("behind the closing record were not read"), std::string::npos)
+      << texts(first.health);
 }
 
 TEST(DamageSearch, stored_zeros_and_noise_end_the_search_at_its_limit) {

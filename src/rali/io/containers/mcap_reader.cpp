@@ -81,6 +81,7 @@ class McapReader final : public MessageSource {
   bool next_in_chunk(RawMessage& out);
   bool take_message(std::span<const std::byte> content, std::uint64_t offset, RawMessage& out);
   void finish();
+  void report_more();
 
   std::shared_ptr<ByteSource> source_;
   ByteWindow window_;
@@ -95,7 +96,7 @@ class McapReader final : public MessageSource {
   std::uint64_t last_whole_ = kMcapMagic.size();  ///< end of the last whole record
   std::optional<std::uint64_t> cut_at_;           ///< the record that ends after the file
   std::uint64_t promised_ = 0;                    ///< messages, by the summary
-  bool data_ended_ = false;
+  std::optional<std::uint64_t> data_end_;         ///< offset of the record that ends the data
   bool done_ = false;
 
   std::optional<OpenChunk> chunk_;
@@ -203,7 +204,7 @@ Result<bool> McapReader::next(RawMessage& out) {
   while (true) {
     if (chunk_) {
       if (next_in_chunk(out)) return true;
-    } else if (data_ended_ || position_ >= source_->size()) {
+    } else if (data_end_ || position_ >= source_->size()) {
       finish();
       return false;
     } else {
@@ -242,7 +243,7 @@ Result<bool> McapReader::take_record(const TopRecord& record, std::uint64_t avai
   if (record.op == McapOp::kSchema || record.op == McapOp::kChannel) {
     status = take_top_definition(record);
   }
-  if (ends_data(record)) data_ended_ = true;
+  if (ends_data(record)) data_end_ = record.offset;
   if (!status) return tl::make_unexpected(status.error());
   return false;
 }
@@ -351,9 +352,9 @@ bool McapReader::take_message(std::span<const std::byte> content, std::uint64_t 
 void McapReader::finish() {
   if (done_) return;
   done_ = true;
-  if (data_ended_ && !cut_at_) {
+  if (data_end_ && !cut_at_) {
     state_.expect(promised_);
-    return;
+    return report_more();
   }
   state_.health.truncated = true;
   state_.health.bytes_lost = source_->size() - std::min(last_whole_, source_->size());
@@ -362,6 +363,18 @@ void McapReader::finish() {
                            : Result<std::string>("the file ends before its last record. ");
   state_.find(Severity::kWarning, "io.cut", at,
               why.value_or("cannot be read on. ") + state_.read_so_far(last_whole_, 0));
+}
+
+/// A recording that was closed and has grown since: zeros by a failing disk, or another recording.
+void McapReader::report_more() {
+  if (!state_.health.unindexed) return;  // the footer is the last thing in the file
+  const auto end = end_of_mcap(*source_, window_, *data_end_);
+  if (!end || !*end || **end >= source_->size()) return;
+  state_.health.truncated = true;
+  state_.health.bytes_lost = source_->size() - **end;
+  const auto what = state_.what_more(*source_, window_, **end);
+  state_.find(Severity::kWarning, "io.cut", **end,
+              what.value_or("cannot be read on. ") + state_.read_so_far(**end, 0));
 }
 
 }  // namespace

@@ -108,7 +108,7 @@ Result<std::optional<McapSummary>> read_mcap_summary(ByteSource& source, ByteWin
                                                      const ReadLimits& limits, std::string& why) {
   const auto footer = read_footer(source, window);
   if (!footer) return tl::make_unexpected(footer.error());
-  why = "no closing record (the recording was not closed or is cut)";
+  why = "no closing record at the end (the recording was not closed, is cut, or was added to)";
   if (!*footer) return std::nullopt;
   why = "no summary";
   const std::uint64_t begin = (*footer)->summary_start;
@@ -174,6 +174,26 @@ Result<std::optional<std::uint64_t>> find_mcap_chunk(ByteSource& source, ByteWin
     if (end >= source.size()) return std::nullopt;
     from = end - kSeam;
   }
+}
+
+Result<std::optional<std::uint64_t>> end_of_mcap(ByteSource& source, ByteWindow& window,
+                                                 std::uint64_t offset) {
+  while (offset < source.size()) {
+    const auto bytes = window.view(offset, kMcapRecordHeaderBytes);
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    Cursor cursor(*bytes);
+    const auto op = static_cast<McapOp>(cursor.u8());
+    const std::uint64_t length = cursor.u64();
+    if (!cursor.ok() || op == McapOp{0}) return std::nullopt;
+    if (length > source.size() - offset - kMcapRecordHeaderBytes) return std::nullopt;
+    offset += kMcapRecordHeaderBytes + length;
+    if (op != McapOp::kFooter) continue;
+    const auto magic = window.view(offset, kMcapMagic.size());
+    if (!magic) return tl::make_unexpected(magic.error());
+    if (length != kMcapFooterBytes || text_of(*magic) != kMcapMagic) return std::nullopt;
+    return offset + kMcapMagic.size();
+  }
+  return std::nullopt;
 }
 
 Result<std::uint64_t> count_mcap_index(ByteSource& source, ByteWindow& window,

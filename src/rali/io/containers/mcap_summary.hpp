@@ -43,4 +43,11 @@ struct McapSummary {
 [[nodiscard]] Result<std::uint64_t> count_mcap_index(ByteSource& source, ByteWindow& window,
                                                      std::uint64_t offset);
 
+/// Offset behind the closing magic of a file.
+/// @param offset of the record that ends its data
+/// @return nothing if what lies between is damaged or ends before that
+[[nodiscard]] Result<std::optional<std::uint64_t>> end_of_mcap(ByteSource& source,
+                                                               ByteWindow& window,
+                                                               std::uint64_t offset);
+
 }  // namespace rali::io

@@ -16,6 +16,17 @@ constexpr std::uint64_t kZerosBytesMax = 256ULL << 20;
 // many times the bytes read is believed.
 constexpr std::uint64_t kBelievableFactor = 20;
 
+/// The sentence of a file that holds nothing but zeros from `from` on; empty if it holds more.
+Result<std::string> zeros_to_end(ByteSource& source, ByteWindow& window, std::uint64_t from) {
+  const auto zeros = end_of_zeros(source, window, from, kZerosBytesMax);
+  if (!zeros) return tl::make_unexpected(zeros.error());
+  if (*zeros != source.size()) return std::string();
+  return fmt::format(
+      "nothing but zeros to the end, {:.1f} MB (the disk or the computer failed "
+      "while recording, or the file was grown). ",
+      1e-6 * static_cast<double>(source.size() - from));
+}
+
 }  // namespace
 
 std::optional<std::size_t> ReaderState::topic(Topic topic) {
@@ -137,14 +148,9 @@ std::string ReaderState::read_so_far(std::uint64_t good_bytes, std::uint64_t exp
 Result<std::string> ReaderState::why_cut(ByteSource& source, ByteWindow& window,
                                          std::uint64_t cut_at) const {
   if (cut_at >= source.size()) return std::string("record ends after the file. ");
-  const auto zeros = end_of_zeros(source, window, cut_at, kZerosBytesMax);
+  const auto zeros = zeros_to_end(source, window, cut_at);
   if (!zeros) return tl::make_unexpected(zeros.error());
-  if (*zeros == source.size()) {
-    return fmt::format(
-        "nothing but zeros to the end, {:.1f} MB (the disk or the computer failed "
-        "while recording, or the file was grown). ",
-        1e-6 * static_cast<double>(source.size() - cut_at));
-  }
+  if (!zeros->empty()) return zeros;
   if (search.gave_up()) {
     return fmt::format(
         "damaged, and nothing readable within {:.0f} MB behind it; the rest of the "
@@ -152,6 +158,14 @@ Result<std::string> ReaderState::why_cut(ByteSource& source, ByteWindow& window,
         1e-6 * static_cast<double>(limits_.search_bytes));
   }
   return std::string("record ends after the file. ");
+}
+
+Result<std::string> ReaderState::what_more(ByteSource& source, ByteWindow& window,
+                                           std::uint64_t end) {
+  auto zeros = zeros_to_end(source, window, end);
+  if (!zeros || !zeros->empty()) return zeros;
+  return fmt::format("{:.1f} MB behind the closing record were not read. ",
+                     1e-6 * static_cast<double>(source.size() - end));
 }
 
 bool spans_in_order(std::span<const std::pair<Time, Time>> spans) {

@@ -90,6 +90,9 @@ class ReaderState {
   /// Why nothing follows at `cut_at`, as far as the bytes there tell.
   [[nodiscard]] Result<std::string> why_cut(ByteSource& source, ByteWindow& window,
                                             std::uint64_t cut_at) const;
+  /// What lies behind the end of a recording that was closed.
+  [[nodiscard]] static Result<std::string> what_more(ByteSource& source, ByteWindow& window,
+                                                     std::uint64_t end);
 
   SourceHealth health;
   DamageSearch search;  ///< behind all damage of the file together
