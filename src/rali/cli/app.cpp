@@ -9,6 +9,7 @@
 #include "rali/cli/help.hpp"
 #include "rali/cli/parse.hpp"
 #include "rali/config/suggest.hpp"
+#include "rali/drive/run_log.hpp"
 #include "rali/drive/version.hpp"
 
 namespace rali::cli {
@@ -22,8 +23,16 @@ int report(const Error& error, Session& session) {
   return exit_code_of(error, stop_signal());
 }
 
+/// A fault after the run itself (evaluation, report) must not leave a status of complete.
+void mark_run(const std::string& what, const Session& session) {
+  if (!session.written_run.empty()) {
+    drive::mark_failed(session.written_run, "internal fault: " + what);
+  }
+}
+
 /// run.log is asked for only where there is one.
 void report_fault(const std::string& what, Session& session) {
+  mark_run(what, session);
   std::error_code error;
   const bool log = !session.run_log.empty() && std::filesystem::exists(session.run_log, error);
   session.error(fmt::format("internal fault: {}. Please report it with {}.", what,
@@ -98,7 +107,8 @@ int exit_code_of(const Error& error, int signal_number) {
 int run_guarded(const std::function<int()>& body, Session& session) {
   try {
     return body();
-  } catch (const std::bad_alloc&) {
+  } catch (const std::bad_alloc& e) {
+    mark_run(e.what(), session);
     session.error("out of memory. Use a smaller part of the data (--duration) or a larger voxel.");
     return kExitMachine;
   } catch (const std::exception& e) {  // InternalError carries its file and line

@@ -170,6 +170,45 @@ TEST(ExitCodes, an_internal_fault_asks_for_the_run_log_that_is_there) {
             "rali: error: internal fault: why. Please report it with " + session.run_log + ".\n");
 }
 
+TEST(ExitCodes, a_fault_behind_a_written_run_is_in_its_log_and_its_status) {
+  const io::TestFolder folder;
+  folder.write("run.log", "    0.100 complete\n");
+  folder.write("status.json", "{\"status\": \"complete\"}");
+  folder.write("metrics.json", "{}");
+  Session session;
+  session.written_run = folder.path();
+  session.run_log = folder.path("run.log");
+  for (const bool memory : {false, true}) {
+    testing::internal::CaptureStderr();
+    const auto fault = [memory]() -> int {
+      if (memory) throw std::bad_alloc();
+      throw std::runtime_error("why");
+    };
+    EXPECT_EQ(run_guarded(fault, session), memory ? 4 : 5);
+    testing::internal::GetCapturedStderr();
+    const std::string log = folder.read("run.log");
+    EXPECT_NE(log.find(memory ? "internal fault: std::bad_alloc" : "internal fault: why"),
+              std::string::npos)
+        << log;
+    EXPECT_NE(log.find("0.100 complete"), std::string::npos) << "the lines of the run are kept";
+    const std::string status = folder.read("status.json");
+    EXPECT_NE(status.find("\"failed\""), std::string::npos) << status;
+    EXPECT_NE(status.find("metrics.json"), std::string::npos) << "with the files that are whole";
+  }
+}
+
+TEST(ExitCodes, a_fault_before_a_run_has_written_leaves_an_older_one_as_it_was) {
+  const io::TestFolder folder;
+  Session session;
+  session.run_log = folder.write("run.log", "x");
+  folder.write("status.json", "{\"status\": \"complete\"}");
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_guarded([]() -> int { throw std::runtime_error("why"); }, session), 5);
+  testing::internal::GetCapturedStderr();
+  EXPECT_EQ(folder.read("run.log"), "x");
+  EXPECT_EQ(folder.read("status.json"), "{\"status\": \"complete\"}");
+}
+
 TEST(Signals, the_first_asks_to_stop_and_the_second_ends_at_once) {
   for (const int number : {SIGINT, SIGTERM}) {
     EXPECT_EXIT(

@@ -190,6 +190,19 @@ TEST(MapDamage, a_full_disk_ends_with_4_and_leaves_only_whole_files) {
   }
 }
 
+TEST(MapDamage, a_report_that_cannot_be_written_leaves_a_failed_status) {
+  const io::TestFolder folder;
+  const std::string input = recorded(folder, short_recording());
+  ASSERT_EQ(map_it(input, folder.path("out")).code, 0);
+  fs::remove(folder.path("out/report.html"));
+  fs::create_directories(folder.path("out/report.html/mine"));
+  const Outcome again =
+      run_rali({"map", input, "-o", folder.path("out"), "--no-mcap", "--overwrite"});
+  EXPECT_EQ(again.code, 4) << again.err;
+  EXPECT_NE(folder.read("out/status.json").find("\"failed\""), std::string::npos);
+  EXPECT_NE(folder.read("out/run.log").find("error: "), std::string::npos);
+}
+
 TEST(MapDamage, an_out_below_a_file_ends_with_2_and_computes_nothing) {
   const io::TestFolder folder;
   folder.write("file", "mine");

@@ -29,6 +29,8 @@ class Session {
   CommonOptions options;
   std::string command_line;  ///< as typed, for run.log
   std::string run_log;       ///< of the run that goes on; a report of an internal fault needs it
+  /// Folder of a run whose files are written while its command goes on: a fault is noted there.
+  std::string written_run;
 
   /// Opens the log file. Errors: kMachine.
   [[nodiscard]] Status open_log();

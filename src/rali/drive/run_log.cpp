@@ -1,11 +1,15 @@
 #include "rali/drive/run_log.hpp"
 
+#include <filesystem>
+#include <fstream>
 #include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
+#include "rali/drive/output/metrics.hpp"
+#include "rali/drive/output/out_dir.hpp"
 #include "rali/io/files/atomic_file.hpp"
 
 namespace rali::drive {
@@ -51,6 +55,22 @@ Status RunLog::write(const std::string& out_dir, double data_s) const {
   json["stages_s"] = nlohmann::ordered_json::object();
   for (const auto& [name, seconds] : stages_s_) json["stages_s"][name] = seconds;
   return io::write_file_atomic(out_dir + "/timing.json", json.dump(1) + '\n');
+}
+
+void mark_failed(const std::string& out_dir, std::string_view why) noexcept {
+  try {
+    std::error_code error;
+    if (!std::filesystem::exists(out_dir + "/status.json", error)) return;
+    const std::string status(status_name(RunStatus::kFailed));
+    {
+      std::ofstream log(out_dir + "/run.log", std::ios::app);
+      // Behind the columns of the seconds: the time of its start is not here.
+      log << fmt::format("{:9} {}\n{:9} {}\n", "", why, "", status);
+    }
+    static_cast<void>(write_status(out_dir, status, true));
+  } catch (...) {
+    return;
+  }
 }
 
 }  // namespace rali::drive

@@ -34,6 +34,11 @@ class RunLog {
   std::vector<std::pair<std::string, double>> stages_s_;
 };
 
+/// Of a run that has written its files: adds `why` to its run.log and sets status.json to failed.
+/// A folder without status.json is left alone. What cannot be written is left as it is: the fault
+/// itself is what the caller has to report.
+void mark_failed(const std::string& out_dir, std::string_view why) noexcept;
+
 /// "warning D08 [v1]: the accelerometer ... remedy".
 [[nodiscard]] std::string finding_line(const Finding& finding);
 

@@ -260,11 +260,15 @@ Result<int> MapCommand::run(Session& session) {
   ProgressView view(session);
   session.run_log = map_.out_dir + "/run.log";
   const Result<drive::MapSummary> summary = drive::run_map(*job, view, stop_requested());
+  session.written_run = map_.out_dir;
   session.live_line("");
   if (!summary) return tl::make_unexpected(summary.error());
   const std::optional<std::string> judgement = judge(session);
   if (!no_report_) {
-    if (Status s = add_report(map_.out_dir); !s) return tl::make_unexpected(s.error());
+    if (Status s = add_report(map_.out_dir); !s) {
+      drive::mark_failed(map_.out_dir, "error: " + s.error().message());
+      return tl::make_unexpected(s.error());
+    }
   }
   for (const drive::VehicleSummary& vehicle : summary->vehicles) {
     session.note(input_text(vehicle.input));
@@ -275,6 +279,8 @@ Result<int> MapCommand::run(Session& session) {
   const int code = exit_code_of(*summary, stop_signal());
   const std::vector<std::string> broken = broken_requirements(*requirements, *summary);
   for (const std::string& sentence : broken) session.error(sentence + '.');
+  session.run_log.clear();  // what a demo does next is no part of this run
+  session.written_run.clear();
   const bool as_asked = broken.empty() && judgement;
   return as_asked || code >= kExitMachine ? code : kExitBelowAsked;
 }
