@@ -247,6 +247,12 @@ TEST(Help, tells_every_option_and_help_all_the_rare_ones) {
   }
 }
 
+TEST(Help, of_radio_names_what_the_signal_strengths_are_for) {
+  const Outcome help = run_rali({"map", "--help-all"});
+  EXPECT_NE(help.out.find("CSV of signal strengths: tells why rounds end"), std::string::npos);
+  EXPECT_EQ(help.out.find("not used"), std::string::npos) << help.out;
+}
+
 TEST(Completion, of_each_shell_knows_every_command_and_option) {
   for (const std::string shell : {"bash", "zsh", "fish"}) {
     const Outcome script = run_rali({"completion", shell});

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -131,6 +133,48 @@ TEST_F(MapRanges, that_are_missing_or_name_nobody_are_an_input_error) {
     EXPECT_NE(refused.err.find(file), std::string::npos) << refused.err;
     EXPECT_FALSE(std::filesystem::exists(folder_.path("out/status.json")));
   }
+}
+
+/// Stamps of a ranges.csv, all later by this: ranges that are old at their stamps.
+std::string stamped_late(const std::string& csv, double late_s) {
+  std::istringstream lines(csv);
+  std::string line, out;
+  std::getline(lines, line);
+  out = line + '\n';
+  while (std::getline(lines, line)) {
+    const std::size_t comma = line.find(',');
+    const auto ns = static_cast<long long>(std::llround(1e9 * late_s));
+    const std::size_t dot = line.find('.');
+    const long long s = std::stoll(line.substr(0, dot));
+    std::string part = dot < comma ? line.substr(dot + 1, comma - dot - 1) : "0";
+    part.resize(9, '0');
+    const long long at = std::stoll(part) + ns;
+    out += fmt::format("{}.{:09d}{}\n", s + at / 1'000'000'000, at % 1'000'000'000,
+                       line.substr(comma));
+  }
+  return out;
+}
+
+TEST(MapRangeLatency, by_the_motion_comes_from_the_filters_into_metrics_settings_and_report) {
+  const io::TestFolder f;
+  const Outcome done = run_rali({"simulate", "hall", "-o", f.path("sim"), "--vehicles", "2",
+                                 "--duration", "24", "--progress", "off"});
+  ASSERT_EQ(done.code, 0) << done.err;
+  f.write("sim/ranges.csv", stamped_late(f.read("sim/ranges.csv"), 0.08));
+  const Outcome map =
+      run_rali({"map", f.path("sim/fleet.yaml"), "-o", f.path("out"), "--no-mcap", "--no-keyframes",
+                "--progress", "off", "--map-voxel", "0.5", "--set",
+                "vehicles.v1.lidar.time_offset_s=0", "--set", "vehicles.v2.lidar.time_offset_s=0"});
+  ASSERT_EQ(map.code, 0) << map.err;
+  const auto metrics = nlohmann::json::parse(f.read("out/metrics.json"));
+  const auto& pair = metrics["ranges"]["pairs"]["v1-v2"];
+  ASSERT_TRUE(pair["latency_s"].is_number()) << pair.dump();
+  const double sigma_s = pair["latency_sigma_s"];
+  EXPECT_NEAR(pair["latency_s"].get<double>(), 0.08, 4.0 * sigma_s + 0.01) << sigma_s;
+  EXPECT_NE(f.read("out/settings.yaml").find("ms, by motion"), std::string::npos);
+  const std::string cell = fmt::format("{:.0f} &plusmn; {:.0f} ms</td>",
+                                       1e3 * pair["latency_s"].get<double>(), 1e3 * sigma_s);
+  EXPECT_NE(f.read("out/report.html").find(cell), std::string::npos) << cell;
 }
 
 }  // namespace

@@ -188,5 +188,22 @@ TEST(ReportNumbers, names_the_day_of_the_data) {
   EXPECT_TRUE(has(page_of(TestRun{}), "data from 2023-11-14 22:13 UTC"));
 }
 
+TEST(ReportNumbers, shows_how_old_ranges_are_with_its_sigma_or_as_set_or_that_it_is_not_known) {
+  const std::string given = R"("latency_s":0.046)";
+  for (const auto& [json, cell] : {std::pair{given, "46 ms, as set"},
+                                   {given + R"(,"latency_sigma_s":0.005)", "46 &plusmn; 5 ms"},
+                                   {R"("latency_s":null,"latency_sigma_s":null)", "not known"}}) {
+    const io::TestFolder folder;
+    TestRun run;
+    run.vehicles = {"v1", "v2"};
+    run.fleet = true;
+    write_test_run(folder, run);
+    std::string metrics = folder.read("metrics.json");
+    metrics.replace(metrics.find(given), given.size(), json);
+    folder.write("metrics.json", metrics);
+    EXPECT_TRUE(has(page_of(folder), std::string("<td>") + cell + "</td>")) << cell;
+  }
+}
+
 }  // namespace
 }  // namespace rali::report
