@@ -17,6 +17,11 @@ struct NoiseDensity {
   double accel_mps2_rthz = 0.03;
 };
 
+/// Noise as measured while driving; empty where too little was driven, or the LiDAR is degenerate.
+struct MeasuredNoise {
+  std::optional<double> gyro_radps_rthz, accel_mps2_rthz;
+};
+
 /// What is known of the noise before anything is measured, and how fast measurements take over.
 struct MotionNoiseSettings {
   double gyro_typical_radps_rthz = 3e-3;
@@ -78,6 +83,9 @@ class MotionNoise {
 
   /// The densities to use now.
   [[nodiscard]] const NoiseDensity& density() const { return density_; }
+
+  /// Of it what rests on enough measured values.
+  [[nodiscard]] MeasuredNoise measured() const;
 
   /// Mean of what was measured while driving, with the number of independent values behind it.
   struct Measured {

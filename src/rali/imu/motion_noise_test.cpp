@@ -83,6 +83,25 @@ TEST(MotionNoise, finds_the_noise_whatever_was_claimed) {
   }
 }
 
+TEST(MotionNoise, is_never_used_below_what_enough_values_have_measured) {
+  // In a corridor one direction is seen well, and few values are behind the figure.
+  Drive drive;
+  drive.accel_mps2_rthz = 0.3;
+  drive.known = Vec3(0.0, 1.0, 0.0).asDiagonal();
+  for (const double span_s : {2.5, 8.0, 15.0, 30.0}) {
+    const MotionNoise meter = drive.run({1e-6, 1e-4}, span_s);
+    const double used = meter.density().accel_mps2_rthz;
+    if (meter.measured().accel_mps2_rthz) {
+      EXPECT_GE(used, meter.accel().value) << span_s;
+      EXPECT_EQ(used, *meter.measured().accel_mps2_rthz);
+    } else {
+      EXPECT_LT(used, meter.accel().value) << "a few values may be far off: the prior counts";
+    }
+  }
+  EXPECT_FALSE(drive.run({1e-6, 1e-4}, 2.5).measured().accel_mps2_rthz);
+  EXPECT_TRUE(drive.run({1e-6, 1e-4}, 30.0).measured().accel_mps2_rthz);
+}
+
 TEST(MotionNoise, takes_neither_biases_nor_the_lidar_for_noise) {
   Drive drive;
   drive.accel_mps2_rthz = 0.01;

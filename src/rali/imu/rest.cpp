@@ -11,6 +11,9 @@ ImuStatistics statistics(std::span<const sensor::ImuSample> samples) {
   out.samples = static_cast<int>(samples.size());
   if (samples.empty()) return out;
   const double n = static_cast<double>(samples.size());
+  if (samples.size() > 1) {
+    out.period_s = seconds_between(samples.front().t, samples.back().t) / (n - 1.0);
+  }
   for (const sensor::ImuSample& s : samples) {
     out.gyro_mean_radps += s.gyro_radps / n;
     out.accel_mean_mps2 += s.accel_mps2 / n;

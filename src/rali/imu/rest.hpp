@@ -19,7 +19,8 @@ struct RestSettings {
   void visit(V& v) {
     v("window_s", window_s, 0.2, 10.0, "how long it must be still");
     v("gyro_sd_max_radps", gyro_sd_max_radps, 1e-5, 1.0, "spread of each rate while still");
-    v("accel_sd_max_mps2", accel_sd_max_mps2, 1e-4, 10.0, "spread of each acceleration while still");
+    v("accel_sd_max_mps2", accel_sd_max_mps2, 1e-4, 10.0,
+      "spread of each acceleration while still");
     v("gyro_mean_max_radps", gyro_mean_max_radps, 1e-4, 1.0, "largest mean rate (turn-on bias)");
   }
 };
@@ -31,6 +32,7 @@ struct ImuStatistics {
   geometry::Vec3 gyro_sd_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_sd_mps2 = geometry::Vec3::Zero();
   int samples = 0;
+  double period_s = 0.0;  ///< mean time between two samples
 };
 
 [[nodiscard]] ImuStatistics statistics(std::span<const sensor::ImuSample> samples);

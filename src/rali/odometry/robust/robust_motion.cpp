@@ -22,28 +22,35 @@ constexpr int kDriven = 10;
 }  // namespace
 
 ProcessNoise RobustOdometry::process_noise() const {
+  imu::NoiseDensity density = motion_noise_.density();
+  if (driven_scans_ < kDriven) {
+    // What was measured at standstill lacks what driving adds, and the start comes without notice.
+    constexpr double kLeast = 1.0 / 3.0;  // of what is typical
+    const imu::NoiseDensity rest = standstill_.rest_density().value_or(imu::NoiseDensity{0.0, 0.0});
+    const imu::MotionNoiseSettings& typical = settings_.motion_noise;
+    density.gyro_radps_rthz = std::max(
+        {density.gyro_radps_rthz, kLeast * typical.gyro_typical_radps_rthz, rest.gyro_radps_rthz});
+    density.accel_mps2_rthz = std::max(
+        {density.accel_mps2_rthz, kLeast * typical.accel_typical_mps2_rthz, rest.accel_mps2_rthz});
+  }
   ProcessNoise noise;
-  const imu::NoiseDensity& measured = motion_noise_.density();
-  // What was measured at standstill lacks what driving adds, and the start comes without notice.
-  constexpr double kLeast = 1.0 / 3.0;  // of what is typical
-  const double least = driven_scans_ < kDriven ? kLeast : 0.0;
-  const imu::MotionNoiseSettings& typical = settings_.motion_noise;
-  noise.gyro_radps_rthz =
-      noise_boost_ * std::max(measured.gyro_radps_rthz, least * typical.gyro_typical_radps_rthz);
-  noise.accel_mps2_rthz =
-      noise_boost_ * std::max(measured.accel_mps2_rthz, least * typical.accel_typical_mps2_rthz);
+  noise.gyro_radps_rthz = noise_boost_ * density.gyro_radps_rthz;
+  noise.accel_mps2_rthz = noise_boost_ * density.accel_mps2_rthz;
   noise.gyro_walk = noise_.gyro_walk_radps2_rthz;
   noise.accel_walk = noise_.accel_walk_mps3_rthz;
   return noise;
 }
 
-/// At standstill only the sensor itself is left, whatever driving adds.
+/// At standstill only the sensor itself is left, whatever driving adds: typical noise at most, or
+/// what was measured there.
 ProcessNoise RobustOdometry::rest_noise() const {
   ProcessNoise noise = process_noise();
-  noise.gyro_radps_rthz =
-      std::min(noise.gyro_radps_rthz, settings_.motion_noise.gyro_typical_radps_rthz);
-  noise.accel_mps2_rthz =
-      std::min(noise.accel_mps2_rthz, settings_.motion_noise.accel_typical_mps2_rthz);
+  const imu::NoiseDensity rest = standstill_.rest_density().value_or(imu::NoiseDensity{0.0, 0.0});
+  const imu::MotionNoiseSettings& typical = settings_.motion_noise;
+  noise.gyro_radps_rthz = std::min(noise.gyro_radps_rthz,
+                                   std::max(typical.gyro_typical_radps_rthz, rest.gyro_radps_rthz));
+  noise.accel_mps2_rthz = std::min(noise.accel_mps2_rthz,
+                                   std::max(typical.accel_typical_mps2_rthz, rest.accel_mps2_rthz));
   return noise;
 }
 

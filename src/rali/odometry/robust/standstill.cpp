@@ -26,6 +26,14 @@ constexpr double kDrives_mps = 0.3;  // the LiDAR sees the vehicle drive
 
 void StandstillDetector::learn(const imu::ImuStatistics& at_rest) { at_rest_ = at_rest; }
 
+std::optional<imu::NoiseDensity> StandstillDetector::rest_density() const {
+  if (!at_rest_ || at_rest_->period_s <= 0.0) return std::nullopt;
+  const auto density = [this](const Vec3& sd) {
+    return std::sqrt(sd.squaredNorm() / 3.0 * at_rest_->period_s);
+  };
+  return imu::NoiseDensity{density(at_rest_->gyro_sd_radps), density(at_rest_->accel_sd_mps2)};
+}
+
 /// No more than the noise of the sensor, as its spread over a window varies by chance.
 bool StandstillDetector::wheels_stand(const imu::ImuStatistics& raw) const {
   static constexpr double kSpreadMost = 1.3;

@@ -3,6 +3,7 @@
 #include <deque>
 #include <optional>
 
+#include "rali/imu/motion_noise.hpp"
 #include "rali/odometry/robust/inertial.hpp"
 #include "rali/odometry/robust/settings.hpp"
 #include "rali/odometry/robust/state.hpp"
@@ -35,6 +36,9 @@ class StandstillDetector {
 
   /// The last update() was decided by the inertial sensor alone.
   [[nodiscard]] bool certain() const { return certain_; }
+
+  /// Density of the white noise that the sensor shows at standstill; nothing until it has stood.
+  [[nodiscard]] std::optional<imu::NoiseDensity> rest_density() const;
 
   void reset() {
     recent_.clear();

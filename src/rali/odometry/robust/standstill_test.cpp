@@ -54,6 +54,17 @@ bool stands_after(Recording& r, int scans, const Vec3& step_m = Vec3::Zero()) {
   return stands;
 }
 
+TEST(StandstillDetector, gives_the_density_of_the_noise_at_standstill) {
+  StandstillDetector detector({}, {});
+  EXPECT_FALSE(detector.rest_density());
+  Recording r;
+  r.advance(2.0);
+  detector.learn(imu::statistics(r.imu.between(Time{}, r.state.t)));
+  ASSERT_TRUE(detector.rest_density());
+  EXPECT_NEAR(detector.rest_density()->accel_mps2_rthz, 0.03 * std::sqrt(0.005), 3e-4);
+  EXPECT_NEAR(detector.rest_density()->gyro_radps_rthz, 0.005 * std::sqrt(0.005), 5e-5);
+}
+
 TEST(StandstillDetector, needs_its_time_and_then_sees_rest) {
   Recording r;
   EXPECT_FALSE(stands_after(r, 6));
