@@ -40,6 +40,8 @@ class BodyFrameOdometry final : public Odometry {
     return T_odom_inner_.R * inner_->gravity_covariance() * T_odom_inner_.R.transpose();
   }
 
+  void finish(FindingList& findings) override { inner_->finish(findings); }
+
   [[nodiscard]] std::uint64_t state_hash() const override { return inner_->state_hash(); }
 
   [[nodiscard]] SideFilter* side_filter() override {

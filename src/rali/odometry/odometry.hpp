@@ -33,7 +33,8 @@ struct ScanResult {
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();  ///< in the IMU
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();  ///< in the IMU
-  imu::NoiseDensity inertial_noise;  ///< of the inertial data, as measured while driving
+  imu::NoiseDensity inertial_noise;   ///< of the inertial data, as the estimate uses it
+  imu::MeasuredNoise measured_noise;  ///< of the inertial data, while driving
   bool inertial = false;  ///< gravity and biases are known, the pose rests on inertial data too
   geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus
   geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, without prior
@@ -109,6 +110,9 @@ class Odometry {
   /// `findings` receives what the user should know (divergence, saturation, ...).
   virtual ScanResult process(const sensor::LidarScan& scan, Executor& executor,
                              FindingList& findings) = 0;
+
+  /// After the last scan: what goes on until the data end.
+  virtual void finish(FindingList& /*findings*/) {}
 
   /// Gravity in odom [m/s^2] and its covariance; (0,0,-9.81) with zero covariance without IMU.
   [[nodiscard]] virtual geometry::Vec3 gravity_odom() const = 0;

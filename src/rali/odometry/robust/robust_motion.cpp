@@ -276,39 +276,4 @@ void RobustOdometry::widen_speed(const Vec3& axis_odom, FindingList& findings) {
   findings.push_back(f);
 }
 
-/// A bias that would have to be larger than any such sensor has explains a contradiction, not a
-/// bias: it stays, and the noise is taken for larger until the contradiction is gone.
-void RobustOdometry::refuse_biases(const Vec3& gyro_before, const Vec3& accel_before,
-                                   FindingList& findings) {
-  constexpr double kSigmas = 3.0;
-  constexpr double kBoost = 1.2;
-  constexpr double kBoostMost = 10.0;
-  const InitialisationSettings& init = settings_.initialisation;
-  const auto leaves = [](const Vec3& now, const Vec3& before, double limit) {
-    return now.norm() > limit && now.norm() > before.norm();
-  };
-  const bool gyro =
-      leaves(state_.gyro_bias_radps, gyro_before, kSigmas * init.gyro_bias_sigma_radps);
-  const bool accel =
-      leaves(state_.accel_bias_mps2, accel_before, kSigmas * init.accel_bias_sigma_mps2);
-  if (!gyro && !accel) return;
-  if (gyro) state_.gyro_bias_radps = gyro_before;
-  if (accel) state_.accel_bias_mps2 = accel_before;
-  noise_boost_ = std::min(kBoostMost, kBoost * noise_boost_);
-  if (bias_reported_) return;
-  bias_reported_ = true;
-  Finding f;
-  f.id = "odometry.bias_refused";
-  f.severity = Severity::kWarning;
-  f.t = state_.t;
-  f.text = fmt::format(
-      "LiDAR and inertial data contradict each other by more than a bias: {} would pass {:.3f} {}",
-      gyro ? "the gyro's" : "the accelerometer's",
-      kSigmas * (gyro ? init.gyro_bias_sigma_radps : init.accel_bias_sigma_mps2),
-      gyro ? "rad/s" : "m/s2");
-  f.effect = "inertial data count less while it lasts";
-  f.remedy = "Check units, extrinsics and time offset with rali doctor.";
-  findings.push_back(f);
-}
-
 }  // namespace rali::odometry::internal

@@ -23,6 +23,7 @@ using sensor::LidarScan;
 ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/,
                                    FindingList& findings) {
   if (!started_) return start(scan);
+  end_refusal(scan.t_end, findings);
   if (first_scan_ && !has_imu_) straighten_first(scan);
   sampler_.sample(scan);
   if (held_ && !imu_.empty()) {
@@ -240,8 +241,10 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   out.state = track_state_;
   out.at_rest = held_;
   out.inertial = inertial_;
-  out.inertial_noise = motion_noise_.density();
   if (inertial_) {
+    const ProcessNoise noise = process_noise();
+    out.inertial_noise = {noise.gyro_radps_rthz, noise.accel_mps2_rthz};
+    if (!held_) out.measured_noise = motion_noise_.measured();
     out.gyro_bias_radps = state_.gyro_bias_radps;
     out.accel_bias_mps2 = state_.accel_bias_mps2;
   }

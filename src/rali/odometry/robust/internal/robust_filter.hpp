@@ -51,6 +51,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
   ScanResult process(const sensor::LidarScan& scan, Executor& executor,
                      FindingList& findings) override;
 
+  void finish(FindingList& findings) override;
+
   [[nodiscard]] geometry::Vec3 gravity_odom() const override { return state_.g_odom_mps2; }
 
   [[nodiscard]] geometry::Mat3 gravity_covariance() const override {
@@ -145,6 +147,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] geometry::Mat6 covariance(const UpdateResult& update);
   void refuse_biases(const geometry::Vec3& gyro_before, const geometry::Vec3& accel_before,
                      FindingList& findings);
+  void end_refusal(Time now, FindingList& findings);
+  void report_refusal(FindingList& findings);
   void judge(const UpdateResult& update, FindingList& findings);
   void restart(FindingList& findings);
   void begin_map();
@@ -206,7 +210,14 @@ class RobustOdometry final : public Odometry, private SideFilter {
   static constexpr double kGlimpse_s = 5.0;
   double fastest_seen_mps_ = 0.0;  ///< where the LiDAR sees
   geometry::SE3 last_good_;
-  bool bias_reported_ = false;
+
+  /// A stretch in which biases were refused.
+  struct Refusal {
+    Time begin, last;
+    bool gyro = false;  ///< the gyro's bias first
+  };
+
+  std::optional<Refusal> refusal_;
 };
 
 }  // namespace rali::odometry::internal

@@ -1,0 +1,109 @@
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "rali/odometry/robust/driven_for_test.hpp"
+
+// Biases that would leave their prior by more than three sigma are contradictions, not biases.
+
+namespace rali::odometry {
+namespace {
+
+/// Drives on while the accelerometer feels a push that the body does not.
+ScanResult drive_pushed(Driven& driven, int sweeps, double push_mps2) {
+  ScanResult result;
+  for (int k = 0; k < sweeps; ++k) {
+    const double until_s = TestRoom::kSweep_s * (driven.sweeps + 1);
+    for (; 0.005 * driven.imu_samples <= until_s + 1e-9; ++driven.imu_samples) {
+      sensor::ImuSample sample = driven.room.imu(0.005 * driven.imu_samples);
+      sample.accel_mps2.x() += push_mps2;
+      driven.odometry->add_imu(sample);
+    }
+    result = driven.sweep();
+  }
+  return result;
+}
+
+FindingList refusals(const Driven& driven) {
+  FindingList out;
+  for (const Finding& f : driven.findings) {
+    if (f.id == "odometry.bias_refused") out.push_back(f);
+  }
+  return out;
+}
+
+/// A push that no turn-on bias of a data sheet explains, from the start on.
+constexpr double kPush_mps2 = 0.8;
+constexpr int kStart = 16;  ///< scans until the vehicle drives off
+constexpr double kLimit_mps2 = 3.0 * InitialisationSettings{}.accel_bias_sigma_mps2;
+
+TEST(Biases, one_that_would_cross_three_sigma_stays_and_the_noise_widens) {
+  Driven driven(small_room(), kStart, true), undisturbed(small_room(), kStart, true);
+  double most_mps2 = 0.0;
+  ScanResult result;
+  for (int k = 0; k < 40; ++k) {
+    result = drive_pushed(driven, 1, kPush_mps2);
+    most_mps2 = std::max(most_mps2, result.accel_bias_mps2.norm());
+  }
+  const imu::NoiseDensity calm = drive_pushed(undisturbed, 40, 0.0).inertial_noise;
+  EXPECT_LE(most_mps2, kLimit_mps2);
+  EXPECT_GT(most_mps2, 0.9 * kLimit_mps2);
+  EXPECT_GT(result.inertial_noise.accel_mps2_rthz, 2.0 * calm.accel_mps2_rthz);
+  // Of the gyro nothing but the contradiction is to be seen: the joint graph is given that too.
+  EXPECT_GT(result.inertial_noise.gyro_radps_rthz, 2.0 * calm.gyro_radps_rthz);
+  const geometry::Vec3 off_m = result.T_odom_body.p - driven.room.pose(driven.t_end.s()).p;
+  EXPECT_LT(off_m.norm(), 0.03) << "the LiDAR sees the motion";
+}
+
+TEST(Biases, each_contradiction_is_reported_once_with_its_interval) {
+  OdometrySettings settings;
+  settings.imu_noise.accel_walk_mps3_rthz = 0.3;  // a bias that wanders crosses its limit again
+  Driven driven(small_room(), kStart, true, settings);
+  const double begin_s = driven.t_end.s();
+  drive_pushed(driven, 30, kPush_mps2);
+  const double end_s = driven.t_end.s();
+  drive_pushed(driven, 60, 0.0);
+  ASSERT_EQ(refusals(driven).size(), 1U);
+  const Finding first = refusals(driven)[0];
+  EXPECT_LT(first.t, first.t_end);
+  EXPECT_GT(first.t.s(), begin_s);
+  EXPECT_LT(first.t_end.s(), end_s + 0.5);
+  EXPECT_NE(first.text.find("accelerometer's"), std::string::npos) << first.text;
+  drive_pushed(driven, 34, kPush_mps2);
+  EXPECT_EQ(refusals(driven).size(), 1U) << "the second one goes on";
+  driven.odometry->finish(driven.findings);
+  ASSERT_EQ(refusals(driven).size(), 2U);
+  EXPECT_GT(refusals(driven)[1].t, first.t_end);
+  driven.odometry->finish(driven.findings);
+  EXPECT_EQ(refusals(driven).size(), 2U);
+}
+
+TEST(Biases, of_a_good_sensor_nothing_is_refused) {
+  Driven driven(small_room(), 60, true);
+  driven.odometry->finish(driven.findings);
+  EXPECT_TRUE(refusals(driven).empty());
+}
+
+// An accelerometer of 0.3 m/s2/rtHz, ten times what is typical and claimed. Before the vehicle has
+// driven nothing but standing has shown it.
+TEST(RestNoise, what_is_measured_at_standstill_is_the_least_that_is_used) {
+  OdometrySettings settings;
+  settings.robust.initialisation.rest.accel_sd_max_mps2 = 10.0;
+  TestRoom noisy = small_room();
+  noisy.accel_noise_mps2 = 4.2;  // per sample at 200 Hz
+  noisy.rest_s = 100.0;
+  for (const TestRoom& room : {small_room(), noisy}) {
+    Driven driven(room, 0, true, settings);
+    ScanResult result;
+    while (!result.inertial && driven.sweeps < 40) result = driven.sweep();
+    result = driven.sweep();
+    ASSERT_TRUE(result.inertial);
+    const double truth = room.accel_noise_mps2 * std::sqrt(0.005);
+    EXPECT_GT(result.inertial_noise.accel_mps2_rthz, 0.8 * truth);
+    EXPECT_LT(result.inertial_noise.accel_mps2_rthz, std::max(0.04, 2.0 * truth));
+  }
+}
+
+}  // namespace
+}  // namespace rali::odometry
