@@ -6,6 +6,7 @@
 #include "rali/drive/fleet_rounds.hpp"
 #include "rali/drive/internal/map_run_stages.hpp"
 #include "rali/drive/live/live_map.hpp"
+#include "rali/drive/measured.hpp"
 #include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/output/joint_path.hpp"
@@ -126,9 +127,7 @@ Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
   VehicleSummary vehicle;
   vehicle.input = sources_[index]->report();
   vehicle.name = vehicle.input.vehicle;
-  vehicle.input.range_latency =
-      latency_by_motion(vehicles_[index].range_stamp_offset(),
-                        job_.vehicles[index].settings.ranging.bias.tau_sigma_s);
+  take_measured(vehicles_[index], job_.vehicles[index].settings, vehicle);
   const FindingList& all = vehicle.input.findings;
   for (std::size_t k = findings_told_[index]; k < all.size(); ++k) report(all[k]);
   const std::size_t posed = runs_[index].poses().size();
@@ -137,6 +136,7 @@ Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
   interrupted_ |= member.end.interrupted;
   summary_.vehicles.push_back(std::move(vehicle));
   if (auto gyro = gyro_finding(runs_[index], sources_[index]->report())) report(std::move(*gyro));
+  for (Finding& f : noise_findings(summary_.vehicles.back())) report(std::move(f));
   const Status finished = runs_[index].finish();
   runs_[index].summarise(summary_.vehicles.back());
   return finished;

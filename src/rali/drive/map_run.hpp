@@ -90,7 +90,9 @@ struct VehicleSummary {
   double sigma_max_m = std::numeric_limits<double>::quiet_NaN();     ///< the same
   Time t_sigma_max;
   double diverged_s = 0.0;
-  geometry::SE3 T_map_odom;  ///< at the first pose
+  imu::MeasuredNoise imu_noise;        ///< while driving
+  imu::NoiseDensity imu_noise_stated;  ///< by the settings, for a vehicle that drives
+  geometry::SE3 T_map_odom;            ///< at the first pose
   LiveTally live;
   bool levelled = false;        ///< map: by gravity, of this vehicle or of one that shares it
   double tilt_sigma_rad = 0.0;  ///< of T_map_odom about the horizontal axes; NaN: not known

@@ -30,6 +30,33 @@ std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& in
   return f;
 }
 
+FindingList noise_findings(const VehicleSummary& vehicle) {
+  constexpr double kFactor = 3.0;  // closer than that data sheets do not come
+  FindingList findings;
+  const auto compare = [&](const char* sensor, const std::optional<double>& measured, double stated,
+                           const char* unit) {
+    if (!measured || !(stated > 0.0)) return;
+    const double ratio = *measured / stated;
+    if (ratio < kFactor && ratio > 1.0 / kFactor) return;
+    Finding f;
+    f.id = "D10";
+    f.severity = Severity::kInfo;
+    f.vehicle = vehicle.name;
+    f.topic = vehicle.input.imu_topic;
+    f.text = fmt::format("{} noise while driving is {:.2g} {}, {:.2g} times what imu.noise states",
+                         sensor, *measured, unit, ratio);
+    f.effect = "the measured value is used";
+    f.value = ratio;
+    f.limit = kFactor;
+    findings.push_back(std::move(f));
+  };
+  compare("accelerometer", vehicle.imu_noise.accel_mps2_rthz,
+          vehicle.imu_noise_stated.accel_mps2_rthz, "m/s2/rtHz");
+  compare("gyro", vehicle.imu_noise.gyro_radps_rthz, vehicle.imu_noise_stated.gyro_radps_rthz,
+          "rad/s/rtHz");
+  return findings;
+}
+
 Finding no_pose_finding(const std::string& vehicle, const InputReport& input) {
   Finding f;
   f.id = "map.no_pose";

@@ -18,6 +18,9 @@ namespace rali::drive {
 /// D09: the gyro did not turn as the LiDAR did.
 [[nodiscard]] std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& input);
 
+/// D10: noise of the inertial data that the settings state far too low or too high.
+[[nodiscard]] FindingList noise_findings(const VehicleSummary& vehicle);
+
 [[nodiscard]] Finding no_pose_finding(const std::string& vehicle, const InputReport& input);
 /// Start poses that all else denies; one for each vehicle outside the largest group, with what
 /// would join it.

@@ -71,6 +71,11 @@ VehicleNumbers vehicle_numbers(const Json& v) {
   n.diverged_s = number(v, "diverged_s");
   n.time_offset_s = number(v, "time_offset_s");
   n.accel_scale = number(v, "accel_scale");
+  const Json& noise = at(v, "imu_noise");
+  n.accel_noise = number(noise, "accel_mps2_rthz");
+  n.accel_noise_stated = number(noise, "accel_stated_mps2_rthz");
+  n.gyro_noise = number(noise, "gyro_radps_rthz");
+  n.gyro_noise_stated = number(noise, "gyro_stated_radps_rthz");
   n.gaps = numbers(at(v, "gaps"));
   return n;
 }

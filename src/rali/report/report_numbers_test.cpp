@@ -188,6 +188,20 @@ TEST(ReportNumbers, names_the_day_of_the_data) {
   EXPECT_TRUE(has(page_of(TestRun{}), "data from 2023-11-14 22:13 UTC"));
 }
 
+TEST(ReportNumbers, shows_the_noise_of_each_imu_beside_the_stated_one) {
+  const io::TestFolder folder;
+  write_test_run(folder, TestRun{});
+  std::string metrics = folder.read("metrics.json");
+  const std::string scale = R"("accel_scale":1.0)";
+  metrics.replace(metrics.find(scale), scale.size(),
+                  scale + R"(,"imu_noise":{"accel_mps2_rthz":0.108,"accel_stated_mps2_rthz":0.03,)"
+                          R"("gyro_radps_rthz":null,"gyro_stated_radps_rthz":0.003})");
+  folder.write("metrics.json", metrics);
+  const std::string page = page_of(folder);
+  EXPECT_TRUE(has(page, "<td>0.1080 (stated 0.0300)</td>"));
+  EXPECT_FALSE(has(page, "(stated 0.00300)")) << "not measured";
+}
+
 TEST(ReportNumbers, shows_how_old_ranges_are_with_its_sigma_or_as_set_or_that_it_is_not_known) {
   const std::string given = R"("latency_s":0.046)";
   for (const auto& [json, cell] : {std::pair{given, "46 ms, as set"},

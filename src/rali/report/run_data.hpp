@@ -37,7 +37,9 @@ struct ErrorPoint {
 /// One vehicle's entry of metrics.json.
 struct VehicleNumbers {
   Number path_m, sweeps, sweeps_dropped, keyframes, blind_share, blind_held_share, sigma_median_m,
-      sigma_max_m, diverged_s, time_offset_s, accel_scale;
+      sigma_max_m, diverged_s, time_offset_s, accel_scale, accel_noise, accel_noise_stated,
+      gyro_noise,
+      gyro_noise_stated;  ///< noise: m/s2/rtHz, rad/s/rtHz
   NamedNumbers gaps;
 };
 

@@ -9,6 +9,7 @@
 #include "rali/ranging/range_model.hpp"
 #include "rali/vehicle/back_end.hpp"
 #include "rali/vehicle/fact_writer.hpp"
+#include "rali/vehicle/noise_tally.hpp"
 #include "rali/vehicle/odom_frame.hpp"
 #include "rali/vehicle/paper_detector.hpp"
 #include "rali/vehicle/paper_range_stage.hpp"
@@ -67,6 +68,9 @@ class Vehicle::Impl {
     if (paper_ranges_) paper_ranges_->flush(out);
     ranges_.flush(out);
     finish_stretch(out);
+    FindingList findings;
+    odometry_->finish(findings);
+    report(std::move(findings), out);
     facts_.flush(out);
     out.emplace_back(GravityEstimate{self_, t_scan_, odometry_->gravity_odom(),
                                      odometry_->gravity_covariance()});
@@ -99,6 +103,8 @@ class Vehicle::Impl {
     return RangeStampOffset{side.mean[state], std::sqrt(side.covariance(state, state))};
   }
 
+  [[nodiscard]] imu::MeasuredNoise measured_noise() const { return noise_.mean(); }
+
   [[nodiscard]] std::uint64_t state_hash() const { return odometry_->state_hash(); }
 
  private:
@@ -121,6 +127,13 @@ class Vehicle::Impl {
     return f;
   }
 
+  void report(FindingList findings, OutputList& out) const {
+    for (Finding& f : findings) {
+      f.vehicle = settings_.name;
+      out.emplace_back(std::move(f));
+    }
+  }
+
   void run_waiting(Executor& executor, OutputList& out, bool all) {
     const Duration patience = Duration::from_s(settings_.imu_wait_s);
     while (!waiting_.empty()) {
@@ -141,10 +154,8 @@ class Vehicle::Impl {
     const LidarScan& seen = masked ? *masked : scan;
     FindingList findings;
     const odometry::ScanResult result = odometry_->process(seen, executor, findings);
-    for (Finding& f : findings) {
-      f.vehicle = settings_.name;
-      out.emplace_back(std::move(f));
-    }
+    report(std::move(findings), out);
+    noise_.add(result.measured_noise);
     if (result.state == odometry::TrackState::kWaiting) return;
     if (paper_ranges_) effect = paper_ranges_->after_sweep(result, out);
     PoseEstimate pose = pose_of(self_, result);
@@ -295,6 +306,7 @@ class Vehicle::Impl {
   std::optional<PathEnd> last_;            ///< of preset `paper`
   std::deque<sensor::RangeSample> heard_;  ///< since then, by time
   OdomFrame odom_;
+  NoiseTally noise_;
   degeneracy::CategoryFilter categories_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::deque<std::shared_ptr<const LidarScan>> waiting_;
@@ -318,6 +330,8 @@ void Vehicle::step(const Event& event, Executor& executor, OutputList& out) {
 std::optional<RangeStampOffset> Vehicle::range_stamp_offset() const {
   return impl_->range_stamp_offset();
 }
+
+imu::MeasuredNoise Vehicle::measured_noise() const { return impl_->measured_noise(); }
 
 std::uint64_t Vehicle::state_hash() const { return impl_->state_hash(); }
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "rali/base/executor.hpp"
+#include "rali/imu/motion_noise.hpp"
 #include "rali/vehicle/event.hpp"
 #include "rali/vehicle/settings.hpp"
 
@@ -31,6 +32,9 @@ class Vehicle {
 
   /// Empty before the filter has used a range, and in preset `paper`.
   [[nodiscard]] std::optional<RangeStampOffset> range_stamp_offset() const;
+
+  /// Of the inertial data while driving, over the whole drive; empty in preset `paper`.
+  [[nodiscard]] imu::MeasuredNoise measured_noise() const;
 
   /// Hash of the whole state: finds the first event at which two runs part.
   [[nodiscard]] std::uint64_t state_hash() const;

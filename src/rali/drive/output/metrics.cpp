@@ -65,6 +65,18 @@ Json live_json(const LiveTally& live) {
   return json;
 }
 
+/// Null without inertial data; a value that was not measured is null.
+Json imu_noise_json(const VehicleSummary& v) {
+  if (!v.input.has_imu) return nullptr;
+  const auto measured = [](const std::optional<double>& value) {
+    return value ? number(*value, 9) : Json(nullptr);
+  };
+  return {{"accel_mps2_rthz", measured(v.imu_noise.accel_mps2_rthz)},
+          {"accel_stated_mps2_rthz", number(v.imu_noise_stated.accel_mps2_rthz, 9)},
+          {"gyro_radps_rthz", measured(v.imu_noise.gyro_radps_rthz)},
+          {"gyro_stated_radps_rthz", number(v.imu_noise_stated.gyro_radps_rthz, 9)}};
+}
+
 Json vehicle_json(const VehicleSummary& v) {
   Json json;
   json["path_m"] = number(v.path_m, 3);
@@ -86,6 +98,7 @@ Json vehicle_json(const VehicleSummary& v) {
   json["time_offset_sigma_s"] = offset.sigma_s ? number(*offset.sigma_s, 6) : Json(nullptr);
   json["time_offset_origin"] = offset.origin.empty() ? "settings" : offset.origin;
   json["accel_scale"] = number(v.input.accel_scale);
+  json["imu_noise"] = imu_noise_json(v);
   json["gaps"] = gaps_json(v.input.gaps);
   return json;
 }

@@ -35,6 +35,20 @@ TEST(Metrics, a_pair_has_the_latency_that_the_motion_of_either_vehicle_has_shown
   EXPECT_TRUE(pair_of(summary, given)["latency_sigma_s"].is_null());
 }
 
+TEST(Metrics, a_vehicle_has_the_noise_of_its_imu_as_measured_and_as_stated) {
+  MapSummary summary = two_vehicles();
+  summary.vehicles[0].input.has_imu = true;
+  summary.vehicles[0].imu_noise.accel_mps2_rthz = 0.108;
+  summary.vehicles[0].imu_noise_stated = {0.003, 0.03};
+  const auto vehicles = nlohmann::json::parse(metrics_text(summary, {}))["vehicles"];
+  const auto& noise = vehicles["v1"]["imu_noise"];
+  EXPECT_EQ(noise["accel_mps2_rthz"], 0.108);
+  EXPECT_EQ(noise["accel_stated_mps2_rthz"], 0.03);
+  EXPECT_TRUE(noise["gyro_radps_rthz"].is_null()) << "it did not drive long enough";
+  EXPECT_EQ(noise["gyro_stated_radps_rthz"], 0.003);
+  EXPECT_TRUE(vehicles["läufer"]["imu_noise"].is_null()) << "no inertial data";
+}
+
 TEST(Metrics, a_frame_that_gravity_has_not_levelled_has_no_sigma_of_its_tilt) {
   MapSummary summary = two_vehicles();
   summary.vehicles[0].levelled = true;

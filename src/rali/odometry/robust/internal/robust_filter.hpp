@@ -40,9 +40,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
         drift_(settings.robust.drift, has_imu),
         standstill_(settings.robust.constraints, settings.robust.initialisation.rest),
         constraints_(settings.robust.constraints),
-        motion_noise_({settings.imu_noise.vibration_factor * settings.imu_noise.gyro_radps_rthz,
-                       settings.imu_noise.vibration_factor * settings.imu_noise.accel_mps2_rthz},
-                      settings.robust.motion_noise) {}
+        motion_noise_(driving_noise(settings.imu_noise), settings.robust.motion_noise) {}
 
   void add_imu(const sensor::ImuSample& sample) override {
     if (has_imu_) imu_.add(sample);
