@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <initializer_list>
 
 #include <fmt/format.h>
 
@@ -74,6 +75,36 @@ Status choose_preset(const Node& root, const std::vector<Node>& assignments,
   return apply_map(*changes, std::string(kSettings), origin, fields, config.origins);
 }
 
+const Node* find_path(const Node& root, std::initializer_list<const char*> path) {
+  const Node* node = &root;
+  for (const char* const key : path) {
+    if (node != nullptr) node = node->find(key);
+  }
+  return node;
+}
+
+/// The carrier that holds sets defaults: what the file or the command line gives wins over them.
+Status choose_carrier(const Node& root, const std::vector<Node>& assignments, FleetConfig& config) {
+  const Node* chosen = find_path(root, {"settings", "odometry", "robust", "carrier"});
+  for (const Node& assignment : assignments) {
+    for (const Node* const node :
+         {find_path(assignment, {"settings", "odometry", "robust", "carrier"}),
+          find_path(assignment, {"odometry", "robust", "carrier"})}) {
+      if (node != nullptr) chosen = node;
+    }
+  }
+  if (chosen == nullptr) return {};
+  const FieldList fields = fleet_fields(config, "");
+  const auto field = std::find_if(fields.begin(), fields.end(), [](const Field& f) {
+    return f.key == "settings.odometry.robust.carrier";
+  });
+  if (Status status = decode_field(*field, *chosen); !status) return status;
+  const std::string origin = "carrier " + chosen->text;
+  const Result<Node> changes = parse_yaml(carrier_yaml(chosen->text), origin);
+  if (!changes) return tl::make_unexpected(changes.error());
+  return apply_map(*changes, std::string(kSettings), origin, fields, config.origins);
+}
+
 /// Rooms may be named without `settings.` on the command line.
 std::string prefix_of_assignment(const Node& assignment, const FieldList& fields) {
   const std::string room = std::string(kSettings) + assignment.children.front().key + '.';
@@ -120,6 +151,9 @@ Result<FleetConfig> build(const Node& root, const std::string& name, const std::
     return tl::make_unexpected(status.error());
   }
   if (Status status = choose_preset(root, assignments, overrides, config); !status) {
+    return tl::make_unexpected(status.error());
+  }
+  if (Status status = choose_carrier(root, assignments, config); !status) {
     return tl::make_unexpected(status.error());
   }
   const std::string preset = config.preset;
@@ -232,8 +266,16 @@ std::string settings_manual() {
   return "# Settings\n\nMade by `rali help-settings`; do not edit.\n\n"
          "Keys of `fleet.yaml`, `v1` standing for each vehicle. Only `recording` is needed. The\n"
          "same keys go with `--set KEY=VALUE`, where `settings.` may be left out. Order of rule:\n"
-         "default, preset, file, command line; `settings.yaml` of a run names the origin of each\n"
+         "default, preset, carrier, file, command line; `settings.yaml` of a run names the origin "
+         "of each\n"
          "value and is itself a valid `fleet.yaml`.\n\n"
+         "`odometry.robust.carrier` sets defaults of `odometry.robust.constraints`. `ground`: all\n"
+         "constraints, 2 m/s usual, 40 m/s and 8 m/s2 at most. `handheld`: without "
+         "`non_holonomic`\n"
+         "and `ground`; 1.5 m/s, 12 m/s, 15 m/s2. `drone`: without `standstill` as well, since "
+         "one\n"
+         "that hovers is not at rest (set it to true where a drone lands as a range reference);\n"
+         "5 m/s, 60 m/s, 30 m/s2.\n\n"
          "`ranges`, `radio`, `priors`, `rounds` and `antennas` are between vehicles: alone, a\n"
          "vehicle has no use for them. `clock: offset` is checked but has no effect yet. Both is\n"
          "said by a warning. `lidar.returns`, `output.frame` and `output.georeference` are "

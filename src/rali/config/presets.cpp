@@ -41,6 +41,32 @@ fleet:
 )"},
 };
 
+// Bounds: walking and running people; drones of every kind. A person turns and steps aside, a drone
+// flies sideways, neither keeps a height above ground. A drone that hovers is not at rest.
+constexpr std::array kCarriers{
+    Preset{"handheld", R"(
+odometry:
+  robust:
+    constraints:
+      non_holonomic: false
+      ground: false
+      speed_usual_mps: 1.5
+      speed_max_mps: 12
+      accel_max_mps2: 15
+)"},
+    Preset{"drone", R"(
+odometry:
+  robust:
+    constraints:
+      standstill: false
+      non_holonomic: false
+      ground: false
+      speed_usual_mps: 5
+      speed_max_mps: 60
+      accel_max_mps2: 30
+)"},
+};
+
 }  // namespace
 
 bool is_preset(const std::string& name) { return !preset_yaml(name).empty(); }
@@ -56,6 +82,13 @@ std::string preset_names_text() {
 std::string_view preset_yaml(const std::string& name) {
   for (const Preset& preset : kPresets) {
     if (preset.name == name) return preset.yaml;
+  }
+  return {};
+}
+
+std::string_view carrier_yaml(const std::string& name) {
+  for (const Preset& carrier : kCarriers) {
+    if (carrier.name == name) return carrier.yaml;
   }
   return {};
 }

@@ -13,4 +13,8 @@ namespace rali::config {
 /// What the preset changes of `settings:`, as YAML over the defaults; empty for an unknown name.
 [[nodiscard]] std::string_view preset_yaml(const std::string& name);
 
+/// What the carrier (odometry.robust.carrier) changes of `settings:`; empty for that of the
+/// defaults.
+[[nodiscard]] std::string_view carrier_yaml(const std::string& name);
+
 }  // namespace rali::config

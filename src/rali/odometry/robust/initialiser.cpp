@@ -205,8 +205,8 @@ MotionFit fit_motion(const std::vector<TrackedPose>& track, const ForceIntegral&
 
 std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& track,
                                             const InertialBuffer& imu,
-                                            const InitialisationSettings& settings) {
-  constexpr double kSpeedSigma_mps = 2.0;  // as ConstraintSettings::speed_usual_mps
+                                            const InitialisationSettings& settings,
+                                            double speed_usual_mps) {
   constexpr double kGravitySigmaMax_mps2 = 0.3;
   constexpr double kGravityError_mps2 = 1.0;      // more is another unit, not a bias
   constexpr double kGravitySigmaLate_rad = 0.09;  // 5 deg
@@ -216,7 +216,7 @@ std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& trac
   const Vec3 bias = gyro_bias_from_rotations(track, imu);
   const ForceIntegral force = integrate_force(track, imu, bias);
   const Vec3 g_guess = -force.dv.back() / duration_s;
-  const MotionFit fit = fit_motion(track, force, g_guess, kSpeedSigma_mps);
+  const MotionFit fit = fit_motion(track, force, g_guess, speed_usual_mps);
   const Vec3 g = fit.x.tail<3>();
   const Mat3 g_cov = fit.covariance.bottomRightCorner<3, 3>();
   const double sigma_g = std::sqrt(g_cov.diagonal().maxCoeff());
@@ -247,7 +247,7 @@ std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& trac
 std::optional<InitialGuess> solve_initial(const std::vector<TrackedPose>& track,
                                           const InertialBuffer& imu,
                                           const InitialisationSettings& settings,
-                                          const ImuNoiseSettings& noise) {
+                                          const ImuNoiseSettings& noise, double speed_usual_mps) {
   if (track.size() < 2 || imu.empty()) return std::nullopt;
   if (auto guess = solve_at_rest(track, imu, settings, noise)) {
     // Standing now, it may have driven when the track began; how fast, the first scans tell.
@@ -257,7 +257,7 @@ std::optional<InitialGuess> solve_initial(const std::vector<TrackedPose>& track,
     guess->v_first_sigma_mps = kFirstSpeedSigma_mps;
     return guess;
   }
-  return solve_in_motion(track, imu, settings);
+  return solve_in_motion(track, imu, settings, speed_usual_mps);
 }
 
 }  // namespace rali::odometry

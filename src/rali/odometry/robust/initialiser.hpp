@@ -34,10 +34,11 @@ struct InitialGuess {
 
 /// Gravity, velocity and gyro bias at the end of `track` from inertial samples and LiDAR poses
 /// (algorithms 1.4): at rest from means, in motion by linear least squares over the track.
-/// Empty while the data do not suffice.
-[[nodiscard]] std::optional<InitialGuess> solve_initial(const std::vector<TrackedPose>& track,
-                                                        const InertialBuffer& imu,
-                                                        const InitialisationSettings& settings,
-                                                        const ImuNoiseSettings& noise);
+/// @param speed_usual_mps  sigma of the first speed where the LiDAR is degenerate
+/// @return empty while the data do not suffice
+[[nodiscard]] std::optional<InitialGuess> solve_initial(
+    const std::vector<TrackedPose>& track, const InertialBuffer& imu,
+    const InitialisationSettings& settings, const ImuNoiseSettings& noise,
+    double speed_usual_mps = ConstraintSettings{}.speed_usual_mps);
 
 }  // namespace rali::odometry

@@ -130,6 +130,21 @@ TEST(Initialiser, does_not_claim_to_stand_where_the_lidar_is_blind_and_something
   EXPECT_TRUE(!guess || (!guess->at_rest && speed_sigma_mps(*guess) > 0.5));
 }
 
+TEST(Initialiser, where_the_lidar_is_blind_the_speed_may_be_what_is_usual_for_the_carrier) {
+  Motion shaken;
+  shaken.accel_noise_mps2 = 0.5;
+  InertialBuffer imu;
+  std::vector<TrackedPose> track;
+  shaken.record(1.2, imu, track);
+  for (TrackedPose& p : track) p.covariance_m2(0, 0) = 1e4;
+  InitialisationSettings hasty;
+  hasty.give_up_s = 1.0;
+  const auto cart = solve_initial(track, imu, hasty, {}, 2.0);
+  const auto drone = solve_initial(track, imu, hasty, {}, 8.0);
+  ASSERT_TRUE(cart && drone);
+  EXPECT_NEAR(drone->v_first_sigma_mps / cart->v_first_sigma_mps, 4.0, 0.5);
+}
+
 TEST(Initialiser, stands_where_the_lidar_is_blind_if_no_wheel_turns) {
   Motion still;
   still.size_m = 0.0;

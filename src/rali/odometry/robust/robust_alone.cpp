@@ -162,7 +162,7 @@ void RobustOdometry::stray(const FilterState& predicted, FindingList& findings) 
   const double lost_s = (state_.t - last_settled_.t).s();
   if (lost_s >= std::max(kLost_s, kLostScans * (state_.t - t_before).s())) {
     const StateCov P = state_.P;
-    restart(findings);
+    restart("", findings);
     state_.P.topLeftCorner<6, 6>() = P.topLeftCorner<6, 6>();
     last_view_.reset();
     usual_fit_ = 0.0;

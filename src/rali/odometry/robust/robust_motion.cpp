@@ -192,6 +192,7 @@ void RobustOdometry::begin_hold(FindingList& findings) {
   constexpr double kSigma_mps = 0.01;
   held_ = true;
   motion_noise_.interrupt();
+  acceleration_.reset();
   if (!standstill_.certain()) return;
   if (state_.v.norm() > kFast_mps) {
     Finding f;

@@ -42,6 +42,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   // A vehicle without inertial sensor has no prediction but the LiDAR's.
   if (!inertial_) T_last_predicted_ = last_posterior_.T_odom_body.inverse() * T_predicted_;
   const bool settled = has_imu_ || settle_alone(scan, predicted, done);
+  watch_acceleration(settled);
   if (follows) measure_noise(done, felt);
   if (inertial_) constrain(done, findings);
   if (settled) judge(done, findings);
@@ -119,6 +120,7 @@ SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
 UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
   const FilterState predicted = state_;
   T_predicted_ = predicted.T_odom_body;
+  P_predicted_m2_ = predicted.P.block<3, 3>(kPos, kPos);
   const Vec3 p_body_lidar = calibration_.T_body_lidar.p;
   UpdateResult done;
   SE3 start = state_.T_odom_body;
@@ -217,22 +219,48 @@ Mat6 RobustOdometry::covariance(const UpdateResult& update) {
   return all;
 }
 
+/// The motion since the last scan by the LiDAR; shifts by ranges are not in it.
+void RobustOdometry::watch_acceleration(bool settled) {
+  if (!settled) return acceleration_.reset();
+  SE3 step = T_last_predicted_ * (T_predicted_.inverse() * state_.T_odom_body);
+  const Vec3 shift = state_.T_odom_body.p - T_predicted_.p;
+  const Mat3& R = T_predicted_.R;
+  step.p = T_last_predicted_.p +
+           T_last_predicted_.R * R.transpose() * unexplained_shift(shift, P_predicted_m2_);
+  acceleration_.add(state_.t, step);
+}
+
+/// Why no such vehicle can have moved as the pose did; empty if it can.
+std::string RobustOdometry::impossible_motion() const {
+  const ConstraintSettings& limits = settings_.constraints;
+  if (!state_.T_odom_body.p.allFinite() || !state_.T_odom_body.R.allFinite() ||
+      !state_.v.allFinite()) {
+    return "the pose is not a number";
+  }
+  if (state_.v.norm() > limits.speed_max_mps) {
+    return fmt::format("the pose moves at {:.0f} m/s, and {:.0f} are possible", state_.v.norm(),
+                       limits.speed_max_mps);
+  }
+  const double accel_mps2 = acceleration_.mean_mps2().value_or(0.0);
+  if (accel_mps2 <= limits.accel_max_mps2) return {};
+  return fmt::format("over a second the pose accelerates by {:.0f} m/s2, and {:.0f} are possible",
+                     accel_mps2, limits.accel_max_mps2);
+}
+
 /// Good, weak (few matches), predicted (none), or diverged (for too long, or impossible).
 void RobustOdometry::judge(const UpdateResult& update, FindingList& findings) {
   constexpr double kLost_s = 2.0;
-  const bool impossible = !state_.T_odom_body.p.allFinite() || !state_.T_odom_body.R.allFinite() ||
-                          !state_.v.allFinite() ||
-                          state_.v.norm() > settings_.constraints.speed_max_mps;
-  if (!impossible && update.matches >= settings_.update.matches_min) {
+  const std::string impossible = impossible_motion();
+  if (impossible.empty() && update.matches >= settings_.update.matches_min) {
     track_state_ =
         update.matches >= 3 * settings_.update.matches_min ? TrackState::kGood : TrackState::kWeak;
     t_last_good_ = state_.t;
     return;
   }
   track_state_ = TrackState::kPredicted;
-  if (!impossible && (state_.t - t_last_good_).s() < kLost_s) return;
+  if (impossible.empty() && (state_.t - t_last_good_).s() < kLost_s) return;
   track_state_ = TrackState::kDiverged;
-  restart(findings);
+  restart(impossible, findings);
 }
 
 ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& update) {

@@ -222,7 +222,8 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   const Mat3 unseen = Mat3::Identity() - lidar_known_;
   track_.push_back({state_.t, state_.T_odom_body,
                     state_.P.block<3, 3>(kPos, kPos) + kUnseen_m * kUnseen_m * unseen});
-  const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_);
+  const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_,
+                                   settings_.constraints.speed_usual_mps);
   if (!guess) {
     const Time oldest = state_.t - Duration::from_s(settings_.initialisation.give_up_s + 1.0);
     std::erase_if(track_, [oldest](const TrackedPose& p) { return p.t < oldest; });
@@ -266,14 +267,15 @@ void RobustOdometry::begin_map() {
 }
 
 /// The map no longer fits what is seen: a new map begins at the last believable pose.
-void RobustOdometry::restart(FindingList& findings) {
+/// @param impossible  what no such vehicle does; empty if the LiDAR is lost
+void RobustOdometry::restart(const std::string& impossible, FindingList& findings) {
   Finding f;
   f.id = "odometry.diverged";
   f.severity = Severity::kError;
   f.t = t_last_good_;
   f.t_end = state_.t;
-  f.text = fmt::format("lost for {:.1f} s: the LiDAR fits the map nowhere",
-                       (state_.t - t_last_good_).s());
+  const std::string why = impossible.empty() ? "the LiDAR fits the map nowhere" : impossible;
+  f.text = fmt::format("lost for {:.1f} s: {}", (state_.t - t_last_good_).s(), why);
   f.effect = "this stretch is cut from the map; poses after it hang on a guess";
   findings.push_back(f);
   const Time now = state_.t;
@@ -299,6 +301,8 @@ void RobustOdometry::restart(FindingList& findings) {
   map_ = PlaneMap(settings_.map);
   recent_.clear();
   scans_in_map_ = 0;
+  acceleration_.reset();
+  new_map_ = true;
   t_last_good_ = now;
 }
 

@@ -102,13 +102,19 @@ struct InitialisationSettings {
   }
 };
 
-/// Knowledge about how ground vehicles move; each switches itself off where it does not hold.
+/// What carries the sensors. It sets the defaults of ConstraintSettings (config/presets.cpp).
+enum class Carrier { kGround, kHandheld, kDrone };
+inline constexpr ChoiceNames<3> kCarrierNames{"ground", "handheld", "drone"};
+
+/// Knowledge about how the carrier moves, with the defaults of ground vehicles; non_holonomic and
+/// ground switch themselves off where they do not hold.
 struct ConstraintSettings {
   bool standstill = true;
   bool non_holonomic = true;
   bool ground = true;
   double rest_after_s = 0.7;
   double speed_max_mps = 40.0;
+  double accel_max_mps2 = 8.0;
   double speed_usual_mps = 2.0;
 
   template <class V>
@@ -118,8 +124,10 @@ struct ConstraintSettings {
     v("ground", ground, "constant height above ground, once the data have shown that it holds");
     v("rest_after_s", rest_after_s, 0.2, 10.0, "stillness needed before the pose is held");
     v("speed_max_mps", speed_max_mps, 0.1, 300.0, "no vehicle is faster: the pose is lost");
+    v("accel_max_mps2", accel_max_mps2, 0.1, 1000.0,
+      "mean over a second that no vehicle reaches: the pose is lost");
     v("speed_usual_mps", speed_usual_mps, 0.1, 300.0,
-      "sigma of the speed where nothing else tells it; hand-held 1.5, drones 5");
+      "sigma of the speed where nothing measures it");
   }
 };
 
@@ -139,6 +147,7 @@ struct KeyframeSettings {
 
 /// Settings of preset `robust`.
 struct RobustSettings {
+  Carrier carrier = Carrier::kGround;
   double range_sigma_m = 0.0;
   double mounting_sigma_deg = 0.03;
   SamplingSettings sampling;
@@ -156,6 +165,8 @@ struct RobustSettings {
 
   template <class V>
   void visit(V& v) {
+    v.choice("carrier", carrier, kCarrierNames,
+             "what carries the sensors: sets the defaults of constraints");
     v("range_sigma_m", range_sigma_m, 0.0, 1.0, "noise of a range; 0: measured in the first scan");
     v("mounting_sigma_deg", mounting_sigma_deg, 0.0, 10.0,
       "how well the LiDAR's turn in T_body_lidar is known, about each axis");
@@ -167,7 +178,7 @@ struct RobustSettings {
     v.group("constant_velocity", constant_velocity, "motion model without inertial data");
     v.group("search", search, "looking around before an update without inertial data");
     v.group("initialisation", initialisation, "gravity and biases at the start");
-    v.group("constraints", constraints, "how ground vehicles move");
+    v.group("constraints", constraints, "how the carrier moves");
     v.group("keyframe", keyframe, "which sweeps are kept");
     v.group("drift", drift, "how the error grows with the way");
     v.group("motion_noise", motion_noise, "noise of inertial data while driving");

@@ -4,10 +4,12 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "rali/cloud/voxel_sampler.hpp"
 #include "rali/odometry/odometry.hpp"
+#include "rali/odometry/robust/acceleration.hpp"
 #include "rali/odometry/robust/drift.hpp"
 #include "rali/odometry/robust/inertial.hpp"
 #include "rali/odometry/robust/initialiser.hpp"
@@ -148,7 +150,9 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void end_refusal(Time now, FindingList& findings);
   void report_refusal(FindingList& findings);
   void judge(const UpdateResult& update, FindingList& findings);
-  void restart(FindingList& findings);
+  void watch_acceleration(bool settled);
+  [[nodiscard]] std::string impossible_motion() const;
+  void restart(const std::string& impossible, FindingList& findings);
   void begin_map();
   ScanResult result_of(const sensor::LidarScan& scan, const UpdateResult& update);
 
@@ -180,7 +184,11 @@ class RobustOdometry final : public Odometry, private SideFilter {
   double noise_boost_ = 1.0;             ///< while inertial data contradict the LiDAR
   FilterState last_posterior_;           ///< after the last scan
   geometry::SE3 T_predicted_;            ///< for the newest scan, before it was registered
-  geometry::SE3 T_last_predicted_;       ///< motion from the last scan to it, as predicted
+  geometry::Mat3 P_predicted_m2_ = geometry::Mat3::Zero();  ///< of its position
+  AccelerationWatch acceleration_;
+  geometry::SE3 T_last_predicted_;  ///< motion from the last scan to it, as predicted
+  geometry::SE3 T_propagated_;      ///< the same so far, at constant velocity
+  bool new_map_ = false;            ///< begun with the newest scan, the last one was lost
   std::optional<geometry::SE3> T_odom_first_;  ///< of the first result
   geometry::SE3 T_told_;                 ///< in the last result
   bool told_inertial_ = false;           ///< in the last result
