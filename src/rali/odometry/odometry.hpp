@@ -30,6 +30,7 @@ struct ScanResult {
   geometry::SE3 T_odom_body;
   geometry::SE3 T_odom_body_predicted;  ///< before this scan was registered
   geometry::SE3 T_last_predicted;       ///< motion since the last scan, by the prediction alone
+  bool new_map = false;  ///< the map was lost; the pose is where the LiDAR last fitted it
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();  ///< in the IMU
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();  ///< in the IMU

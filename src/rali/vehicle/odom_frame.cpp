@@ -19,20 +19,36 @@ Vec3 limited(const Vec3& v, double most) {
 
 }  // namespace
 
+OdomLimits OdomFrame::limits_for(const odometry::ScanResult& result) const {
+  OdomLimits out = limits_;
+  if (result.inertial) return out;
+  const double dt_s = std::clamp(seconds_between(t_, result.t), 0.0, limits_.scan_max_s);
+  out.shift_m = std::max(out.shift_m, limits_.accel_mps2 * dt_s * dt_s);
+  out.turn_rad = std::max(out.turn_rad, limits_.accel_radps2 * dt_s * dt_s);
+  return out;
+}
+
 SE3 OdomFrame::follow(const odometry::ScanResult& result) {
+  if (!started_) {
+    started_ = true;
+    t_ = result.t;
+    T_lidar_body_ = T_odom_body_ = result.T_odom_body;
+    return T_odom_body_;
+  }
+  const OdomLimits limits = limits_for(result);
+  t_ = result.t;
+  if (result.new_map) {
+    // Where the pose was put is no motion, and the prediction is what led to the loss.
+    T_lidar_body_ = T_odom_body_;
+    return T_odom_body_;
+  }
   const SE3 T_predicted_body = result.T_odom_body_predicted.inverse() * result.T_odom_body;
-  // Without inertial data there is no motion but what the LiDAR sees.
-  const bool measured = result.inertial || result.state == odometry::TrackState::kPredicted;
-  const SE3 T_step =
-      measured ? result.T_last_predicted : result.T_last_predicted * T_predicted_body;
-  T_lidar_body_ =
-      started_ ? T_lidar_body_ * result.T_last_predicted * T_predicted_body : result.T_odom_body;
-  T_odom_body_ = started_ ? T_odom_body_ * T_step : result.T_odom_body;
-  started_ = true;
+  T_lidar_body_ = T_lidar_body_ * result.T_last_predicted * T_predicted_body;
+  T_odom_body_ = T_odom_body_ * result.T_last_predicted;
   const Vec3 turn = geometry::so3_log(T_odom_body_.R.transpose() * T_lidar_body_.R);
   T_odom_body_.R =
-      geometry::so3_normalised(T_odom_body_.R * geometry::so3_exp(limited(turn, limits_.turn_rad)));
-  T_odom_body_.p += limited(T_lidar_body_.p - T_odom_body_.p, limits_.shift_m);
+      geometry::so3_normalised(T_odom_body_.R * geometry::so3_exp(limited(turn, limits.turn_rad)));
+  T_odom_body_.p += limited(T_lidar_body_.p - T_odom_body_.p, limits.shift_m);
   T_lidar_body_.R = geometry::so3_normalised(T_lidar_body_.R);
   return T_odom_body_;
 }

@@ -61,15 +61,54 @@ TEST(OdomFrame, a_range_moves_local_and_not_odom) {
   EXPECT_NEAR(now.p.x(), 0.2, 1e-12);
 }
 
-TEST(OdomFrame, without_inertial_data_what_the_lidar_sees_is_the_motion) {
+/// The same of a vehicle without inertial data, `t_s` after the first scan.
+odometry::ScanResult alone(double t_s, const SE3& step, const SE3& predicted, const SE3& found) {
+  odometry::ScanResult out = scan(step, predicted, found);
+  out.t = Time::from_s(100.0 + t_s);
+  out.inertial = false;
+  out.state = odometry::TrackState::kGood;
+  return out;
+}
+
+TEST(OdomFrame, without_inertial_data_a_jump_comes_in_small_steps_too) {
   OdomFrame odom;
-  odometry::ScanResult first = scan({}, {}, {});
-  first.inertial = false;
-  odom.follow(first);
-  odometry::ScanResult next = scan({}, {}, at(1.5));
-  next.inertial = false;
-  next.state = odometry::TrackState::kGood;
-  EXPECT_NEAR(odom.follow(next).p.x(), 1.5, 1e-12);
+  SE3 before = odom.follow(alone(0.0, {}, {}, {}));
+  const SE3 found = at(1.5, 0.4);
+  SE3 now = odom.follow(alone(0.1, at(0.1), at(0.1), found));
+  EXPECT_NEAR(beyond_m(before, at(0.1), now), 0.03, 1e-12);
+  for (int k = 2; k < 60; ++k) {
+    before = now;
+    now = odom.follow(alone(0.1 * k, {}, found, found));
+    EXPECT_LE(beyond_m(before, {}, now), 0.03 + 1e-12) << k;
+  }
+  EXPECT_NEAR(now.p.x(), 1.5, 1e-9);
+  EXPECT_NEAR(geometry::so3_log(now.R).z(), 0.4, 1e-9);
+}
+
+// Two scans a second of a sensor in a hand: constant velocity is off by decimetres and by half a
+// radian, and each scan by others. Three centimetres of it would leave odom metres behind in
+// seconds.
+TEST(OdomFrame, at_two_scans_a_second_what_a_vehicle_can_accelerate_is_motion) {
+  OdomFrame odom;
+  odom.follow(alone(0.0, {}, {}, {}));
+  const SE3 now = odom.follow(alone(0.5, at(0.5), at(0.5), at(0.8, 0.5)));
+  EXPECT_NEAR(now.p.x(), 0.8, 1e-12);
+  EXPECT_NEAR(geometry::so3_log(now.R).z(), 0.5, 1e-12);
+  // What no vehicle does comes in steps, and a longer gap allows no more.
+  const SE3 far = odom.follow(alone(3.0, {}, now, at(5.8)));
+  EXPECT_NEAR((far.p - now.p).norm(), 0.75, 1e-9);
+}
+
+TEST(OdomFrame, goes_on_from_where_it_was_when_a_lost_map_begins_again) {
+  OdomFrame odom;
+  odom.follow(alone(0.0, {}, {}, {}));
+  const SE3 before = odom.follow(alone(0.1, at(0.1), at(0.1), at(0.1)));
+  odometry::ScanResult lost = alone(0.2, at(4.0), at(4.1), at(-3.0));
+  lost.state = odometry::TrackState::kDiverged;
+  lost.new_map = true;
+  EXPECT_EQ(odom.follow(lost).p, before.p);
+  const SE3 after = odom.follow(alone(0.3, at(0.1), at(-2.9), at(-2.9)));
+  EXPECT_NEAR(after.p.x(), 0.2, 1e-12) << "nothing of the jump is made good later";
 }
 
 TEST(OdomFrame, its_covariance_holds_what_it_has_left_out) {

@@ -32,15 +32,14 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   const bool follows = inertial_ && !imu_.empty() && last_posterior_.t < scan.t_end;
   const InertialIntegral felt =
       follows ? integrate_from(last_posterior_, imu_, scan.t_end) : InertialIntegral{};
-  T_last_predicted_ = predicted_motion(scan.t_end, felt);
+  const SE3 T_felt = predicted_motion(scan.t_end, felt);
   predict(scan.t_end);
+  T_last_predicted_ = inertial_ ? T_felt : T_propagated_;
   // Without inertial data the sweep is undistorted with a guessed velocity: again with the
   // velocity that came out, if it is another one.
   constexpr int kRoundsWithoutImu = 3;
   const FilterState predicted = state_;
   UpdateResult done = update(scan, inertial_ ? 1 : kRoundsWithoutImu);
-  // A vehicle without inertial sensor has no prediction but the LiDAR's.
-  if (!inertial_) T_last_predicted_ = last_posterior_.T_odom_body.inverse() * T_predicted_;
   const bool settled = has_imu_ || settle_alone(scan, predicted, done);
   watch_acceleration(settled);
   if (follows) measure_noise(done, felt);
@@ -65,6 +64,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   last_posterior_ = state_;
   const ScanResult result = result_of(scan, done);
   poses_.clear();
+  T_propagated_ = SE3{};
   return result;
 }
 
@@ -84,7 +84,9 @@ void RobustOdometry::predict(Time t_end) {
   noise.accel_walk = settings_.constant_velocity.accel_mps2_rthz;
   const bool measured = has_imu_ && !imu_.empty();
   noise.gyro_walk = measured ? 0.0 : settings_.constant_velocity.rate_radps2_rthz;
+  const SE3 before = state_.T_odom_body;
   propagate_constant_velocity(state_, (t_end - state_.t).s(), noise);
+  T_propagated_ = T_propagated_ * before.inverse() * state_.T_odom_body;
   state_.t = t_end;
   if (measured) stand_if_still();
 }
@@ -94,10 +96,7 @@ void RobustOdometry::predict(Time t_end) {
 SE3 RobustOdometry::predicted_motion(Time t_end, const InertialIntegral& felt) const {
   const double span_s = (t_end - last_posterior_.t).s();
   const Mat3& R = last_posterior_.T_odom_body.R;
-  if (inertial_) return {felt.dR, R.transpose() * (last_posterior_.v * span_s + felt.dp_m)};
-  const Vec3 turn = span_s * last_posterior_.gyro_bias_radps;
-  return {geometry::so3_exp(turn),
-          span_s * (geometry::so3_right_jacobian(-turn) * last_posterior_.v)};
+  return {felt.dR, R.transpose() * (last_posterior_.v * span_s + felt.dp_m)};
 }
 
 SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
@@ -277,15 +276,16 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
     out.accel_bias_mps2 = state_.accel_bias_mps2;
   }
   out.T_odom_body = quiet_start_ && !inertial_ ? track_.front().T_odom_body : state_.T_odom_body;
-  // Until gravity is known, and with the scan that tells it, poses are as told: the start may be
-  // held, and is replayed at last.
-  const bool begins = has_imu_ && (!inertial_ || !told_inertial_);
-  out.T_odom_body_predicted = held_ || begins ? out.T_odom_body : T_predicted_;
-  if (begins) {
-    out.T_last_predicted = T_told_.inverse() * out.T_odom_body;
-  } else if (!held_) {
-    out.T_last_predicted = T_last_predicted_;
+  out.T_odom_body_predicted = held_ ? out.T_odom_body : T_predicted_;
+  if (!held_) out.T_last_predicted = T_last_predicted_;
+  // Until gravity is known the start may be held, and with the scan that finds it the start is gone
+  // through again: what that moves is a correction.
+  if (has_imu_ && (!inertial_ || !told_inertial_)) {
+    if (quiet_start_ && !inertial_) out.T_last_predicted = SE3{};
+    out.T_odom_body_predicted = T_told_ * out.T_last_predicted;
   }
+  out.new_map = new_map_;
+  new_map_ = false;
   T_told_ = out.T_odom_body;
   told_inertial_ = inertial_;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);

@@ -83,6 +83,7 @@ void RobustOdometry::straighten_first(const LidarScan& second) {
   constexpr int kRounds = 3;
   const std::unique_ptr<LidarScan> first = std::move(first_scan_);
   const FilterState begin = state_;
+  const SE3 propagated = T_propagated_;
   Vec3 v = Vec3::Zero();
   Vec3 w = Vec3::Zero();
   for (int k = 0; k < kRounds; ++k) {
@@ -106,6 +107,7 @@ void RobustOdometry::straighten_first(const LidarScan& second) {
     if (!useful) break;
   }
   poses_.clear();
+  T_propagated_ = propagated;
 }
 
 /// Before gravity is known the gyro already tells the turn rate, to its turn-on bias: sparse rings

@@ -190,8 +190,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
   geometry::SE3 T_propagated_;      ///< the same so far, at constant velocity
   bool new_map_ = false;            ///< begun with the newest scan, the last one was lost
   std::optional<geometry::SE3> T_odom_first_;  ///< of the first result
-  geometry::SE3 T_told_;                 ///< in the last result
-  bool told_inertial_ = false;           ///< in the last result
+  geometry::SE3 T_told_;                       ///< in the last result
+  bool told_inertial_ = false;                 ///< in the last result
   /// Projector on the translations that the last scan saw well.
   geometry::Mat3 lidar_known_ = geometry::Mat3::Zero();
   bool held_ = false;                           ///< the vehicle stands
