@@ -169,15 +169,13 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
 }
 
 /// Motion shows late: what the pose missed since the window began is made up for, by going on from
-/// there. What ranges have taught about other radios since then stays, with what it owes to the
-/// pose: there may be more of them now than when the window began.
+/// there. What ranges have measured of other radios since then stays, relative to the pose: there
+/// may be more of them now than when the window began.
 void RobustOdometry::end_hold(const FilterState& before) {
   held_ = false;
-  SideStates side = std::move(state_.side);
-  SideCross P_side = std::move(state_.P_side);
+  const FilterState held = state_;
   state_ = held_states_.empty() ? before : held_states_.front();
-  state_.side = std::move(side);
-  state_.P_side = std::move(P_side);
+  carry_side_states(held, state_);
   held_states_.clear();
   last_posterior_ = state_;
   moved_scans_ = 0;

@@ -72,45 +72,36 @@ int RobustOdometry::add_side(const SideStates::Vector& mean, const SideStates::M
   RALI_ASSERT(rows.empty() || static_cast<int>(rows.size()) == n);
   if (first + n > SideStates::kMax) return -1;
   const Eigen::MatrixXd H = joint_rows(rows);
-  const auto grow = [&](FilterState& state) {
-    SideStates::Matrix own = covariance;
-    Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(kStateDim + first, n);
-    if (!rows.empty()) {
-      cross = joint_covariance(state) * H.transpose();
-      own += H * cross;
-    }
-    SideStates& side = state.side;
-    side.mean.conservativeResize(first + n);
-    side.mean.tail(n) = mean;
-    side.covariance.conservativeResize(first + n, first + n);
-    side.covariance.topRightCorner(first, n) = cross.bottomRows(first);
-    side.covariance.bottomLeftCorner(n, first) = cross.bottomRows(first).transpose();
-    side.covariance.bottomRightCorner(n, n) = own;
-    state.P_side.conservativeResize(kStateDim, first + n);
-    state.P_side.rightCols(n) = cross.topRows<kStateDim>();
-  };
-  grow(state_);
-  // While held, earlier states are kept to go back to: they must know the same quantities.
-  for (FilterState& earlier : held_states_) grow(earlier);
+  SideStates::Matrix own = covariance;
+  Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(kStateDim + first, n);
+  if (!rows.empty()) {
+    cross = joint_covariance(state_) * H.transpose();
+    own += H * cross;
+  }
+  SideStates& side = state_.side;
+  side.mean.conservativeResize(first + n);
+  side.mean.tail(n) = mean;
+  side.covariance.conservativeResize(first + n, first + n);
+  side.covariance.topRightCorner(first, n) = cross.bottomRows(first);
+  side.covariance.bottomLeftCorner(n, first) = cross.bottomRows(first).transpose();
+  side.covariance.bottomRightCorner(n, n) = own;
+  state_.P_side.conservativeResize(kStateDim, first + n);
+  state_.P_side.rightCols(n) = cross.topRows<kStateDim>();
   return first;
 }
 
 void RobustOdometry::remove_side(int first, int n) {
-  const auto shrink = [first, n](FilterState& state) {
-    const int size = state.side.size();
-    RALI_ASSERT(first >= 0 && n >= 0 && first + n <= size);
-    const int behind = size - first - n;
-    SideStates& side = state.side;
-    side.mean.segment(first, behind) = side.mean.tail(behind).eval();
-    side.covariance.middleRows(first, behind) = side.covariance.bottomRows(behind).eval();
-    side.covariance.middleCols(first, behind) = side.covariance.rightCols(behind).eval();
-    state.P_side.middleCols(first, behind) = state.P_side.rightCols(behind).eval();
-    side.mean.conservativeResize(size - n);
-    side.covariance.conservativeResize(size - n, size - n);
-    state.P_side.conservativeResize(kStateDim, size - n);
-  };
-  shrink(state_);
-  for (FilterState& earlier : held_states_) shrink(earlier);
+  SideStates& side = state_.side;
+  const int size = side.size();
+  RALI_ASSERT(first >= 0 && n >= 0 && first + n <= size);
+  const int behind = size - first - n;
+  side.mean.segment(first, behind) = side.mean.tail(behind).eval();
+  side.covariance.middleRows(first, behind) = side.covariance.bottomRows(behind).eval();
+  side.covariance.middleCols(first, behind) = side.covariance.rightCols(behind).eval();
+  state_.P_side.middleCols(first, behind) = state_.P_side.rightCols(behind).eval();
+  side.mean.conservativeResize(size - n);
+  side.covariance.conservativeResize(size - n, size - n);
+  state_.P_side.conservativeResize(kStateDim, size - n);
 }
 
 void RobustOdometry::walk_side(int index, double variance) {

@@ -54,6 +54,11 @@ void propagate_covariance(FilterState& state, const StateCov& F);
 /// Forgets what the state's entries [first, first + n) have to do with all else.
 void decorrelate(FilterState& state, int first, int n);
 
+/// Takes over the side states of `with`, an estimate of the same vehicle that is given up for
+/// `state`: what they owe to the vehicle follows it by regression (Jeffrey's rule), all else stays.
+/// Joined as they are, the two would have a covariance that no errors can have.
+void carry_side_states(const FilterState& with, FilterState& state);
+
 /// Noise of one step of propagation, already with everything that driving adds.
 struct ProcessNoise {
   double gyro_radps_rthz = 0.0;

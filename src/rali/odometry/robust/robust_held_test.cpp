@@ -1,0 +1,107 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "rali/odometry/robust/driven_for_test.hpp"
+
+// Ranges that come while a scan is under way, or while the pose is held.
+
+namespace rali::odometry {
+namespace {
+
+using geometry::Vec3;
+
+constexpr double kSweep_s = TestRoom::kSweep_s;
+
+/// The position along x, measured.
+SideMeasurement along_x(const SideFilter& filter, double residual_m) {
+  SideMeasurement m;
+  m.d_pose[3] = 1.0;
+  m.d_side = SideStates::Vector::Zero(filter.side().size());
+  m.residual = residual_m;
+  return m;
+}
+
+/// The cloud of the next scan, in the middle of which the pose is moved by about so much.
+KeyframeCloud cloud_with_a_range(double shift_m) {
+  OdometrySettings settings;
+  settings.robust.keyframe.distance_m = 0.01;
+  settings.robust.keyframe.voxel_m = 0.0;  // all points, in their order
+  Driven driven(tunnel(), 25, true, settings);
+  driven.imu_until(kSweep_s * (driven.sweeps + 0.5));
+  const Time middle = driven.t_end + Duration::from_s(0.5 * kSweep_s);
+  EXPECT_TRUE(driven.filter->advance_to(middle));
+  if (shift_m != 0.0) {
+    // As uncertain as after a long degenerate stretch.
+    for (int k = 0; k < 20; ++k) driven.filter->widen(4.0);
+    const Vec3 moved = driven.filter->apply(along_x(*driven.filter, shift_m), 1e-4);
+    EXPECT_NEAR(moved.x(), shift_m, 0.1 * shift_m);
+  }
+  const ScanResult result = driven.sweep();
+  EXPECT_NE(result.keyframe, nullptr);
+  return result.keyframe ? result.keyframe->cloud : KeyframeCloud{};
+}
+
+TEST(RangeWithinScan, leaves_the_scan_in_one_piece) {
+  const KeyframeCloud still = cloud_with_a_range(0.0);
+  const KeyframeCloud moved = cloud_with_a_range(2.0);
+  ASSERT_EQ(still.size(), moved.size());
+  ASSERT_GT(still.size(), 500U);
+  // Points at the begin of the scan, against those at its end: were only the last pose moved, they
+  // would lie 2 m apart. The speed that the range has corrected bends them by centimetres.
+  float most_m = 0.0F;
+  for (std::size_t i = 0; i < still.size(); ++i) {
+    most_m = std::max(most_m, std::abs(still.x_m[i] - moved.x_m[i]));
+  }
+  EXPECT_LT(most_m, 0.3F);
+}
+
+/// Smallest eigenvalue of the joint covariance in units of its sigmas: of a valid one at least 0.
+double least_eigenvalue(const Driven& driven) {
+  const Eigen::MatrixXd P = driven.filter->covariance(unit_rows(*driven.filter));
+  const Eigen::VectorXd scale = P.diagonal().cwiseMax(1e-18).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * P * scale.asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues().minCoeff();
+}
+
+/// How a side state follows the position along x.
+double gain_on_x(const Driven& driven) {
+  const Eigen::MatrixXd P = driven.filter->covariance(unit_rows(*driven.filter));
+  return P(DenseSideFilter::kOwn, 3) / P(3, 3);
+}
+
+TEST(RangeWhileHeld, leaves_a_covariance_that_errors_can_have_when_the_hold_ends) {
+  TestRoom room = small_room();
+  room.rest_s = 4.0;
+  Driven driven(room, 38, true);
+  ASSERT_TRUE(driven.now().at_rest);
+  // A landmark whose error is that of the pose from which it was found.
+  SideStates::Vector mean(1);
+  mean[0] = 7.0;
+  SideStates::Matrix own(1, 1);
+  own(0, 0) = 1e-8;
+  ASSERT_EQ(driven.filter->add_side(mean, own, {along_x(*driven.filter, 0.0)}), 0);
+  EXPECT_GE(least_eigenvalue(driven), -1e-9);
+  driven.sweep();
+  // Another estimate of the pose is a metre less certain, and moves it; the landmark goes along.
+  SideStates::Matrix wide(1, 1);
+  wide(0, 0) = 1.0;
+  SideStates::Vector shift(1);
+  shift[0] = 0.2;
+  ASSERT_TRUE(driven.now().at_rest);
+  driven.filter->replace({along_x(*driven.filter, 0.0)}, shift, wide);
+  const double gain = gain_on_x(driven);
+  EXPECT_NEAR(gain, 1.0, 1e-3);
+  EXPECT_GE(least_eigenvalue(driven), -1e-9);
+  const double apart_m = driven.filter->side().mean[0] - driven.now().T_odom_body.p.x();
+  while (driven.now().at_rest && driven.sweeps < 50) driven.sweep();
+  ASSERT_FALSE(driven.now().at_rest);
+  EXPECT_GE(least_eigenvalue(driven), -1e-9);
+  const double off_m = driven.filter->side().mean[0] - driven.now().T_odom_body.p.x() - apart_m;
+  EXPECT_LT(std::abs(off_m), 0.1) << "as far from the vehicle as it was measured to be";
+}
+
+}  // namespace
+}  // namespace rali::odometry
