@@ -22,6 +22,7 @@ config::FleetConfig fleet_of(std::string_view text) {
 drive::MapSummary summary_of(std::size_t vehicles) {
   drive::MapSummary summary;
   summary.out_dir = "out";
+  summary.checks = {43, 40, 0};
   for (std::size_t i = 0; i < vehicles; ++i) {
     drive::VehicleSummary vehicle;
     vehicle.name = "v" + std::to_string(i + 1);
@@ -156,7 +157,15 @@ TEST(MapSummary, tells_the_run_in_a_few_lines) {
             "path 512 + 498 m, 1204 keyframes, 0 map points\n"
             "blind: v1 8 %, v2 27 % of the way\n"
             "expected position error (1 sigma): median 0.06 m, worst 0.31 m (v2, 388 s)\n"
+            "check: 40 of 43 keyframes see enough walls to contradict the map; no contradiction\n"
             "gaps: none\n");
+  drive::MapSummary unseen = summary_of(2);
+  unseen.checks.keyframes_checked = 0;
+  EXPECT_NE(summary_text(unseen, "out")
+                .find("check: no keyframe sees enough walls to contradict the map\n"
+                      "gaps: none in the data\n"),
+            std::string::npos)
+      << "what was not looked at is not stated to be right";
   drive::MapSummary joined = summary_of(2);
   joined.fleet.groups = {{VehicleId{0}, VehicleId{1}}};
   joined.fleet.frames[1].group = 0;

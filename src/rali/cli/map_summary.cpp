@@ -170,7 +170,24 @@ std::string gaps_line(const MapSummary& summary) {
     const std::string gaps = gaps_of(vehicle);
     if (!gaps.empty()) parts.push_back(gaps);
   }
-  return parts.empty() ? "gaps: none" : fmt::format("gaps: {}", fmt::join(parts, "; "));
+  if (!parts.empty()) return fmt::format("gaps: {}", fmt::join(parts, "; "));
+  return summary.checks.keyframes_checked > 0 ? "gaps: none" : "gaps: none in the data";
+}
+
+/// "check: 41 of 43 keyframes see enough walls of the map; nothing contradicts it"
+std::string check_line(const MapSummary& summary) {
+  const drive::CheckTally& checks = summary.checks;
+  if (checks.keyframes == 0) return {};
+  std::string line = "check: no keyframe sees enough walls to contradict the map";
+  if (checks.keyframes_checked > 0) {
+    line = fmt::format("check: {} of {} keyframes see enough walls to contradict the map",
+                       checks.keyframes_checked, checks.keyframes);
+    if (checks.contradictions == 0) line += "; no contradiction";
+  }
+  if (checks.contradictions > 0) {
+    line += fmt::format("; {}, see the findings", counted(checks.contradictions, "contradiction"));
+  }
+  return line + '\n';
 }
 
 }  // namespace
@@ -188,6 +205,7 @@ std::string summary_text(const MapSummary& summary, const std::string& page) {
   text += loops_words(summary);
   text += '\n' + rounds_line(summary) + blind_line(summary) + sigma_line(summary);
   text += ranges_line(summary);
+  text += check_line(summary);
   text += gaps_line(summary);
   return text + '\n';
 }

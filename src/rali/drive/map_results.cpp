@@ -45,6 +45,7 @@ Status MapRun::check_results() {
   Result<MonitorResult> checked = monitor_run(runs_, summary_.fleet, looks_, job_, *executor_);
   if (!checked) return tl::make_unexpected(checked.error());
   for (Finding& f : checked->findings) report(std::move(f));
+  summary_.checks = checked->tally;
   summary_.gaps |= checked->map_contradicts_itself;
   const std::vector<std::string> names = vehicle_names(job_);
   for (const VehicleId id : checked->widened) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "rali/base/result.hpp"
+#include "rali/drive/check_tally.hpp"
 #include "rali/drive/input/input_report.hpp"
 #include "rali/drive/live/live_files.hpp"
 #include "rali/drive/output/rounds_input.hpp"
@@ -114,6 +115,7 @@ struct MapSummary {
   FindingList findings;      ///< all, in the order in which they came up
   std::string metrics_json;  ///< text of metrics.json
   std::string out_dir;
+  CheckTally checks;
   bool gaps = false;  ///< exit code 3
 };
 

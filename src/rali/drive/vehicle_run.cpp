@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -196,7 +197,8 @@ void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.keyframes = static_cast<std::size_t>(std::count_if(
       keyframes_.begin(), keyframes_.end(), [](const KeyframeRecord& k) { return !k.diverged; }));
   std::vector<double> sigmas;
-  summary.diverged_s = summary.sigma_max_m = 0.0;
+  summary.diverged_s = 0.0;
+  summary.sigma_median_m = summary.sigma_max_m = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     if (poses_[i].quality == vehicle::PoseQuality::kDiverged) {
       if (i > 0) summary.diverged_s += seconds_between(poses_[i - 1].t, poses_[i].t);

@@ -21,6 +21,7 @@ struct KeyframeLooks {
   std::uint8_t vehicle = 0;
   Time t;
   WallLooks walls;
+  WallsMade made;
 };
 
 struct MapResult {

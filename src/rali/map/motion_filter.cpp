@@ -31,6 +31,7 @@ double pose_variance_m2(const KeyframeView& keyframe) {
 MotionFilter::MotionFilter(const DynamicSettings& settings) : settings_(settings) {}
 
 void MotionFilter::collect(const KeyframeView& keyframe) {
+  const std::uint32_t number = keyframes_++;
   if (!is_usable(keyframe)) return;
   RALI_ASSERT(tiles_.empty());  // the first pass ends with the first look()
   const auto pose_m2 = static_cast<float>(pose_variance_m2(keyframe));
@@ -39,7 +40,10 @@ void MotionFilter::collect(const KeyframeView& keyframe) {
     const VoxelKey key = voxel_key(p_map, settings_.voxel_m);
     if (key == kNoVoxel) continue;
     const VoxelIndex::Slot slot = index_.insert(key);
-    if (slot.is_new) places_.emplace_back().key = key;
+    if (slot.is_new) {
+      places_.emplace_back().key = key;
+      places_.back().maker = number;
+    }
     Place& place = places_[slot.index];
     ++place.points;
     if (is_near_peer(keyframe, p_map)) ++place.peer_points;
@@ -128,6 +132,7 @@ WallLooks MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
                                       settings_.look_share_max * static_cast<double>(walls.looks);
   if (sees_through_walls) {
     ++doubted_;
+    mark_looked_through();
   } else {
     count(static_cast<float>(seconds_between(t_first_, keyframe.t)));
   }
@@ -160,6 +165,24 @@ WallLooks MotionFilter::wall_looks() const {
       ++out.looks;
       if (sights_[k] == Sight::kPassed) ++out.passes;
     }
+  }
+  return out;
+}
+
+void MotionFilter::mark_looked_through() {
+  for (const std::size_t i : near_) {
+    for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
+      if (places_[k].plane && sights_[k] == Sight::kPassed) places_[k].looked_through = true;
+    }
+  }
+}
+
+std::vector<WallsMade> MotionFilter::walls_made() const {
+  std::vector<WallsMade> out(keyframes_);
+  for (const Place& place : places_) {
+    if (!place.plane) continue;
+    ++out[place.maker].places;
+    if (place.looked_through) ++out[place.maker].passed;
   }
   return out;
 }

@@ -20,6 +20,12 @@ struct WallLooks {
   std::size_t passes = 0;  ///< of these, that a ray went through: wrong where it happens often
 };
 
+/// The walls that a keyframe was the first to see, in the eyes of others.
+struct WallsMade {
+  std::size_t places = 0;
+  std::size_t passed = 0;  ///< of these, by keyframes that look through walls
+};
+
 /// Finds the places that were occupied for a while only: people, other vehicles.
 ///
 /// Two passes over the keyframes. The first collects the places (cubes of 0.1 m with their mean
@@ -46,6 +52,9 @@ class MotionFilter {
   /// go: then the poses are wrong, not the walls.
   void decide(FindingList& findings);
 
+  /// After the second pass: of each keyframe, in the order of collect().
+  [[nodiscard]] std::vector<WallsMade> walls_made() const;
+
   /// After decide(): was this place occupied for a while only?
   [[nodiscard]] bool is_removed(const geometry::Vec3& p_map_m) const;
 
@@ -63,10 +72,12 @@ class MotionFilter {
     float pose_m2 = 0.0F;                      ///< mean variance of the poses that saw it
     std::uint32_t points = 0;
     std::uint32_t peer_points = 0;       ///< of these, while a vehicle of the fleet was there
+    std::uint32_t maker = 0;             ///< the keyframe that saw it first
     std::uint16_t hits = 0, passes = 0;  ///< keyframes
     float first_pass_s = 0.0F, last_pass_s = 0.0F;
     bool plane = false;
     bool removed = false;
+    bool looked_through = false;  ///< by a keyframe that looks through walls
   };
 
   /// Places of one 4 m cube lie together: a keyframe skips the cubes it cannot see.
@@ -84,6 +95,7 @@ class MotionFilter {
                               double pose_m2) const;
   [[nodiscard]] WallLooks wall_looks() const;
   void count(float t_s);
+  void mark_looked_through();
   [[nodiscard]] bool is_empty_place(const Place& place) const;
   [[nodiscard]] bool is_of_peer(const Place& place) const;
   [[nodiscard]] double plane_share_lost() const;
@@ -97,6 +109,7 @@ class MotionFilter {
   RangeImage image_;
   std::vector<std::size_t> near_;  ///< tiles around the keyframe
   std::vector<Sight> sights_;      ///< by place: what the keyframe says
+  std::uint32_t keyframes_ = 0;
   Time t_first_;
   bool has_time_ = false;
   std::size_t removed_ = 0;

@@ -141,6 +141,29 @@ TEST(MotionFilter, a_keyframe_that_sees_through_walls_is_not_believed) {
   EXPECT_EQ(filter.doubted(), 1U);
 }
 
+// The first keyframe has made most walls; one that is wrong looks through them.
+TEST(MotionFilter, states_whose_walls_a_wrong_keyframe_looks_through) {
+  Drive drive(false);
+  SerialExecutor executor;
+  const auto made = [&] {
+    MotionFilter filter(DynamicSettings{});
+    for (const Sweep& s : drive.sweeps) filter.collect(s.view());
+    for (const Sweep& s : drive.sweeps) filter.look(s.view(), executor);
+    return filter.walls_made();
+  };
+  std::size_t places = 0, passed = 0;
+  for (const WallsMade& m : made()) {
+    places += m.places;
+    passed += m.passed;
+  }
+  EXPECT_GT(places, 1000U);
+  EXPECT_EQ(passed, 0U) << "without a contradiction nobody is named";
+  drive.sweeps[6].T_map_body.p.y() += 1.5;
+  const std::vector<WallsMade> wrong = made();
+  ASSERT_EQ(wrong.size(), drive.sweeps.size());
+  EXPECT_GT(wrong[0].passed, wrong[0].places / 20);
+}
+
 /// Two vehicles see each other; the second, 0.5 m wide and 0.8 m high, never moves, so that nobody
 /// looks through its place.
 struct Meeting {

@@ -13,6 +13,7 @@ struct MonitorSettings {
   /// largest fraction of a run is 0.001 to 0.02, in wrong ones 0.08 to 0.18.
   double through_max_ratio = 0.05;
   int looks_min = 1500;  ///< fewer places on walls in view: a keyframe is not judged
+  int made_min = 300;    ///< nor are fewer places that it was the first to see
 };
 
 }  // namespace rali::monitor

@@ -4,19 +4,40 @@
 
 namespace rali::monitor {
 
+namespace {
+
+bool is_judged(const WallSight& sight, const MonitorSettings& settings) {
+  return sight.looks >= static_cast<std::size_t>(settings.looks_min);
+}
+
+double ratio_of(std::size_t part, std::size_t of, int least) {
+  if (of < static_cast<std::size_t>(least)) return 0.0;
+  return static_cast<double>(part) / static_cast<double>(of);
+}
+
+}  // namespace
+
+std::size_t judged(std::span<const WallSight> sights, const MonitorSettings& settings) {
+  return static_cast<std::size_t>(std::count_if(
+      sights.begin(), sights.end(), [&](const WallSight& s) { return is_judged(s, settings); }));
+}
+
 std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
                                      const MonitorSettings& settings) {
   constexpr double kJoin_s = 5.0;
   std::vector<SeenThrough> out;
   for (const WallSight& sight : sights) {
-    if (sight.looks < static_cast<std::size_t>(settings.looks_min)) continue;
-    const double through = static_cast<double>(sight.passes) / static_cast<double>(sight.looks);
-    if (!(through > settings.through_max_ratio)) continue;
+    const double through = ratio_of(sight.passes, sight.looks, settings.looks_min);
+    const double seen = ratio_of(sight.made_passed, sight.made, settings.made_min);
+    const double worst = std::max(through, seen);
+    if (!(worst > settings.through_max_ratio)) continue;
     if (out.empty() || seconds_between(out.back().when.end, sight.t) > kJoin_s) {
-      out.push_back({{sight.t, sight.t}, 0.0});
+      out.push_back({{sight.t, sight.t}, 0.0, false});
     }
-    out.back().when.end = sight.t;
-    out.back().ratio = std::max(out.back().ratio, through);
+    SeenThrough& stretch = out.back();
+    stretch.when.end = sight.t;
+    stretch.ratio = std::max(stretch.ratio, worst);
+    stretch.looks |= through > settings.through_max_ratio;
   }
   return out;
 }

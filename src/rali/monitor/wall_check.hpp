@@ -12,21 +12,29 @@ namespace rali::monitor {
 /// How one keyframe's rays agree with the walls of the map, which all keyframes have made.
 struct WallSight {
   Time t;
-  std::size_t looks = 0;   ///< places on walls of which its rays say something
-  std::size_t passes = 0;  ///< of these, that a ray went through
+  std::size_t looks = 0;        ///< places on walls of which its rays say something
+  std::size_t passes = 0;       ///< of these, that a ray went through
+  std::size_t made = 0;         ///< places on walls that it was the first to see
+  std::size_t made_passed = 0;  ///< of these, that keyframes which look through walls went through
 };
 
 /// A stretch of time in which a vehicle's scans look through walls of the map.
 struct SeenThrough {
   Stretch when;
-  double ratio = 0.0;  ///< largest, of passes to looks
+  double ratio = 0.0;  ///< largest, of passes to looks, or of passed to made
+  bool looks = false;  ///< else others look through what it has made
 };
 
 /// A wall that was seen from elsewhere and is not there from here means that one of the two poses
-/// is wrong. The check shares nothing with the estimator but the poses. A single keyframe counts;
-/// those of one stretch are at most 5 s apart.
+/// is wrong, and not which: who looks through walls is named, and who has made them. The check
+/// shares nothing with the estimator but the poses. A single keyframe counts; those of one stretch
+/// are at most 5 s apart.
 /// @param sights  of one vehicle, by time
 [[nodiscard]] std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
                                                    const MonitorSettings& settings);
+
+/// How many keyframes see enough walls to be judged.
+[[nodiscard]] std::size_t judged(std::span<const WallSight> sights,
+                                 const MonitorSettings& settings);
 
 }  // namespace rali::monitor

@@ -6,7 +6,7 @@ namespace rali::monitor {
 namespace {
 
 WallSight sight(double t_s, std::size_t looks, std::size_t passes) {
-  return {Time::from_s(t_s), looks, passes};
+  return {Time::from_s(t_s), looks, passes, 0, 0};
 }
 
 TEST(WallCheck, people_and_edges_are_no_contradiction) {
@@ -34,8 +34,22 @@ TEST(WallCheck, stretches_far_apart_are_two) {
   EXPECT_EQ(check_walls(sights, {}).size(), 2U);
 }
 
+// Two vehicles in one map at wrong places: which of the two is wrong, walls do not state.
+TEST(WallCheck, who_made_the_walls_is_named_like_who_looks_through_them) {
+  std::vector<WallSight> sights{{Time::from_s(1.0), 20000, 100, 1000, 400},
+                                {Time::from_s(2.0), 20000, 100, 1000, 30},
+                                {Time::from_s(3.0), 20000, 100, 100, 80}};
+  const auto found = check_walls(sights, {});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].when.begin, Time::from_s(1.0));
+  EXPECT_EQ(found[0].when.end, Time::from_s(1.0));
+  EXPECT_FALSE(found[0].looks);
+  EXPECT_NEAR(found[0].ratio, 0.4, 1e-9);
+}
+
 TEST(WallCheck, few_looks_are_not_judged) {
   EXPECT_TRUE(check_walls(std::vector<WallSight>{sight(0.0, 700, 50)}, {}).empty());
+  EXPECT_EQ(judged(std::vector<WallSight>{sight(0.0, 700, 50), sight(1.0, 5000, 0)}, {}), 1U);
 }
 
 TEST(WallCheck, a_single_keyframe_of_a_vehicle_that_stands_counts) {

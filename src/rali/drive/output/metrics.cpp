@@ -226,6 +226,9 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
   json["map"] = {{"points", summary.map_points},
                  {"voxel_m", number(job.map.voxel_m)},
                  {"thickness_m", number(summary.map_thickness_m)}};
+  json["checks"] = {{"keyframes", summary.checks.keyframes},
+                    {"keyframes_checked", summary.checks.keyframes_checked},
+                    {"contradictions", summary.checks.contradictions}};
   json["warnings"] = Json::array();
   for (const Finding& f : summary.findings) {
     if (f.severity == Severity::kInfo) continue;

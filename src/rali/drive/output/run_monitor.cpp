@@ -73,8 +73,10 @@ Finding finding_of(const SeenThrough& s, const std::string& when) {
   f.id = "monitor.walls";
   f.severity = Severity::kError;
   f.value = s.ratio;
-  f.text =
-      fmt::format("{} its scans look through {:.0f} % of the walls in view", when, 100.0 * s.ratio);
+  f.text = s.looks ? fmt::format("{} its scans look through {:.0f} % of the walls in view", when,
+                                 100.0 * s.ratio)
+                   : fmt::format("{} it saw walls of which {:.0f} % are looked through by others",
+                                 when, 100.0 * s.ratio);
   f.effect = "its place against the rest of the map is wrong there";
   f.remedy = "Look at the map for doubled walls. Check start poses; drive where others have been.";
   return f;
@@ -163,8 +165,10 @@ void RunMonitor::walls(const std::vector<map::KeyframeLooks>& looks) {
   for (std::size_t v = 0; v < runs_.size(); ++v) {
     std::vector<monitor::WallSight> sights;
     for (const map::KeyframeLooks& k : looks) {
-      if (k.vehicle == v) sights.push_back({k.t, k.walls.looks, k.walls.passes});
+      if (k.vehicle == v)
+        sights.push_back({k.t, k.walls.looks, k.walls.passes, k.made.places, k.made.passed});
     }
+    result_.tally.keyframes_checked += monitor::judged(sights, settings_);
     for (const SeenThrough& found : monitor::check_walls(sights, settings_)) {
       add(runs_[v], found.when, [&](const std::string& when) { return finding_of(found, when); });
       result_.map_contradicts_itself = true;
@@ -203,7 +207,10 @@ Result<MonitorResult> monitor_run(std::vector<VehicleRun>& runs,
     monitor.walls(*own);
   }
   monitor.tracks();
-  return monitor.take();
+  MonitorResult result = monitor.take();
+  for (const VehicleRun& run : runs) result.tally.keyframes += run.keyframes().size();
+  result.tally.contradictions = result.findings.size();
+  return result;
 }
 
 }  // namespace rali::drive

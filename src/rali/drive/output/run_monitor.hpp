@@ -6,6 +6,7 @@
 #include "rali/base/executor.hpp"
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
+#include "rali/drive/check_tally.hpp"
 #include "rali/drive/vehicle_run.hpp"
 #include "rali/fleet/centre/estimate.hpp"
 #include "rali/map/build_map.hpp"
@@ -15,6 +16,7 @@ namespace rali::drive {
 /// What the checks of a finished run came to.
 struct MonitorResult {
   FindingList findings;
+  CheckTally tally;
   /// Vehicles whose final poses are stated less certain now: their files are to be written again.
   std::vector<VehicleId> widened;
   bool map_contradicts_itself = false;
