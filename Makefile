@@ -1,12 +1,14 @@
 # make test     install what is missing, build, run all tests
 # make demo     build, simulate, map, evaluate: rali-demo/out/report.html and rali-demo/map.png
+# make install PREFIX=/usr/local   program, manual page, completions, documents
+# make deb      build/packages/rali_*.deb; make check-deb installs, runs and removes it in a chroot
 # make fuzz     each fuzz target for FUZZ_SECONDS (needs clang)
 # make bench    Google Benchmark programs
 # make asan | tsan | lint | format | docs | clean
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo fuzz bench format lint asan tsan docs packages release clean
+.PHONY: test demo install deb check-deb share fuzz bench format lint asan tsan docs packages release clean
 
 JOBS ?= $(shell nproc)
 FUZZ_SECONDS ?= 60
@@ -29,6 +31,24 @@ demo: packages
 	cmake --preset release -DRALI_BENCH=OFF
 	cmake --build build/release -j $(JOBS) --target rali
 	RALI=$(CURDIR)/build/release/bin/rali tools/demo.sh
+
+PREFIX ?= /usr/local
+PACKAGE_TOOLS := dpkg-dev file gzip
+
+share: packages
+	cmake --preset release -DRALI_BENCH=OFF
+	cmake --build build/release -j $(JOBS) --target rali rali_share
+
+install: share
+	cmake --install build/release --prefix $(PREFIX)
+
+deb: share
+	@tools/install_packages.sh $(PACKAGE_TOOLS)
+	cpack --config build/release/CPackConfig.cmake -B build/packages
+
+check-deb: deb
+	@tools/install_packages.sh lintian mmdebstrap
+	tools/check_deb.sh build/packages/rali_*.deb
 
 bench: packages
 	cmake --preset release -B build/bench -DRALI_BENCH=ON -DRALI_TESTS=OFF

@@ -78,7 +78,7 @@ int dispatch(const std::vector<std::string>& arguments, Session& session) {
     return kExitDone;
   }
   if (first == "--version" || first == "version") {
-    session.result(fmt::format("rali {}\n", drive::kVersion));
+    session.result(fmt::format("rali {}\n", drive::version()));
     return kExitDone;
   }
   for (const auto& command : commands) {

@@ -12,7 +12,9 @@
 
 #include "rali/base/assert.hpp"
 #include "rali/cli/commands/commands.hpp"
+#include "rali/cli/completion.hpp"
 #include "rali/cli/help.hpp"
+#include "rali/cli/man_page.hpp"
 #include "rali/cli/parse.hpp"
 #include "rali/cli/run_for_test.hpp"
 #include "rali/io/files/test_folder.hpp"
@@ -276,10 +278,36 @@ TEST(Completion, of_bash_is_accepted_by_bash) {
       (std::filesystem::temp_directory_path() / "rali_completion_test.sh").string();
   std::ofstream(path) << completion_script("bash", all_commands())
                       << "COMP_WORDS=(rali map --over); COMP_CWORD=2; _rali\n"
-                         "[ \"${COMPREPLY[0]}\" = --overwrite ]\n";
+                         "[ \"${COMPREPLY[0]}\" = --overwrite ] || exit 1\n"
+                         "COMP_WORDS=(rali map --preset pa); COMP_CWORD=3; _rali\n"
+                         "[ \"${COMPREPLY[*]}\" = paper ]\n";
   const int code = std::system(("bash " + path).c_str());
   std::filesystem::remove(path);
   EXPECT_EQ(code, 0);
+}
+
+TEST(ManPage, has_every_command_and_option_and_no_line_that_troff_takes_for_a_macro) {
+  const std::string page = man_page(all_commands());
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    ASSERT_FALSE(line.empty()) << "an empty line is a warning of man";
+    if (line.front() != '.') continue;
+    const std::string macro = line.substr(1, line.find(' ') - 1);
+    EXPECT_TRUE(macro == "TH" || macro == "SH" || macro == "SS" || macro == "TP" || macro == "PP" ||
+                macro == "RS" || macro == "RE" || macro == "EX" || macro == "EE" || macro == "B")
+        << line;
+  }
+  for (const auto& command : all_commands()) {
+    if (command->hidden()) continue;
+    EXPECT_NE(page.find("\n.SS \"rali " + command->name() + "\"\n"), std::string::npos);
+    for (const Option& option : command->options()) {
+      std::string name = option.names.substr(option.names.find("--") + 2);
+      for (std::size_t at = 0; (at = name.find('-', at)) != std::string::npos; at += 2) {
+        name.insert(at, "\\");
+      }
+      EXPECT_NE(page.find(name), std::string::npos) << name;
+    }
+  }
 }
 
 TEST(Options, of_no_command_are_named_twice) {

@@ -69,72 +69,6 @@ std::string escaped_cell(std::string text) {
   return text;
 }
 
-/// Every word that may follow `rali CMD`, long options first.
-std::string completion_words(Command& command) {
-  CommonOptions common;
-  std::string words;
-  for (const Option& option : all_options(command, common)) {
-    std::istringstream names(option.names);
-    for (std::string name; std::getline(names, name, ',');) words += name + ' ';
-  }
-  for (const std::string& choice : command.positional().choices) words += choice + ' ';
-  return words + "--help --help-all";
-}
-
-std::string names_of(const CommandList& commands) {
-  std::string names;
-  for (const auto& command : commands) {
-    if (!command->hidden()) names += (names.empty() ? "" : " ") + command->name();
-  }
-  return names;
-}
-
-std::string bash_completion(const CommandList& commands) {
-  std::string text =
-      "# bash completion of rali; load it with: source <(rali completion bash)\n"
-      "_rali() {\n"
-      "  local cur=\"${COMP_WORDS[COMP_CWORD]}\" words=\"\"\n"
-      "  if [ \"$COMP_CWORD\" -eq 1 ]; then\n";
-  text += fmt::format("    words=\"{} --help --version\"\n  else\n", names_of(commands));
-  text += "    case \"${COMP_WORDS[1]}\" in\n";
-  for (const auto& command : commands) {
-    if (command->hidden()) continue;
-    text += fmt::format("      {}) words=\"{}\" ;;\n", command->name(), completion_words(*command));
-  }
-  return text +
-         "    esac\n  fi\n"
-         "  COMPREPLY=( $(compgen -W \"$words\" -- \"$cur\") )\n"
-         "  case \"$cur\" in -*) ;; *) COMPREPLY+=( $(compgen -f -- \"$cur\") ) ;; esac\n"
-         "}\ncomplete -o filenames -F _rali rali\n";
-}
-
-std::string fish_quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text)
-    out += c == '\'' || c == '\\' ? std::string("\\") + c : std::string(1, c);
-  return out + '\'';
-}
-
-std::string fish_completion(const CommandList& commands) {
-  std::string text = "# fish completion of rali; load it with: rali completion fish | source\n";
-  for (const auto& command : commands) {
-    if (command->hidden()) continue;
-    text += fmt::format("complete -c rali -n __fish_use_subcommand -a {} -d {}\n", command->name(),
-                        fish_quoted(command->summary()));
-    CommonOptions common;
-    for (const Option& option : all_options(*command, common)) {
-      text += fmt::format("complete -c rali -n '__fish_seen_subcommand_from {}'", command->name());
-      std::istringstream names(option.names);
-      for (std::string name; std::getline(names, name, ',');) {
-        text += name.compare(0, 2, "--") == 0 ? " -l " + name.substr(2) : " -s " + name.substr(1);
-      }
-      if (!option.value.empty()) text += " -r";
-      text += " -d " + fish_quoted(option.help) + '\n';
-    }
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string program_help(const CommandList& commands) {
@@ -202,17 +136,6 @@ std::string cli_manual(const CommandList& commands) {
     text += "\nExit codes: " + command->exit_codes() + ".\n";
   }
   return text;
-}
-
-std::string completion_script(const std::string& shell, const CommandList& commands) {
-  if (shell == "bash") return bash_completion(commands);
-  if (shell == "fish") return fish_completion(commands);
-  if (shell == "zsh") {
-    return "# zsh completion of rali; load it with: source <(rali completion zsh)\n"
-           "autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bashcompinit\n" +
-           bash_completion(commands);
-  }
-  return {};
 }
 
 }  // namespace rali::cli

@@ -16,7 +16,4 @@ namespace rali::cli {
 /// docs/cli.md.
 [[nodiscard]] std::string cli_manual(const CommandList& commands);
 
-/// The completion script of a shell (bash, zsh, fish); empty for another one.
-[[nodiscard]] std::string completion_script(const std::string& shell, const CommandList& commands);
-
 }  // namespace rali::cli

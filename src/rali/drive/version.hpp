@@ -4,7 +4,7 @@
 
 namespace rali::drive {
 
-/// Written into every output that says which program made it.
-inline constexpr std::string_view kVersion = "0.1.0";
+/// Written into every output that states which program made it.
+[[nodiscard]] std::string_view version();
 
 }  // namespace rali::drive

@@ -23,6 +23,7 @@ CommandList all_commands() {
   commands.push_back(make_completion_command());
   commands.push_back(make_help_settings_command());
   commands.push_back(make_help_cli_command());
+  commands.push_back(make_help_man_command());
   return commands;
 }
 

@@ -12,5 +12,6 @@ namespace rali::cli {
 /// Hidden: print docs/settings.md and docs/cli.md.
 [[nodiscard]] std::unique_ptr<Command> make_help_settings_command();
 [[nodiscard]] std::unique_ptr<Command> make_help_cli_command();
+[[nodiscard]] std::unique_ptr<Command> make_help_man_command();
 
 }  // namespace rali::cli

@@ -1,5 +1,7 @@
 #include "rali/cli/commands/commands.hpp"
+#include "rali/cli/completion.hpp"
 #include "rali/cli/help.hpp"
+#include "rali/cli/man_page.hpp"
 #include "rali/config/load_fleet.hpp"
 
 namespace rali::cli {
@@ -69,6 +71,8 @@ class PageCommand final : public Command {
 
 std::string cli_page() { return cli_manual(all_commands()); }
 
+std::string manual_page() { return man_page(all_commands()); }
+
 }  // namespace
 
 std::unique_ptr<Command> make_completion_command() { return std::make_unique<CompletionCommand>(); }
@@ -76,6 +80,10 @@ std::unique_ptr<Command> make_completion_command() { return std::make_unique<Com
 std::unique_ptr<Command> make_help_settings_command() {
   return std::make_unique<PageCommand>("help-settings", "print docs/settings.md",
                                        config::settings_manual);
+}
+
+std::unique_ptr<Command> make_help_man_command() {
+  return std::make_unique<PageCommand>("help-man", "print the manual page rali(1)", manual_page);
 }
 
 std::unique_ptr<Command> make_help_cli_command() {

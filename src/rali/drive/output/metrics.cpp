@@ -207,7 +207,7 @@ std::string_view status_name(RunStatus status) {
 std::string metrics_text(const MapSummary& summary, const MapJob& job) {
   Json json;
   json["schema"] = 1;
-  json["rali"] = kVersion;
+  json["rali"] = version();
   json["status"] = status_name(summary.status);
   bool any = false;
   Time t_begin, t_end;

@@ -177,7 +177,7 @@ Status prepare_out_dir(const std::string& path, bool overwrite) {
 Status write_status(const std::string& path, std::string_view status, bool hashes) {
   nlohmann::ordered_json json;
   json["schema"] = 1;
-  json["rali"] = kVersion;
+  json["rali"] = version();
   json["status"] = status;
   json["files"] = nlohmann::ordered_json::object();
   if (hashes) {

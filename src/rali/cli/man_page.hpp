@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "rali/cli/command.hpp"
+
+namespace rali::cli {
+
+/// rali(1) in man(7) macros, made from the tables that `--help` is made from.
+[[nodiscard]] std::string man_page(const CommandList& commands);
+
+}  // namespace rali::cli
