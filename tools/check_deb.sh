@@ -10,12 +10,12 @@ skip() {
 }
 
 command -v lintian >/dev/null || skip "lintian is not installed"
-lintian --allow-root --fail-on error --no-tag-display-limit "$package"
+lintian --allow-root --fail-on error "$package"
 
 command -v mmdebstrap >/dev/null || skip "mmdebstrap is not installed"
 [[ $(id -u) -eq 0 ]] || skip "a chroot needs root"
 mirror=$(grep -rhoE 'https?://[^ ]+/debian/?( |$)' /etc/apt/sources.list /etc/apt/sources.list.d 2>/dev/null |
-  head -n 1 | tr -d ' ')
+  head -n 1 | tr -d ' ' || true)
 [[ -n $mirror ]] || mirror=$(grep -rhE '^URIs:' /etc/apt/sources.list.d 2>/dev/null | awk '{print $2; exit}')
 [[ -n $mirror ]] || skip "no mirror of Debian is configured"
 
@@ -27,13 +27,14 @@ mmdebstrap "${options[@]}" bookworm "$root/tree" "$mirror" >&2 || skip "the mirr
 
 tree=$root/tree
 cp "$package" "$tree/tmp/rali.deb"
+chroot "$tree" apt-get update -q >&2
 chroot "$tree" apt-get install -y -q --no-install-recommends /tmp/rali.deb >&2
 chroot "$tree" rali --version
 chroot "$tree" rali simulate corridor --seed 1 --vehicles 1 -o /tmp/sim --duration 20 >&2
 chroot "$tree" rali map /tmp/sim/fleet.yaml -o /tmp/out
 [[ -s $tree/tmp/out/map.pcd && -s $tree/tmp/out/report.html ]]
 chroot "$tree" dpkg --purge rali >&2
-left=$(chroot "$tree" sh -c 'find / -xdev -path /tmp -prune -o -path /proc -prune -o -path /var/log -prune -o -name "*rali*" -print')
+left=$(chroot "$tree" sh -c 'find / -xdev -path /tmp -prune -o -path /proc -prune -o -path /var/log -prune -o \( -name rali -o -name "rali[._-]*" \) -print')
 if [[ -n $left ]]; then
   echo "left behind: $left" >&2
   exit 1
