@@ -6,10 +6,6 @@ namespace rali::monitor {
 
 namespace {
 
-bool is_judged(const WallSight& sight, const MonitorSettings& settings) {
-  return sight.looks >= static_cast<std::size_t>(settings.looks_min);
-}
-
 double ratio_of(std::size_t part, std::size_t of, int least) {
   if (of < static_cast<std::size_t>(least)) return 0.0;
   return static_cast<double>(part) / static_cast<double>(of);
@@ -18,8 +14,17 @@ double ratio_of(std::size_t part, std::size_t of, int least) {
 }  // namespace
 
 std::size_t judged(std::span<const WallSight> sights, const MonitorSettings& settings) {
-  return static_cast<std::size_t>(std::count_if(
-      sights.begin(), sights.end(), [&](const WallSight& s) { return is_judged(s, settings); }));
+  return static_cast<std::size_t>(
+      std::count_if(sights.begin(), sights.end(),
+                    [least = static_cast<std::size_t>(settings.looks_min)](const WallSight& s) {
+                      return s.looks >= least;
+                    }));
+}
+
+bool looks_through(std::span<const WallSight> sights, const MonitorSettings& settings) {
+  return std::any_of(sights.begin(), sights.end(), [&](const WallSight& s) {
+    return ratio_of(s.passes, s.looks, settings.looks_min) > settings.through_max_ratio;
+  });
 }
 
 std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,

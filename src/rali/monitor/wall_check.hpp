@@ -33,6 +33,11 @@ struct SeenThrough {
 [[nodiscard]] std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
                                                    const MonitorSettings& settings);
 
+/// Whether any keyframe looks through walls. Without one nobody who has made walls is to be named:
+/// what few looks went through (people, edges) contradicts nothing.
+[[nodiscard]] bool looks_through(std::span<const WallSight> sights,
+                                 const MonitorSettings& settings);
+
 /// How many keyframes see enough walls to be judged.
 [[nodiscard]] std::size_t judged(std::span<const WallSight> sights,
                                  const MonitorSettings& settings);

@@ -49,6 +49,8 @@ TEST(WallCheck, who_made_the_walls_is_named_like_who_looks_through_them) {
 
 TEST(WallCheck, few_looks_are_not_judged) {
   EXPECT_TRUE(check_walls(std::vector<WallSight>{sight(0.0, 700, 50)}, {}).empty());
+  EXPECT_FALSE(looks_through(std::vector<WallSight>{sight(0.0, 700, 50)}, {}));
+  EXPECT_TRUE(looks_through(std::vector<WallSight>{sight(0.0, 2400, 400)}, {}));
   EXPECT_EQ(judged(std::vector<WallSight>{sight(0.0, 700, 50), sight(1.0, 5000, 0)}, {}), 1U);
 }
 

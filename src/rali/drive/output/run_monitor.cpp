@@ -162,16 +162,20 @@ class RunMonitor {
 };
 
 void RunMonitor::walls(const std::vector<map::KeyframeLooks>& looks) {
+  std::vector<std::vector<monitor::WallSight>> sights(runs_.size());
+  for (const map::KeyframeLooks& k : looks) {
+    sights[k.vehicle].push_back({k.t, k.walls.looks, k.walls.passes, k.made.places, k.made.passed});
+  }
+  bool contradicted = false;
+  for (const std::vector<monitor::WallSight>& own : sights) {
+    result_.tally.keyframes_checked += monitor::judged(own, settings_);
+    contradicted |= monitor::looks_through(own, settings_);
+  }
+  if (!contradicted) return;
+  result_.map_contradicts_itself = true;
   for (std::size_t v = 0; v < runs_.size(); ++v) {
-    std::vector<monitor::WallSight> sights;
-    for (const map::KeyframeLooks& k : looks) {
-      if (k.vehicle == v)
-        sights.push_back({k.t, k.walls.looks, k.walls.passes, k.made.places, k.made.passed});
-    }
-    result_.tally.keyframes_checked += monitor::judged(sights, settings_);
-    for (const SeenThrough& found : monitor::check_walls(sights, settings_)) {
+    for (const SeenThrough& found : monitor::check_walls(sights[v], settings_)) {
       add(runs_[v], found.when, [&](const std::string& when) { return finding_of(found, when); });
-      result_.map_contradicts_itself = true;
     }
   }
 }

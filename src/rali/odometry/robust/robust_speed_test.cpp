@@ -10,21 +10,6 @@ namespace {
 
 using geometry::Vec3;
 
-/// Drives on through the tunnel while the accelerometer feels a push that the body does not.
-ScanResult drive_pushed(Driven& driven, int sweeps, double push_mps2) {
-  ScanResult result;
-  for (int k = 0; k < sweeps; ++k) {
-    const double until_s = TestRoom::kSweep_s * (driven.sweeps + 1);
-    for (; 0.005 * driven.imu_samples <= until_s + 1e-9; ++driven.imu_samples) {
-      sensor::ImuSample sample = driven.room.imu(0.005 * driven.imu_samples);
-      sample.accel_mps2.x() += push_mps2;
-      driven.odometry->add_imu(sample);
-    }
-    result = driven.sweep();
-  }
-  return result;
-}
-
 bool contradicts(const Driven& driven) {
   return std::any_of(driven.findings.begin(), driven.findings.end(), [](const Finding& f) {
     return f.text.find("usual are") != std::string::npos;
