@@ -83,8 +83,11 @@ class InertialGuess {
   /// Of the body's pose by the local graph, boxplus order.
   [[nodiscard]] geometry::Mat6 covariance() const;
 
-  /// Of the IMU's velocity and the gyro's bias.
-  [[nodiscard]] geometry::Mat6 motion_covariance() const { return graph_.motion_covariance(); }
+  /// Of the IMU, at the time last predicted to.
+  [[nodiscard]] const imu::InertialState& state() const { return state_; }
+
+  /// Of state() and the biases, in the order of the local graph.
+  [[nodiscard]] const LocalGraph::Mat15& inertial_covariance() const { return graph_.covariance(); }
 
   /// The last sample that was taken, in m/s^2 and rad/s; null if there is none.
   [[nodiscard]] const sensor::ImuSample* newest_sample() const {

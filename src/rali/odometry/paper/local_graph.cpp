@@ -132,13 +132,6 @@ void LocalGraph::let_accel_bias_wander(double variance_m2ps4) {
   P_.diagonal().segment<3>(kBa).array() += variance_m2ps4;
 }
 
-Mat6 LocalGraph::motion_covariance() const {
-  Mat6 out = Mat6::Zero();
-  out.topLeftCorner<3, 3>() = P_.block<3, 3>(kV, kV);
-  out.bottomRightCorner<3, 3>() = P_.block<3, 3>(kBg, kBg);
-  return out;
-}
-
 Mat6 LocalGraph::pose_covariance() const {
   Mat6 out;
   out << P_.block<3, 3>(kR, kR), P_.block<3, 3>(kR, kP), P_.block<3, 3>(kP, kR),

@@ -47,12 +47,12 @@ class LocalGraph {
   /// Of the IMU's pose, boxplus order.
   [[nodiscard]] geometry::Mat6 pose_covariance() const;
 
-  /// Of velocity and gyro bias; what they have to do with each other is left out.
-  [[nodiscard]] geometry::Mat6 motion_covariance() const;
-
- private:
   using Mat15 = Eigen::Matrix<double, 15, 15>;
 
+  /// Of the IMU's rotation, velocity, position, and the biases of gyro and accelerometer.
+  [[nodiscard]] const Mat15& covariance() const { return P_; }
+
+ private:
   ImuNoiseSettings noise_;
   Mat15 P_ = Mat15::Zero();
   Mat15 P_standing_ = Mat15::Zero();

@@ -90,7 +90,7 @@ TEST(LocalGraph, lets_the_speed_follow_a_measured_position_by_its_correlation) {
 TEST(LocalGraph, knows_as_much_after_a_minute_of_standing_as_before) {
   LocalGraph graph = after_a_blind_second();
   graph.begin_standstill();
-  EXPECT_NEAR(graph.motion_covariance()(0, 0), 0.03 * 0.03, 1e-12);
+  EXPECT_NEAR(graph.covariance()(3, 3), 0.03 * 0.03, 1e-12);
   for (int k = 0; k < 600; ++k) {
     graph.advance_blind(0.1);
     graph.stay();

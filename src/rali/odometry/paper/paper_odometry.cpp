@@ -241,7 +241,7 @@ void PaperOdometry::take_over(const RegistrationResult& done) {
 
 void PaperOdometry::stand_if_standing(ScanResult& out) {
   if (!has_imu_ || !guess_.inertial() || out.state == TrackState::kDiverged) return;
-  if (!standing_.update(out.t, guess_, degenerate_odom_)) return stands_at_.reset();
+  if (!standing_.update(out.t, guess_, degenerate_odom_, stands_at_)) return stands_at_.reset();
   if (!stands_at_) {
     stands_at_ = guess_.T_odom_body();
     guess_.begin_standstill();

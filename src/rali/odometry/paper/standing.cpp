@@ -1,6 +1,48 @@
 #include "rali/odometry/paper/standing.hpp"
 
+#include <array>
+#include <numbers>
+
+#include "rali/geometry/so3.hpp"
+
 namespace rali::odometry::paper {
+namespace {
+
+/// Farther than a single registration errs where the LiDAR constrains the pose.
+constexpr double kLeaves_m = 0.1;
+constexpr double kLeaves_rad = 1.0 * std::numbers::pi / 180.0;
+
+/// The LiDAR sees the vehicle away from its place.
+bool has_left(const geometry::SE3& T_odom_body, const geometry::SE3& T_odom_body_held,
+              const std::optional<geometry::Vec3>& degenerate_odom) {
+  geometry::Vec3 moved_m = T_odom_body.p - T_odom_body_held.p;
+  if (degenerate_odom) moved_m -= degenerate_odom->dot(moved_m) * *degenerate_odom;
+  const geometry::Mat3 turned = T_odom_body_held.R.transpose() * T_odom_body.R;
+  return !(moved_m.norm() < kLeaves_m && geometry::so3_log(turned).norm() < kLeaves_rad);
+}
+
+/// The local graph's estimate in the filter's order, of the IMU itself, whose samples are tested.
+FilterState filter_state(Time t, const InertialGuess& guess) {
+  constexpr std::array<int, 5> kOfGraph{kTheta, kVel, kPos, kGyroBias, kAccelBias};
+  FilterState state;
+  state.t = t;
+  state.T_odom_body = {guess.state().R_odom_imu, guess.state().p_odom_m};
+  state.v = guess.state().v_odom_mps;
+  state.gyro_bias_radps = guess.bias().gyro_radps;
+  state.accel_bias_mps2 = guess.bias().accel_mps2;
+  state.g_odom_mps2 = kGravityOdom;
+  const LocalGraph::Mat15& P = guess.inertial_covariance();
+  for (int i = 0; i < 5; ++i) {
+    for (int j = 0; j < 5; ++j) {
+      const auto row = kOfGraph[static_cast<std::size_t>(i)];
+      const auto column = kOfGraph[static_cast<std::size_t>(j)];
+      state.P.block<3, 3>(row, column) = P.block<3, 3>(3 * i, 3 * j);
+    }
+  }
+  return state;
+}
+
+}  // namespace
 
 Standing::Standing(const RobustSettings& settings, double gyro_radps_rthz)
     : detector_(settings.constraints, settings.initialisation.rest),
@@ -17,17 +59,16 @@ void Standing::learn(Time begin, Time end) {
 }
 
 bool Standing::update(Time t, const InertialGuess& guess,
-                      const std::optional<geometry::Vec3>& degenerate_odom) {
+                      const std::optional<geometry::Vec3>& degenerate_odom,
+                      const std::optional<geometry::SE3>& T_odom_body_held) {
   if (samples_.empty()) return false;
-  FilterState state;
-  state.t = t;
-  state.T_odom_body = guess.T_odom_body();
-  state.v = guess.motion().v_odom_imu_mps;
-  state.gyro_bias_radps = guess.bias().gyro_radps;
-  const geometry::Mat6 motion = guess.motion_covariance();
-  state.P.block<3, 3>(kVel, kVel) = motion.topLeftCorner<3, 3>();
-  state.P.block<3, 3>(kGyroBias, kGyroBias) = motion.bottomRightCorner<3, 3>();
-  const bool stands = detector_.update(state, samples_, degenerate_odom, gyro_radps_rthz_);
+  FilterState state = filter_state(t, guess);
+  bool stands = detector_.update(state, samples_, degenerate_odom, gyro_radps_rthz_);
+  if (!stands && T_odom_body_held) {
+    if (degenerate_odom) state.v -= degenerate_odom->dot(state.v) * *degenerate_odom;
+    stands = detector_.calm(state, samples_) &&
+             !has_left(guess.T_odom_body(), *T_odom_body_held, degenerate_odom);
+  }
   samples_.drop_before(t - Duration::from_s(2.0 * detector_.window_s()));
   return stands;
 }
