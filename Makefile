@@ -81,8 +81,8 @@ lint: packages
 
 # The pages that are made from the program's own tables; tests compare them.
 docs: release
-	build/release/bin/rali help-settings > docs/settings.md
-	build/release/bin/rali help-cli > docs/cli.md
+	build/release/bin/rali help-settings > docs/reference/settings.md
+	build/release/bin/rali help-cli > docs/reference/cli.md
 
 clean:
 	rm -rf build rali-demo
