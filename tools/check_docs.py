@@ -7,6 +7,7 @@ usage: check_docs.py REPOSITORY
 - a page inside docs/ links only inside docs/, as the site has nothing else
 - a docs/....md that a page, a source or a script names exists
 - a command of a ```sh block exists, and so does each of its options (docs/reference/cli.md)
+- a setting that `rali map --set` or a guide names exists (docs/reference/settings*.md)
 """
 
 import re
@@ -18,6 +19,8 @@ HISTORY = {"CHANGELOG.md"}  # names pages as they were called then
 SOURCES = {".cpp", ".hpp", ".py", ".sh", ".txt", ".cmake", ".yml"}
 LINK = re.compile(r"!?\[(?:[^\]]|\n)*?\]\(([^)\s]+)\)")
 PAGE = re.compile(r"\bdocs/[\w/.-]*?\.md\b")
+SET = re.compile(r"--set '?([\w.]+)=")
+KEY = re.compile(r"`((?:odometry|ranging|mission|map|vehicles|ranges|fleet\.\w+)\.[\w.]+)`")
 FENCE = re.compile(r"^ *```(\w*)$")
 
 
@@ -58,6 +61,7 @@ class Documents:
         self.root = Path(root).resolve()
         self.problems = []
         self.options = self.options_of_commands()
+        self.settings = self.keys_of_settings()
 
     def files(self, suffixes):
         for path in sorted(self.root.rglob("*")):
@@ -73,6 +77,7 @@ class Documents:
             text = path.read_text(encoding="utf-8")
             self.check_links(path, outside_of_code(text))
             self.check_commands(path, text)
+            self.check_keys(path, text)
             self.check_names(path, text)
         for path in (*self.files(SOURCES), self.root / "Makefile"):
             if path.is_file() and not path.name.startswith("check_docs"):
@@ -116,6 +121,28 @@ class Documents:
             elif line.startswith("| `-"):
                 options[command].update(re.findall(r"-[-\w]+", line.split("`")[1]))
         return options
+
+    def keys_of_settings(self):
+        keys = set()
+        for path in (self.root / "docs/reference").glob("settings*.md"):
+            keys.update(re.findall(r"^\| `([\w.]+)`", path.read_text(encoding="utf-8"), re.M))
+        return keys
+
+    def is_setting(self, key):
+        """Also of another vehicle than v1, without `settings.`, or of a group with a {...} value."""
+        key = re.sub(r"^vehicles\.\w+\.", "vehicles.v1.", key)
+        names = (key, f"settings.{key}")
+        return any(k in names or k.startswith(tuple(n + "." for n in names)) for k in self.settings)
+
+    def check_keys(self, path, text):
+        commands = [(n, c) for n, c in shell_commands(text) if re.search(r"\brali (map|doctor)\b", c)]
+        named = [(n, key) for n, c in commands for key in SET.findall(c)]
+        if path.parent.name == "guide":
+            lines = enumerate(text.splitlines(), 1)
+            named += [(n, key) for n, line in lines for key in KEY.findall(line)]
+        for number, key in named:
+            if not self.is_setting(key):
+                self.report(path, number, f"no setting {key}")
 
     def check_commands(self, path, text):
         for number, line in shell_commands(text):

@@ -16,6 +16,7 @@ class CheckDocsTest(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
         self.root = Path(self.folder.name).resolve()
         self.write("docs/reference/cli.md", CLI)
+        self.write("docs/reference/settings.md", "| `settings.map.a.b_m` | 1 |\n| `ranges.c` | 2 |\n")
         self.write("docs/other.md", "# A heading, and more\n")
         self.write("LICENSE", "free\n")
 
@@ -44,6 +45,15 @@ class CheckDocsTest(unittest.TestCase):
         self.assertEqual(1, len(self.problems("see docs/gone.md\n")))
         self.write("docs/page.md", "fine\n")
         self.assertEqual(1, len(self.problems("// docs/gone.md says why\n", "src/a.cpp")))
+
+    def test_knows_settings(self):
+        cli = "## rali map\n\n| `--set KEY=VALUE` |  | a setting |\n"
+        self.write("docs/reference/cli.md", cli)
+        good = "```sh\nrali map a --set map.a.b_m=1 --set 'map.a={b_m: 1}' --set ranges.c=2\n```\n"
+        self.assertEqual([], self.problems(good))
+        self.assertEqual(1, len(self.problems("```sh\nrali map a --set map.a.d=1\n```\n")))
+        self.write("docs/page.md", "fine\n")
+        self.assertEqual(1, len(self.problems("`map.a.d` and `map.a.b_m`\n", "docs/guide/page.md")))
 
     def test_knows_commands_and_options(self):
         good = "```sh\nrali map a.bag -o x \\\n  --start 3 | head\n```\n"
