@@ -119,7 +119,7 @@ struct MapSummary {
   bool gaps = false;  ///< exit code 3
 };
 
-/// Runs the vehicles over their recordings, joins them, and writes the outputs of docs/outputs.
+/// Runs the vehicles over their recordings, joins them, and writes the outputs of docs/reference/outputs.md.
 /// Vehicles that cannot be joined keep frames of their own, levelled by gravity; `map.*` holds the
 /// largest group.
 /// @param stop set from outside: the run ends at the data time reached, outputs are finished.
