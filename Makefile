@@ -4,11 +4,12 @@
 # make deb      build/packages/rali_*.deb; make check-deb installs, runs and removes it in a chroot
 # make fuzz     each fuzz target for FUZZ_SECONDS (needs clang)
 # make bench    Google Benchmark programs
-# make asan | tsan | lint | format | docs | clean
+# make docs     generated pages; make tutorials: what they print; make site: build/site/index.html
+# make asan | tsan | lint | format | clean
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo install deb check-deb share fuzz bench format lint asan tsan docs packages release clean
+.PHONY: test demo install deb check-deb share fuzz bench format lint asan tsan docs tutorials figures site packages release clean
 
 JOBS ?= $(shell nproc)
 FUZZ_SECONDS ?= 60
@@ -81,8 +82,25 @@ lint: packages
 
 # The pages that are made from the program's own tables; tests compare them.
 docs: release
-	build/release/bin/rali help-settings > docs/settings.md
-	build/release/bin/rali help-cli > docs/cli.md
+	build/release/bin/rali help-settings > docs/reference/settings.md
+	build/release/bin/rali help-cli > docs/reference/cli.md
+
+# What the commands of the tutorials print, written into their pages; a test compares it.
+tutorials: release
+	for page in docs/start/*.md; do \
+	  tools/run_tutorial.py $$page build/release/bin/rali --write; \
+	done
+
+# The figures of docs/explain.
+figures:
+	@tools/install_packages.sh python3-matplotlib python3-numpy
+	/usr/bin/python3 tools/explain_figures.py .
+
+# The documents as pages for a browser, without network. Broken links are errors.
+site:
+	@tools/install_packages.sh mkdocs
+	python3 tools/check_docs.py .
+	mkdocs build --quiet --strict
 
 clean:
 	rm -rf build rali-demo

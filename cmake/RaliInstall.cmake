@@ -4,7 +4,6 @@ include(GNUInstallDirs)
 
 set(share ${CMAKE_BINARY_DIR}/share)
 find_program(RALI_GZIP gzip)
-file(GLOB rali_documents CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/docs/*.md)
 
 string(REPLACE "-" "+" CPACK_PACKAGE_VERSION ${RALI_VERSION_TEXT})  # "-" parts off a revision
 configure_file(${CMAKE_SOURCE_DIR}/cmake/debian_changelog.in ${CMAKE_BINARY_DIR}/debian_changelog
@@ -33,7 +32,7 @@ set(rali_doc ${CMAKE_INSTALL_DATADIR}/doc/rali)
 install(FILES ${share}/changelog.gz ${share}/CHANGELOG.md.gz ${CMAKE_SOURCE_DIR}/README.md
   ${CMAKE_SOURCE_DIR}/THIRD_PARTY_NOTICES.md DESTINATION ${rali_doc})
 install(FILES ${CMAKE_SOURCE_DIR}/cmake/copyright DESTINATION ${rali_doc})
-install(FILES ${rali_documents} DESTINATION ${rali_doc}/docs)
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/docs/ DESTINATION ${rali_doc}/docs)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME rali)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every file, function and test named in docs/equations.md exists.
+"""Every file, function and test named in docs/reference/equations.md exists.
 
 usage: docs_equations_test.py REPOSITORY
 """
@@ -74,7 +74,7 @@ def problems_of(root, text):
 
 class Equations(unittest.TestCase):
     def test_everything_named_exists(self):
-        with open(os.path.join(ROOT, "docs", "equations.md"), encoding="utf-8") as f:
+        with open(os.path.join(ROOT, "docs", "reference", "equations.md"), encoding="utf-8") as f:
             text = f.read()
         self.assertGreaterEqual(len(list(rows_of(text))), ROWS_MIN)
         self.assertEqual([], list(problems_of(ROOT, text)))

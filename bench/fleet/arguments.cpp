@@ -145,7 +145,7 @@ Result<Arguments> parse_arguments(int argc, const char* const* argv) {
 std::string help_text() {
   return "fleet_bench: one map of several vehicles, in simulated places\n"
          "  --scenes corridor,floor  or loop, yard, garage, tunnel, mine, ...; or a\n"
-         "                           file with a scene (docs/scenes.md), FILE.yaml\n"
+         "                           file with a scene (docs/reference/scenes.md), FILE.yaml\n"
          "  --seeds 1,2,5-8          default: 401-405\n"
          "  --rows starts,none       what the centre knows: start poses by hand (0.2 m, 3 deg);\n"
          "                           nothing; places: nothing, and clocks are not common\n"

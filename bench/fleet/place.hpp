@@ -10,7 +10,7 @@ namespace rali::fleet_bench {
 
 /// What decides what the vehicles see and tell.
 struct Place {
-  std::string scene;  ///< shipped, or a file with one (docs/scenes.md), which ends in .yaml
+  std::string scene;  ///< shipped, or a .yaml file (docs/reference/scenes.md)
   std::uint64_t seed = 1;
   int vehicles = 0;  ///< 0: as many as the scene is made for
   int pedestrians = 6;

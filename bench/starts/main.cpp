@@ -1,4 +1,4 @@
-// Starts of a vehicle with LiDAR alone at every second of a recording (docs/benchmarks.md).
+// Starts of a vehicle with LiDAR alone at every second of a recording (docs/results.md).
 #include <cstdio>
 #include <string>
 #include <utility>

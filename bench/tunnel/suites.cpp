@@ -74,7 +74,7 @@ Suite ablation() {
   };
   return {"ablation",
           {less("robust", {}), less("no bias state", {"ranging.bias.sigma_m=1e-4"}),
-           less("no line-of-sight test", {"ranging.sight.use=false"}),
+           less("no line-of-sight test", {"ranging.line_of_sight.use=false"}),
            less("no excess watch", {"ranging.excess.use=false"}),
            less("no thinning", {"ranging.slow.slow_sigma_m=0"}),
            less("raw Hessian",

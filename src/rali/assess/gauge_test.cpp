@@ -1,4 +1,4 @@
-// What covariances are relative to: the reference of the frame (docs/evaluation.md).
+// What covariances are relative to: the reference of the frame (docs/reference/evaluation.md).
 #include <cmath>
 #include <filesystem>
 #include <numbers>

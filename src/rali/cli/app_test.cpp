@@ -321,10 +321,10 @@ TEST(Options, of_no_command_are_named_twice) {
 }
 
 TEST(Docs, of_the_commands_are_those_of_the_program) {
-  std::ifstream file(std::string(RALI_SOURCE_DIR) + "/docs/cli.md");
+  std::ifstream file(std::string(RALI_SOURCE_DIR) + "/docs/reference/cli.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   EXPECT_TRUE(text == cli_manual(all_commands()))
-      << "docs/cli.md is not that of the program; renew it with: make docs";
+      << "docs/reference/cli.md is not that of the program; renew it with: make docs";
 }
 
 }  // namespace

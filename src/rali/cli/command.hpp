@@ -10,7 +10,7 @@
 
 namespace rali::cli {
 
-/// What the program ends with (docs/cli.md).
+/// What the program ends with (docs/reference/cli.md).
 inline constexpr int kExitDone = 0;
 inline constexpr int kExitBelowAsked = 1;
 inline constexpr int kExitNotStarted = 2;
@@ -24,7 +24,7 @@ inline constexpr int kExitInternal = 5;
 /// Where an option's value goes. bool: a flag; vectors: repeatable.
 using OptionTarget = std::variant<bool*, int*, double*, std::string*, std::vector<std::string>*>;
 
-/// One option of a command. Parsing, help, docs/cli.md and completion are made from it.
+/// One option of a command. Parsing, help, docs/reference/cli.md and completion are made from it.
 struct Option {
   std::string names;  ///< "-o,--out"
   std::string value;  ///< "DIR"; empty for a flag

@@ -13,7 +13,7 @@ namespace rali::cli {
 /// With `all` the rare options too.
 [[nodiscard]] std::string command_help(Command& command, bool all);
 
-/// docs/cli.md.
+/// docs/reference/cli.md.
 [[nodiscard]] std::string cli_manual(const CommandList& commands);
 
 }  // namespace rali::cli

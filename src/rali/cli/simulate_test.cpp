@@ -132,7 +132,7 @@ TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {
       {"corridor", "-o", folder_, "--closed-loop", "--set", "link.loss=1.1"},
       {"corridor", "-o", folder_, "--closed-loop", "--set", "link.los=0.1"},
       {"corridor", "-o", folder_, "--closed-loop", "--set", "settings.mission.roles.leas_s=1"},
-      {"corridor", "-o", folder_, "--closed-loop", "--set", "settings.mission.place_m=-1"},
+      {"corridor", "-o", folder_, "--closed-loop", "--set", "settings.mission.progress_m=-1"},
       {"loop", "-o", folder_, "--threads", "-1"},
       {"/nowhere/scene.yaml", "-o", folder_},
   };

@@ -146,7 +146,8 @@ struct FleetConfig {
   std::string rounds = "auto";  ///< auto, off, or a CSV file
   OutputConfig output;
   RoomSettings settings;
-  Origins origins;  ///< of every value that is not a default
+  Origins origins;                   ///< of every value that is not a default
+  std::vector<std::string> notices;  ///< sentences about keys with an old name
 };
 
 /// Every field of fleet.yaml as a flat list that points into `config`. Paths are encoded

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <initializer_list>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "rali/config/apply.hpp"
 #include "rali/config/check_fleet.hpp"
+#include "rali/config/old_keys.hpp"
 #include "rali/config/presets.hpp"
 #include "rali/config/text_of.hpp"
 #include "rali/config/vehicle_name.hpp"
@@ -126,14 +128,15 @@ Status apply_assignments(const std::vector<Node>& assignments, FleetConfig& conf
   return {};
 }
 
-Result<FleetConfig> build(const Node& root, const std::string& name, const std::string& base_dir,
+Result<FleetConfig> build(Node file, const std::string& name, const std::string& base_dir,
                           const Overrides& overrides) {
   FleetConfig config;
+  const Node root = with_current_keys(std::move(file), config.notices);
   std::vector<Node> assignments;
   for (const std::string& text : overrides.assignments) {
     Result<Node> assignment = parse_assignment(text);
     if (!assignment) return tl::make_unexpected(assignment.error());
-    assignments.push_back(std::move(*assignment));
+    assignments.push_back(assignment_with_current_keys(std::move(*assignment), config.notices));
   }
   if (root.kind != Node::Kind::kMap) {
     return fail(ErrorCode::kUsage, root.where, "this is no group of keys",
@@ -200,17 +203,17 @@ Node map_node(std::string key, const std::string& where) {
 }  // namespace
 
 Result<FleetConfig> load_fleet(const std::string& path, const Overrides& overrides) {
-  const Result<Node> root = parse_yaml_file(path);
+  Result<Node> root = parse_yaml_file(path);
   if (!root) return tl::make_unexpected(root.error());
   const std::string dir = std::filesystem::path(path).parent_path().string();
-  return build(*root, path, dir, overrides);
+  return build(std::move(*root), path, dir, overrides);
 }
 
 Result<FleetConfig> parse_fleet(std::string_view text, const std::string& name,
                                 const std::string& base_dir, const Overrides& overrides) {
-  const Result<Node> root = parse_yaml(text, name);
+  Result<Node> root = parse_yaml(text, name);
   if (!root) return tl::make_unexpected(root.error());
-  return build(*root, name, base_dir, overrides);
+  return build(std::move(*root), name, base_dir, overrides);
 }
 
 Result<FleetConfig> fleet_of_recordings(const std::vector<std::string>& inputs,
@@ -241,7 +244,7 @@ Result<FleetConfig> fleet_of_recordings(const std::vector<std::string>& inputs,
     vehicles.children.push_back(std::move(vehicle));
   }
   root.children.push_back(std::move(vehicles));
-  return build(root, where, "", overrides);
+  return build(std::move(root), where, "", overrides);
 }
 
 std::string dump_fleet(const FleetConfig& config, const std::string& dir) {

@@ -37,7 +37,7 @@ struct Overrides {
 /// Hash of every effective value; paths count as given.
 [[nodiscard]] std::uint64_t hash_fleet(const FleetConfig& config);
 
-/// docs/settings.md: every key with default, what is allowed, and meaning.
+/// docs/reference/settings.md: every key with default, what is allowed, and meaning.
 [[nodiscard]] std::string settings_manual();
 
 }  // namespace rali::config

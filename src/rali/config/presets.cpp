@@ -29,12 +29,12 @@ fleet:
     commit: {rule: at_size, min_keyframes: 10}
   loops: {veto: false}
   solve: rounds
-  boundary: {reopen: any, kept: 0}
+  separator_prior: {reopen: any, kept: 0}
   joint:
     steps: isotropic
     bias: false
-    sight: false
-    stretch_sd: 0
+    line_of_sight: false
+    common_error_sd: 0
     iterations: 10
     iterations_easy: 3
     graph: {guard: huber}

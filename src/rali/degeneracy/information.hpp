@@ -30,10 +30,10 @@ struct AwareSettings {
     v("support_planes", support_planes, 0, 1000, "planes that support takes");
     v("support_clusters", support_clusters, 0, kClustersMost, "places in which they must be");
     v("cluster_m", cluster_m, 0.1, 10.0, "planes nearer to each other are in one place");
-    v("full_m", full_m, 1e-4, 1.0, "sigma below: a direction is fully known");
-    v("none_m", none_m, 1e-3, 10.0, "sigma above: a direction is blind");
-    v("full_deg", full_deg, 1e-3, 10.0, "sigma below: a rotation is fully known");
-    v("none_deg", none_deg, 1e-2, 90.0, "sigma above: a rotation is blind");
+    v("full_m", full_m, 1e-4, 1.0, "sigma below: a direction is fully observable");
+    v("none_m", none_m, 1e-3, 10.0, "sigma above: a direction is degenerate");
+    v("full_deg", full_deg, 1e-3, 10.0, "sigma below: a rotation is fully observable");
+    v("none_deg", none_deg, 1e-2, 90.0, "sigma above: a rotation is degenerate");
     v("scans_to_worse", scans_to_worse, 1, 100, "scans in a row before a class gets worse");
     v("scans_to_better", scans_to_better, 1, 100, "scans in a row before a class gets better");
     v("axis_ratio_min", axis_ratio_min, 1.0, 100.0,

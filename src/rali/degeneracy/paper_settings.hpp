@@ -44,7 +44,8 @@ struct PaperDegreeSettings {
     v.choice("deg_ratio", deg_ratio, kDegreeRatioNames, "eigenvalues that make the degree");
     v("deg_below", deg_below, 0.0, 1e6, "degenerate if the degree is below; 0 switches it off");
     v("deg_above", deg_above, 0.0, 1e6, "degenerate if the degree is above; 0 switches it off");
-    v.choice("deg_direction", deg_direction, kDegreeDirectionNames, "what is the blind direction");
+    v.choice("deg_direction", deg_direction, kDegreeDirectionNames,
+             "which direction is degenerate");
     v("deg_min_normals", deg_min_normals, 0, 100000, "with fewer normals the degree is unknown");
   }
 

@@ -119,9 +119,9 @@ struct MapSummary {
   bool gaps = false;  ///< exit code 3
 };
 
-/// Runs the vehicles over their recordings, joins them, and writes the outputs of docs/outputs.
-/// Vehicles that cannot be joined keep frames of their own, levelled by gravity; `map.*` holds the
-/// largest group.
+/// Runs the vehicles over their recordings, joins them, and writes the outputs of
+/// docs/reference/outputs.md. Vehicles that cannot be joined keep frames of their own, levelled by
+/// gravity; `map.*` holds the largest group.
 /// @param stop set from outside: the run ends at the data time reached, outputs are finished.
 /// Errors: kUsage (folder not empty), kInput (unfit input), kMachine (disk); what is whole is kept.
 /// Throws what an internal fault throws, once run.log and status.json (failed) are written.

@@ -22,16 +22,17 @@ struct LocalGraphSettings {
   template <class V>
   void visit(V& v) {
     v("window_keyframes", window_keyframes, 2, 1000, "keyframes that are solved together");
-    v("window_blind_s", window_blind_s, 0.0, 600.0,
-      "the window reaches back at least so far while a direction is blind");
+    v("window_degenerate_s", window_blind_s, 0.0, 600.0,
+      "shortest window while a direction is degenerate");
     v("window_keyframes_max", window_keyframes_max, 2, 1000, "and has never more keyframes");
     v("iterations", iterations, 1, 100, "Levenberg-Marquardt steps at each keyframe, at most");
-    v("huber_sd", huber_sd, 0.5, 1e6, "residuals of ranges beyond so many sigma count less");
+    v("huber_sd", huber_sd, 0.5, 1e6,
+      "residuals of ranges beyond so many sigma get a lower weight");
     v("lambda_initial", lambda_initial, 1e-12, 1.0, "damping of the first step");
     v("cost_change_min", cost_change_min, 0.0, 0.1, "stop when the cost falls by less (relative)");
     v("step_min_m", step_min_m, 0.0, 0.1, "stop when nothing moves farther");
     v("range_memory_s", range_memory_s, 0.0, 3600.0,
-      "how long before the oldest keyframe a range is still remembered as used");
+      "time before the oldest keyframe for which used ranges are remembered");
   }
 };
 
@@ -64,13 +65,14 @@ struct GlobalGraphSettings {
   void visit(V& v) {
     v.choice("guard", guard, kLoopGuardNames, "what is done against wrong loops");
     v("iterations", iterations, 1, 1000, "Levenberg-Marquardt steps of a full solve, at most");
-    v("huber_sd", huber_sd, 0.5, 1e6, "residuals of ranges beyond so many sigma count less");
+    v("huber_sd", huber_sd, 0.5, 1e6,
+      "residuals of ranges beyond so many sigma get a lower weight");
     v("lambda_initial", lambda_initial, 1e-12, 1.0, "damping of the first step");
     v("cost_change_min", cost_change_min, 0.0, 0.1, "stop when the cost falls by less (relative)");
     v("step_min_m", step_min_m, 0.0, 0.1, "stop when nothing moves farther");
     v("start_chi2_per_dof", start_chi2_per_dof, 0.0, 1e12,
-      "a start that fits worse is made anew, rotations first");
-    v("guard_rounds", guard_rounds, 1, 1000, "how often the loops are weighed, at most");
+      "a start that fits worse is computed again, rotations first");
+    v("guard_rounds", guard_rounds, 1, 1000, "largest number of weightings of the loops");
     v("guard_iterations", guard_iterations, 1, 100, "Levenberg-Marquardt steps between");
     v("gnc_factor", gnc_factor, 1.01, 10.0, "by which gnc sharpens its switch each time");
     v("veto_exact_from", veto_exact_from, 0.0, 1e6,

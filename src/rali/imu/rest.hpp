@@ -17,10 +17,10 @@ struct RestSettings {
 
   template <class V>
   void visit(V& v) {
-    v("window_s", window_s, 0.2, 10.0, "how long it must be still");
-    v("gyro_sd_max_radps", gyro_sd_max_radps, 1e-5, 1.0, "spread of each rate while still");
+    v("window_s", window_s, 0.2, 10.0, "length of a standstill");
+    v("gyro_sd_max_radps", gyro_sd_max_radps, 1e-5, 1.0, "spread of each rate at standstill");
     v("accel_sd_max_mps2", accel_sd_max_mps2, 1e-4, 10.0,
-      "spread of each acceleration while still");
+      "spread of each acceleration at standstill");
     v("gyro_mean_max_radps", gyro_mean_max_radps, 1e-4, 1.0, "largest mean rate (turn-on bias)");
   }
 };

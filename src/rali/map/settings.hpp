@@ -25,18 +25,21 @@ struct DynamicSettings {
   template <class V>
   void visit(V& v) {
     v("remove", remove, "take moving objects out of the map");
-    v("voxel_m", voxel_m, 0.02, 1.0, "side of the cells judged as a whole [m]");
+    v("voxel_m", voxel_m, 0.02, 1.0, "side of the cells that are removed as a whole [m]");
     v("range_m", range_m, 2.0, 200.0, "rays beyond this prove nothing [m]");
     v("margin_m", margin_m, 0.05, 5.0, "a passing ray ends this much behind [m]");
     v("thin_m", thin_m, 0.005, 1.0, "rays spread wider than this prove nothing [m]");
-    v("passes_min", passes_min, 1.0, 1000.0, "keyframes that must look through a place");
+    v("passes_min", passes_min, 1.0, 1000.0, "keyframes whose rays must pass through a cell");
     v("separation_s", separation_s, 0.0, 1000.0, "time between first and last of them [s]");
-    v("pass_share", pass_share, 0.0, 1.0, "passes / (passes + hits) of an empty place");
-    v("pose_sigma_max_m", pose_sigma_max_m, 0.01, 100.0, "poses less sure of each other: no proof");
-    v("look_share_max", look_share_max, 0.0, 1.0, "planes a keyframe may look through");
-    v("plane_share_max", plane_share_max, 0.0, 1.0, "more planes gone than this: remove none");
-    v("peer_radius_m", peer_radius_m, 0.0, 20.0, "room of the fleet's other vehicles; 0: none [m]");
-    v("peer_height_m", peer_height_m, 0.0, 20.0, "above and below their bodies [m]");
+    v("pass_fraction", pass_share, 0.0, 1.0, "passes / (passes + hits) of an empty place");
+    v("pose_sigma_max_m", pose_sigma_max_m, 0.01, 100.0,
+      "keyframes with a larger relative sigma prove nothing");
+    v("through_fraction_max", look_share_max, 0.0, 1.0,
+      "fraction of planes that the rays of a keyframe may pass through");
+    v("plane_fraction_max", plane_share_max, 0.0, 1.0, "more planes gone than this: remove none");
+    v("peer_radius_m", peer_radius_m, 0.0, 20.0,
+      "radius around other vehicles in which points are removed; 0: none [m]");
+    v("peer_height_m", peer_height_m, 0.0, 20.0, "height of that above and below their bodies [m]");
   }
 };
 
@@ -59,7 +62,7 @@ struct GridSettings {
     v("range_m", range_m, 1.0, 100.0, "rays count up to here [m]");
     v("ground_below_body_m", ground_below_body_m, 0.0, 10.0, "height of body over ground; 0: data");
     v("hits_min", hits_min, 1.0, 1000.0, "keyframes that hit an occupied cell");
-    v("hit_share", hit_share, 0.0, 1.0, "hits / (hits + passes) of an occupied cell");
+    v("hit_fraction", hit_share, 0.0, 1.0, "hits / (hits + passes) of an occupied cell");
     v("cells_max", cells_max, 1e4, 4e9, "grids with more cells are refused");
   }
 };
@@ -77,7 +80,7 @@ struct MapSettings {
   template <class V>
   void visit(V& v) {
     v("voxel_m", voxel_m, 0.0, 10.0, "one point per cube of this side; 0 keeps all [m]");
-    v("max_memory_mb", max_memory_mb, 0.0, 1e6, "memory of the map; 0: no limit [MB]");
+    v("max_memory_mb", max_memory_mb, 0.0, 1e6, "largest memory of the map; 0: no limit [MB]");
     v("range_sigma_m", range_sigma_m, 0.0, 1.0, "noise of one range [m]");
     v("bearing_sigma_rad", bearing_sigma_rad, 0.0, 0.1, "noise of one ray's direction [rad]");
     v("systematic_m", systematic_m, 0.0, 1.0, "error that all points of a sensor share [m]");

@@ -3,7 +3,7 @@
 namespace rali::monitor {
 
 /// When two statements about one thing contradict each other. The limits lie a little below what
-/// counts as a failure of a run (0.3 m, 4 sigma, 2 s; docs/campaign.md), because the reference
+/// counts as a failure of a run (0.3 m, 4 sigma, 2 s; docs/results.md), because the reference
 /// errs, too.
 struct MonitorSettings {
   double off_min_m = 0.2;   ///< two poses nearer to each other agree

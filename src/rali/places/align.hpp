@@ -33,7 +33,7 @@ struct AlignSettings {
     v("start_sigma_m", start_sigma_m, 0.01, 10.0, "error of the start in metres");
     v("start_sigma_deg", start_sigma_deg, 0.1, 180.0, "error of the start's yaw");
     v("level_sigma_deg", level_sigma_deg, 0.01, 10.0, "error of the direction of gravity");
-    v("coarse_m", coarse_m, 0.1, 10.0, "partners are sought so far in the first pass");
+    v("coarse_m", coarse_m, 0.1, 10.0, "search radius of correspondences in the first pass");
     v("middle_m", middle_m, 0.05, 5.0, "and so far in the second");
     v("coarse_planes", coarse_planes, 20, 100000, "planes used in the first pass");
     v("iterations", iterations, 1, 100, "steps per pass at most");
@@ -45,7 +45,7 @@ struct AlignSettings {
     v("shared_sigma_m", shared_sigma_m, 0.0, 1.0, "errors that all planes of a submap share");
     v("shared_sigma_deg", shared_sigma_deg, 0.0, 5.0, "the same in rotation");
     v("shared_per_m", shared_per_m, 0.0, 0.1, "drift within a submap per metre of its path");
-    v.group("aware", aware, "which directions are known");
+    v.group("aware", aware, "which directions are observable");
   }
 };
 

@@ -32,8 +32,8 @@ struct DescriptorSettings {
 
   template <class V>
   void visit(V& v) {
-    v.group("band", band, "what the picture from above shows");
-    v("cell_m", cell_m, 0.05, 2.0, "cell of the picture");
+    v.group("band", band, "height band of the image from above");
+    v("cell_m", cell_m, 0.05, 2.0, "cell of the image");
     v("key_candidates", key_candidates, 1, 100000, "places compared in full");
     v("candidates_max", candidates_max, 1, 10000, "places returned");
     v("score_min", score_min, -1.0, 1.0, "likeness below is no candidate");

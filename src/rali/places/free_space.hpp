@@ -21,9 +21,10 @@ struct FreeSpaceSettings {
   template <class V>
   void visit(V& v) {
     v("cell_m", cell_m, 0.05, 2.0, "edge of a cell");
-    v("range_m", range_m, 1.0, 100.0, "farther along a ray nothing is said");
-    v("margin_m", margin_m, 0.0, 5.0, "the last piece of a ray says nothing");
-    v("height_m", height_m, 0.5, 50.0, "beyond so far above or below the sensor nothing is said");
+    v("range_m", range_m, 1.0, 100.0, "free space is marked up to this range");
+    v("margin_m", margin_m, 0.0, 5.0, "the last part of a ray marks no free space");
+    v("height_m", height_m, 0.5, 50.0,
+      "free space is limited to this height above and below the sensor");
     v("rays_min", rays_min, 1, 100, "rays that must have passed a cell");
     v("rays_max", rays_max, 100, 10000000, "rays that are traced, evenly chosen");
     v("cells_max", cells_max, 1000, 100000000, "cells of the grid at most");

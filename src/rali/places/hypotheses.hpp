@@ -23,17 +23,17 @@ struct HypothesisSettings {
 
   template <class V>
   void visit(V& v) {
-    v.group("band", band, "what the picture from above shows");
-    v("cell_m", cell_m, 0.05, 2.0, "cell of the pictures");
+    v.group("band", band, "height band of the image from above");
+    v("cell_m", cell_m, 0.05, 2.0, "cell of the images");
     v("yaw_step_deg", yaw_step_deg, 0.5, 30.0, "step of the yaw that is tried");
     v("peaks_max", peaks_max, 1, 1000, "places that are kept");
     v("apart_m", apart_m, 0.1, 20.0, "places nearer than this are one");
     v("apart_deg", apart_deg, 1.0, 180.0, "places turned less than this are one");
-    v("least_share", least_share, 0.0, 1.0, "of the best correlation that a place must have");
-    v("ridge_share", ridge_share, 0.0, 1.0, "of the best correlation that makes a ridge");
+    v("min_fraction", least_share, 0.0, 1.0, "of the best correlation that a place must have");
+    v("ridge_fraction", ridge_share, 0.0, 1.0, "of the best correlation that makes a ridge");
     v("ridge_step_m", ridge_step_m, 0.1, 10.0, "spacing of places along a ridge");
     v("ridge_reach_m", ridge_reach_m, 1.0, 100.0, "places along a ridge to both sides");
-    v("gate", gate, 1.0, 20.0, "places within so many sigma of a guess count");
+    v("gate", gate, 1.0, 20.0, "candidates within so many sigma of a guess are kept");
   }
 };
 

@@ -43,21 +43,23 @@ struct RecogniseSettings {
 
   template <class V>
   void visit(V& v) {
-    v.group("search", search, "places that pictures from above allow");
+    v.group("search", search, "candidates by images from above");
     v.group("align", align, "registration");
-    v.group("verify", verify, "what is believed");
+    v.group("verify", verify, "which matches are accepted");
     v("apart_m", apart_m, 0.05, 10.0, "placements nearer than this are one");
     v("apart_deg", apart_deg, 0.5, 90.0, "placements turned less than this are one");
     v("tight_m", tight_m, 0.0, 10.0, "a guess better than this needs no search");
     v("tight_deg", tight_deg, 0.0, 90.0, "and its yaw better than this");
     v("along_m", along_m, 0.05, 5.0, "others so near to a line are along an axis");
     v("rival_conflict", rival_conflict, 0.0, 1.0, "more contradictions are no rival");
-    v("rival_overlap", rival_overlap, 0.0, 1.0, "share of agreeing points that makes a rival");
+    v("rival_overlap", rival_overlap, 0.0, 1.0, "fraction of agreeing points that makes a rival");
     v("facing_min", facing_min, 0, 10000, "agreeing points that face along the weakest direction");
-    v("facing_share", facing_share, 0.0, 1.0, "their share of those that the other saw");
+    v("facing_fraction", facing_share, 0.0, 1.0,
+      "their fraction of those that the other has in view");
     v("facing_decides", facing_decides, 0, 10000, "fewer do not decide between two placements");
-    v("rival_facing", rival_facing, 0.0, 1.0, "their share that makes a rival");
-    v("stations_min", stations_min, 0, 100, "places along the way where they are, without a guess");
+    v("rival_facing", rival_facing, 0.0, 1.0, "their fraction that makes a rival");
+    v("stations_min", stations_min, 0, 100,
+      "positions along the path that are tried without a guess");
   }
 };
 

@@ -13,10 +13,10 @@ struct PlacesSettings {
 
   template <class V>
   void visit(V& v) {
-    v.group("submap", submap, "pieces of path that are compared");
+    v.group("submap", submap, "submaps that are compared");
     v.group("descriptor", descriptor, "likeness without a guess");
     v.group("near", near, "candidates by the graph's prediction");
-    v.group("recognise", recognise, "registration and what is believed of it");
+    v.group("recognise", recognise, "registration and its verification");
   }
 };
 

@@ -25,7 +25,7 @@ struct SubmapSettings {
     v("points_max", points_max, 1000, 10000000, "more points are thinned evenly");
     v("check_m", check_m, 0.1, 2.0, "spacing of points asked for contradictions");
     v.group("plane", plane, "what counts as a plane");
-    v.group("free_space", free_space, "what rays say about empty space");
+    v.group("free_space", free_space, "free space from rays");
   }
 };
 

@@ -19,8 +19,8 @@ struct VerifySettings {
   void visit(V& v) {
     v("agree_m", agree_m, 0.01, 1.0, "a point so near to a plane of the other agrees with it");
     v("agree_deg", agree_deg, 1.0, 90.0, "and both planes face the same way within this");
-    v("conflict_max", conflict_max, 0.0, 1.0, "share of solid points in the other's empty space");
-    v("overlap_min", overlap_min, 0.0, 1.0, "share of points that agree, of the better view");
+    v("conflict_max", conflict_max, 0.0, 1.0, "fraction of solid points in the other's free space");
+    v("overlap_min", overlap_min, 0.0, 1.0, "fraction of points that agree, of the better view");
     v("upright_min", upright_min, 1, 100000, "points on walls and things that agree");
     v("rms_max_m", rms_max_m, 0.001, 1.0, "distance of partners");
   }

@@ -106,7 +106,7 @@ struct PaperRangeSettings {
     v("gap_m", gap_m, 0.0, 1000.0, "smaller differences to the range are not corrected");
     v("max_s_m", max_s_m, 0.0, 1e6, "longer corrections are refused");
     v("max_sensitivity", max_sensitivity, 1.0, 1e6, "metres of correction per metre of range");
-    v("min_horizontal", min_horizontal, 0.0, 1.0, "a steeper blind direction is refused");
+    v("min_horizontal", min_horizontal, 0.0, 1.0, "a steeper degenerate direction is refused");
     v("ambiguous_sigmas", ambiguous_sigmas, 0.0, 100.0,
       "solutions whose lengths differ by less are not told apart");
     v.choice("correct_then_factor", correct_then_factor, kPaperThenFactorNames,
@@ -115,7 +115,7 @@ struct PaperRangeSettings {
     v("smoother_samples_min", smoother_samples_min, 1, 1000, "a fit to fewer ranges is not used");
     v.choice("range_time", range_time, kPaperRangeTimeNames, "where the vehicle was at a range");
     v.choice("factor", factor, kPaperFactorNames, "which ranges are factors of the local graph");
-    v.choice("share", share, kPaperShareNames, "who moves with a keyframe that is corrected");
+    v.choice("corrected", share, kPaperShareNames, "keyframes that are corrected together");
     v("lidar_sd_m", lidar_sd_m, 1e-4, 10.0, "sd between two keyframes of the local graph");
     v("lidar_sd_deg", lidar_sd_deg, 1e-3, 90.0, "and of the rotation between them");
     v("level_sd_deg", level_sd_deg, 1e-3, 90.0, "sd of roll and pitch, which gravity holds");

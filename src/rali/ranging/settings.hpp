@@ -21,9 +21,9 @@ struct RangeLimits {
     v("far_m", far_m, 1.0, 10000.0, "longer ranges are left out");
     v("sigma_m", sigma_m, 0.001, 10.0, "sigma of a range in line of sight");
     v("sigma_per_m", sigma_per_m, 0.0, 0.1, "and per metre of it, added in squares");
-    v("sigma_min_m", sigma_min_m, 1e-4, 1.0, "least sigma believed of a recorded range");
+    v("sigma_min_m", sigma_min_m, 1e-4, 1.0, "lower bound of the sigma of a recorded range");
     v("bent_max_m", bent_max_m, 0.01, 100.0,
-      "sigma of what a linear prediction leaves out, near an antenna of doubtful place");
+      "sigma of the linearisation error near an antenna of uncertain position");
     v("speed_max_mps", speed_max_mps, 0.1, 100.0, "how fast a range can change");
   }
 };
@@ -39,7 +39,8 @@ struct SignalSettings {
 
   template <class V>
   void visit(V& v) {
-    v("clear_db", clear_db, 0.0, 60.0, "power above the first path, up to which the way is free");
+    v("clear_db", clear_db, 0.0, 60.0,
+      "power above the first path up to which the line of sight is free");
     v("blocked_db", blocked_db, 0.0, 60.0, "and from which it is blocked");
     v("blocked_factor", blocked_factor, 1.0, 100.0, "on sigma at blocked_db, rising from 1");
     v("beyond_factor", beyond_factor, 1.0, 1000.0, "on sigma above blocked_db");
@@ -60,7 +61,7 @@ struct SanitySettings {
   void visit(V& v) {
     v("speed_margin_mps", speed_margin_mps, 0.0, 100.0, "added to the largest speed");
     v("jump_sigmas", jump_sigmas, 0.0, 100.0, "a range may change so much on the spot");
-    v("resync_count", resync_count, 1, 1000, "so many that agree with each other are believed");
+    v("resync_count", resync_count, 1, 1000, "so many that agree with each other are accepted");
     v("frozen_count", frozen_count, 2, 10000, "so many equal values can be a frozen radio");
     v("frozen_moved_m", frozen_moved_m, 0.0, 100.0, "if the range should have changed so much");
   }
@@ -77,10 +78,12 @@ struct GateSettings {
   template <class V>
   void visit(V& v) {
     v("chi2", chi2, 1.0, 1000.0, "larger normalised squares of the residual are left out");
-    v("longer_scale", longer_scale, 0.1, 100.0, "sds at which the weight of a long range falls");
+    v("longer_scale", longer_scale, 0.1, 100.0, "sigmas at which the weight of a long range falls");
     v("shorter_scale", shorter_scale, 0.1, 100.0, "the same for a short range");
-    v("one_sided_above", one_sided_above, 0.0, 100.0, "sds from which long counts as blocked");
-    v("huber", huber, 0.1, 100.0, "sds from which a range counts less, below one_sided_above");
+    v("one_sided_above", one_sided_above, 0.0, 100.0,
+      "sigmas from which a long range is classified as blocked");
+    v("huber", huber, 0.1, 100.0,
+      "sigmas from which a range gets a lower weight, below one_sided_above");
   }
 };
 
@@ -97,13 +100,14 @@ struct LinkSettings {
 
   template <class V>
   void visit(V& v) {
-    v("window", window, 2, 1000, "ranges that are judged together");
-    v("suspect_share", suspect_share, 0.0, 1.0, "with more of them rejected the link is suspect");
+    v("window", window, 2, 1000, "ranges that are classified together");
+    v("suspect_fraction", suspect_share, 0.0, 1.0,
+      "with more of them rejected the link is suspect");
     v("reacquire_count", reacquire_count, 1, 1000, "fitting ranges in a row that end that");
     v("offset_sigmas", offset_sigmas, 0.1, 100.0, "spread around one offset: the pose is wrong");
     v("longer_s", longer_s, 0.0, 3600.0, "but ranges that are too long only after so long");
     v("widen_factor", widen_factor, 1.0, 100.0, "on the covariance of a pose that is wrong");
-    v("widen_most", widen_most, 0, 100, "widened so often before the user is told");
+    v("widen_max", widen_most, 0, 100, "widenings before a warning");
     v("lost_s", lost_s, 0.1, 1000.0, "silence after which a link is lost");
   }
 };
@@ -145,7 +149,8 @@ struct ArrivalClockSettings {
   void visit(V& v) {
     v("window_s", window_s, 1.0, 3600.0, "length of the arrivals looked at");
     v("slope_max_ppm", slope_max_ppm, 0.0, 10000.0, "largest drift of the two clocks");
-    v("restart_s", restart_s, 0.01, 3600.0, "larger jumps of the device's clock begin anew");
+    v("restart_s", restart_s, 0.01, 3600.0,
+      "larger jumps of the device's clock restart the estimate");
     v("restart_count", restart_count, 1, 10000, "arrivals later than that before it does");
   }
 };
@@ -182,36 +187,38 @@ struct FinderSettings {
 
   template <class V>
   void visit(V& v) {
-    v("spacing_m", spacing_m, 0.0, 10.0, "way between ranges that are used");
-    v("spacing_s", spacing_s, 0.0, 600.0, "or time, at rest");
+    v("spacing_m", spacing_m, 0.0, 10.0, "distance travelled between ranges that are used");
+    v("spacing_s", spacing_s, 0.0, 600.0, "or time, at standstill");
     v("samples_min", samples_min, 5, 10000, "ranges needed");
     v("samples_max", samples_max, 10, 10000, "ranges kept, the last ones");
-    v("travel_min_m", travel_min_m, 0.0, 100.0, "way needed");
-    v("travel_again_m", travel_again_m, 0.0, 100.0, "and more of it before the next try");
-    v("height_sigma_m", height_sigma_m, 0.01, 100.0, "how level the vehicles stand");
-    v("speed_sigma_min_mps", speed_sigma_min_mps, 1e-5, 10.0, "least doubt about the own speed");
-    v("directions", directions, 4, 360, "in which the search begins");
+    v("travel_min_m", travel_min_m, 0.0, 100.0, "distance travelled before the first solution");
+    v("travel_again_m", travel_again_m, 0.0, 100.0, "distance travelled before the next attempt");
+    v("height_sigma_m", height_sigma_m, 0.01, 100.0,
+      "sigma of the height difference of two vehicles");
+    v("speed_sigma_min_mps", speed_sigma_min_mps, 1e-5, 10.0, "smallest sigma of the own speed");
+    v("directions", directions, 4, 360, "directions in which the search starts");
     v("iterations", iterations, 1, 1000, "of each search");
-    v("huber", huber, 0.1, 100.0, "sds from which a range counts less");
+    v("huber", huber, 0.1, 100.0, "sigmas from which a range gets a lower weight");
     v("merge_m", merge_m, 0.01, 10.0, "nearer solutions are one");
     v("rival_chi2", rival_chi2, 0.0, 1000.0, "a rival is refuted by so much (13.8: odds 1000)");
     v("chi2_max", chi2_max, 0.1, 100.0, "squares per range that a solution may leave");
-    v("sigma_max_m", sigma_max_m, 0.01, 100.0, "how well the place is known before it is used");
+    v("sigma_max_m", sigma_max_m, 0.01, 100.0, "sigma below which the landmark is used");
     v("passage_m", passage_m, 0.1, 100.0,
-      "in a passage the other stands in it, within so much where no walls are seen");
+      "sigma of the lateral position of a peer in a passage without walls in view");
     v("passage_per_m", passage_per_m, 0.0, 1.0, "and so much more per metre, for its bends");
     v("bend_radius_m", bend_radius_m, 1.0, 1e6, "but no more than an arc of this radius bends");
-    v("wall_m", wall_m, 0.05, 100.0, "nobody stands nearer to a wall");
-    v("walls_far_m", walls_far_m, 0.5, 100.0, "farther off, walls are not looked for");
+    v("wall_m", wall_m, 0.05, 100.0, "smallest distance of a vehicle to a wall");
+    v("walls_far_m", walls_far_m, 0.5, 100.0, "largest distance of a wall that is used");
     v("walls_sigma_m", walls_sigma_m, 0.001, 10.0,
-      "how well two vehicles know from walls how far aside of each other they are");
+      "sigma of the lateral offset of two vehicles, from their distances to walls");
     v("walls_turn_rad", walls_turn_rad, 0.0, 1.5, "a passage turns no more than this between two");
     v("walls_own_m", walls_own_m, 0.0, 5.0, "nearer than this is a part of the vehicle itself");
     v("walls_every_m", walls_every_m, 0.01, 10.0,
-      "walls are looked for at five places so far apart");
-    v("tell_sigmas", tell_sigmas, 0.5, 100.0, "sds off, from which a vehicle's word is not taken");
+      "spacing of the five positions at which walls are measured");
+    v("report_sigmas", tell_sigmas, 0.5, 100.0,
+      "error in sigmas from which a vehicle's report is not used");
     v("roughly_m", roughly_m, 0.01, 100.0,
-      "sigma of a place told by its side, before the first range to it counts");
+      "sigma of a landmark initialised from the peer's report, before its first range");
     v("rise_per_m", rise_per_m, 0.0, 1.0, "how much it may rise or fall unseen");
   }
 };
@@ -233,18 +240,18 @@ struct ExcessSettings {
 
   template <class V>
   void visit(V& v) {
-    v("use", use, "ranges that become longer in a step count as blocked");
-    v("level_min", level_min, 1, 1000, "ranges before a step can be told");
+    v("use", use, "ranges that become longer in a step are classified as blocked");
+    v("level_min", level_min, 1, 1000, "ranges before a step can be detected");
     v("level_samples", level_samples, 1, 1000, "whose median is the level before a step");
     v("noise_samples", noise_samples, 3, 10000, "before the noise is taken from the ranges");
     v("noise_window", noise_window, 3, 10000, "whose changes are the noise");
     v("step_min_m", step_min_m, 0.0, 100.0, "smaller steps are left to the weights");
     v("step_sigmas", step_sigmas, 1.0, 100.0, "sds of the noise that a step stands out");
-    v("step_samples", step_samples, 1, 1000, "in a row on one side are a step");
-    v("longest_s", longest_s, 0.1, 3600.0, "an excess that lasts longer is believed");
-    v("end_share", end_share, 0.0, 1.0, "of the step, that a step down must have to end it");
-    v("doubt_factor", doubt_factor, 0.1, 1000.0,
-      "times the step: a pose more doubtful than that ends it");
+    v("step_samples", step_samples, 1, 1000, "ranges in a row on one side that make a step");
+    v("longest_s", longest_s, 0.1, 3600.0, "an excess that lasts longer is accepted as distance");
+    v("end_fraction", end_share, 0.0, 1.0, "of the step, that a step down must have to end it");
+    v("uncertainty_factor", doubt_factor, 0.1, 1000.0,
+      "times the step: a larger pose sigma ends it");
     v("gap_s", gap_s, 0.0, 3600.0, "silence after which steps mean nothing");
   }
 };
@@ -281,17 +288,18 @@ struct MixtureSettings {
 
   template <class V>
   void visit(V& v) {
-    v("use", use, "the other's place across a passage is held open in slices");
-    v("doubt_m", doubt_m, 0.05, 100.0, "sigma across, from which it is");
-    v("known_m", known_m, 0.01, 100.0, "and below which it is known again");
+    v("use", use, "the lateral position of a peer in a passage is a mixture of slices");
+    v("uncertain_m", doubt_m, 0.05, 100.0, "lateral sigma from which the mixture starts");
+    v("known_m", known_m, 0.01, 100.0, "sigma below which the slices are merged");
     v("slice_m", slice_m, 0.05, 10.0, "between slices");
     v("reach_sigmas", reach_sigmas, 1.0, 10.0, "how far they reach to both sides");
     v("slices_max", slices_max, 1, 1000, "wider ones if it were more");
     v("weight_min", weight_min, 0.0, 0.1, "over their number: lighter slices are dropped");
-    v("wild_share", wild_share, 0.0, 1.0, "of the ranges that a slice must not be judged by");
-    v("wild_sigma_m", wild_sigma_m, 0.1, 1000.0, "how wrong those are");
+    v("outlier_fraction", wild_share, 0.0, 1.0, "fraction of outliers among the ranges");
+    v("outlier_sigma_m", wild_sigma_m, 0.1, 1000.0, "sigma of an outlier");
     v("past_m", past_m, 0.5, 1000.0, "farther than at the nearest, the other is passed");
-    v("patience_s", patience_s, 0.0, 3600.0, "without a blind axis before the slices are merged");
+    v("patience_s", patience_s, 0.0, 3600.0,
+      "time without a degenerate axis before the slices are merged");
   }
 };
 
@@ -306,8 +314,8 @@ struct SightSettings {
 
   template <class V>
   void visit(V& v) {
-    v("use", use, "ranges through walls of the map count less");
-    v("surfaces", surfaces, 1, 100, "surfaces crossed from which the way is blocked");
+    v("use", use, "ranges through walls of the map get a larger sigma");
+    v("surfaces", surfaces, 1, 100, "surfaces crossed from which the line of sight is blocked");
     v("end_m", end_m, 0.0, 10.0, "left out at both antennas");
     v("sigma_factor", sigma_factor, 1.0, 100.0, "on sigma behind a wall");
     v("valid_s", valid_s, 0.0, 10.0, "how long an answer holds");
@@ -341,22 +349,24 @@ struct RangingSettings {
   void visit(V& v) {
     v("use", use, "ranges move the poses; false: they are only reported");
     v.group("limits", limits, "what can be a range");
-    v.group("signal", signal, "what signal strengths say about the way");
+    v.group("signal", signal, "line of sight by signal strengths");
     v.group("sanity", sanity, "ranges that contradict their neighbours in time");
     v.group("gate", gate, "ranges that do not fit the prediction");
-    v.group("link", link, "links that are not believed for a while");
-    v.group("slow", slow, "errors that neighbouring ranges have in common");
+    v.group("link", link, "links that are not used for a while");
+    v.group("slow", slow, "common error of neighbouring ranges");
     v.group("excess", excess, "ranges that become longer from one to the next");
-    v.group("bias", bias, "what a pair's ranges are all wrong by");
-    v.group("mixture", mixture, "passing an antenna whose place across is not known");
-    v.group("sight", sight, "walls of the map between the antennas");
-    v.group("finder", finder, "finding the place of a vehicle that stands");
-    v("place_lost_s", place_lost_s, 0.5, 3600.0,
-      "ranges but none that fits for so long: the other's place is sought anew");
-    v("place_stay_m", place_stay_m, 0.0, 10.0,
-      "who drives less far by its own word has not left its place: it was shaken");
-    v("place_silent_s", place_silent_s, 0.0, 3600.0, "silence after which that begins anew");
-    v("status_valid_s", status_valid_s, 0.1, 60.0, "how long a peer stands that said so");
+    v.group("bias", bias, "constant error of a pair");
+    v.group("mixture", mixture, "passing an antenna of unknown lateral position");
+    v.group("line_of_sight", sight, "walls of the map between the antennas");
+    v.group("initialisation", finder, "initialisation of the landmark of a vehicle at standstill");
+    v("landmark_lost_s", place_lost_s, 0.5, 3600.0,
+      "time with ranges of which none fits, after which the landmark is initialised again");
+    v("landmark_stay_m", place_stay_m, 0.0, 10.0,
+      "reported motion below which a landmark keeps its position");
+    v("landmark_silent_s", place_silent_s, 0.0, 3600.0,
+      "time without ranges after which that starts again");
+    v("status_valid_s", status_valid_s, 0.1, 60.0,
+      "time for which a reported standstill of a peer is valid");
     v.group("exchange", exchange, "both directions of one exchange");
     v.group("arrival", arrival, "radios whose stamps are of their own clock");
     v.group("paper", paper, "ranges as the paper uses them");

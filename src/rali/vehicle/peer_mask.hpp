@@ -27,19 +27,22 @@ struct PeerMaskSettings {
 
   template <class V>
   void visit(V& v) {
-    v("use", use, "points on other vehicles of the fleet are left out");
+    v("use", use, "points on other vehicles of the fleet are masked");
     v("radius_m", radius_m, 0.1, 20.0, "around the other's antenna, level");
     v("above_m", above_m, 0.0, 20.0, "and so far above it");
     v("below_m", below_m, 0.0, 20.0, "and below");
     v("margin_sigma", margin_sigma, 0.0, 10.0,
       "and by so many sigmas of its place farther around it");
-    v("sigma_max_m", sigma_max_m, 0.01, 10.0, "where the other stands must be known so well");
+    v("sigma_max_m", sigma_max_m, 0.01, 10.0, "largest sigma of the other's position");
     v("shell_m", shell_m, 0.0, 10.0,
-      "else, where the way is blind: all that is as far away as its range says; 0: nothing");
+      "otherwise, where degenerate: mask all points at the range of the other vehicle, this thick; "
+      "0: nothing");
     v("shell_slope", shell_slope, 0.0, 10.0, "and so much higher or lower per metre of range");
-    v("shell_far_m", shell_far_m, 0.0, 1000.0, "one that is farther away is let be");
-    v("shell_after_s", shell_after_s, 0.0, 1e4, "the way is blind once it has been for so long");
-    v("shell_hold_s", shell_hold_s, 0.0, 1e4, "and so long after the last blind sweep");
+    v("shell_far_m", shell_far_m, 0.0, 1000.0, "vehicles farther away are not masked");
+    v("shell_after_s", shell_after_s, 0.0, 1e4,
+      "time of degeneracy after which the shell is masked");
+    v("shell_hold_s", shell_hold_s, 0.0, 1e4,
+      "time after the last degenerate scan in which the shell is still masked");
   }
 };
 

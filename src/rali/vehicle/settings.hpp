@@ -42,8 +42,8 @@ struct PathSettings {
 
   template <class V>
   void visit(V& v) {
-    v("rest_s", rest_s, 0.5, 600.0, "between nodes while standing");
-    v("drive_s", drive_s, 0.1, 60.0, "and at most while driving");
+    v("standstill_s", rest_s, 0.5, 600.0, "time between nodes at standstill");
+    v("drive_s", drive_s, 0.1, 60.0, "longest time between nodes while driving");
   }
 };
 
@@ -75,11 +75,13 @@ struct BackEndSettings {
 
   template <class V>
   void visit(V& v) {
-    v("use", use, "keyframes of blind stretches are corrected by all ranges");
-    v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
+    v("use", use, "keyframes of degenerate stretches are corrected by all ranges");
+    v("rounds", rounds, 1, 20, "solutions, each with the ranges classified again");
     v("iterations", iterations, 1, 1000, "of each solution");
-    v("blind_min_m", blind_min_m, 0.0, 1000.0, "way driven blind that is worth it");
-    v("path_sigma_m", path_sigma_m, 0.0, 10.0, "doubt about the path when ranges are judged anew");
+    v("degenerate_min_m", blind_min_m, 0.0, 1000.0,
+      "smallest degenerate distance travelled that is solved");
+    v("path_sigma_m", path_sigma_m, 0.0, 10.0,
+      "sigma of the path when ranges are classified again");
     v("start_speed_sigma_mps", start_speed_sigma_mps, 1e-4, 100.0, "of the first variable");
     v("start_gyro_bias_sigma_radps", start_gyro_bias_sigma_radps, 1e-6, 1.0, "of the first");
     v("start_accel_bias_sigma_mps2", start_accel_bias_sigma_mps2, 1e-5, 10.0, "of the first");
@@ -110,9 +112,9 @@ struct VehicleSettings {
   void visit(V& v) {
     v.group("peer_mask", peer_mask, "other vehicles in view");
     v.group("path", path, "nodes of the path");
-    v.group("facts", facts, "what other vehicles are told");
-    v.group("back_end", back_end, "the second look at blind stretches");
-    v.group("paper_degree", paper_degree, "the paper's detector of blind directions");
+    v.group("facts", facts, "what is sent to other vehicles");
+    v.group("back_end", back_end, "second solution of degenerate stretches");
+    v.group("paper_degree", paper_degree, "the paper's detector of degenerate directions");
     v("paper_degree_downsample_m", paper_degree_downsample_m, 0.02, 5.0,
       "resolution of the features behind the paper's degree, in preset robust");
     v("imu_wait_s", imu_wait_s, 0.0, 5.0,

@@ -9,7 +9,7 @@ namespace rali::cli {
 
 [[nodiscard]] std::unique_ptr<Command> make_map_command();
 [[nodiscard]] std::unique_ptr<Command> make_completion_command();
-/// Hidden: print docs/settings.md and docs/cli.md.
+/// Hidden: print docs/reference/settings.md and docs/reference/cli.md.
 [[nodiscard]] std::unique_ptr<Command> make_help_settings_command();
 [[nodiscard]] std::unique_ptr<Command> make_help_cli_command();
 [[nodiscard]] std::unique_ptr<Command> make_help_man_command();

@@ -91,6 +91,7 @@ class DoctorCommand final : public Command {
   struct Plan {
     std::vector<inspect::DoctorOptions> recordings;
     inspect::RangeInputs ranges;
+    std::vector<std::string> notices;  ///< about settings with an old name
   };
 
   [[nodiscard]] Result<config::FleetConfig> load(bool yaml) const;
@@ -134,6 +135,7 @@ Result<DoctorCommand::Plan> DoctorCommand::plan() const {
   if (!fleet) return tl::make_unexpected(fleet.error());
   if (const Status status = check(*fleet); !status) return tl::make_unexpected(status.error());
   Plan plan;
+  plan.notices = fleet->notices;
   for (const config::RangeSource& source : fleet->ranges.sources) {
     if (!source.file.empty()) plan.ranges.files.push_back(source.file);
     if (!source.topic.empty()) plan.ranges.topics.push_back(source.topic);
@@ -175,6 +177,7 @@ Status DoctorCommand::write_files(const inspect::DoctorResult& result) const {
 Result<int> DoctorCommand::run(Session& session) {
   const Result<Plan> plan = this->plan();
   if (!plan) return tl::make_unexpected(plan.error());
+  for (const std::string& notice : plan->notices) session.warning(printable(notice) + '.');
   const std::unique_ptr<Executor> executor = drive::make_executor(threads_);
   const bool text = !session.options.json;
   inspect::DoctorResult result;

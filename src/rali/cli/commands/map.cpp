@@ -90,7 +90,7 @@ std::vector<Option> MapCommand::options() {
        {"robust", "paper"}},
       {"--set",
        "KEY=VALUE",
-       "any setting of docs/settings.md; repeatable",
+       "any setting of docs/reference/settings.md; repeatable",
        &assignments_,
        false,
        {}},
@@ -189,6 +189,7 @@ Status MapCommand::read_formats() {
 }
 
 void MapCommand::warn_fleet(const config::FleetConfig& fleet, Session& session) const {
+  for (const std::string& notice : fleet.notices) session.warning(printable(notice) + '.');
   const std::vector<std::string> idle = idle_keys(fleet);
   if (!idle.empty()) {
     session.warning(

@@ -78,7 +78,7 @@ std::string manual_page() { return man_page(all_commands()); }
 std::unique_ptr<Command> make_completion_command() { return std::make_unique<CompletionCommand>(); }
 
 std::unique_ptr<Command> make_help_settings_command() {
-  return std::make_unique<PageCommand>("help-settings", "print docs/settings.md",
+  return std::make_unique<PageCommand>("help-settings", "print docs/reference/settings.md",
                                        config::settings_manual);
 }
 
@@ -87,7 +87,7 @@ std::unique_ptr<Command> make_help_man_command() {
 }
 
 std::unique_ptr<Command> make_help_cli_command() {
-  return std::make_unique<PageCommand>("help-cli", "print docs/cli.md", cli_page);
+  return std::make_unique<PageCommand>("help-cli", "print docs/reference/cli.md", cli_page);
 }
 
 }  // namespace rali::cli

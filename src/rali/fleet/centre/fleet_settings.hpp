@@ -26,10 +26,10 @@ struct FleetSettings {
   void visit(V& v) {
     v("join", join, "make one map of all vehicles");
     v.group("init", init, "frames between vehicles");
-    v.group("cut", cut, "pieces of path that are compared");
-    v.group("loops", loops, "places seen twice");
+    v.group("cut", cut, "submaps that are compared");
+    v.group("loops", loops, "loop closures");
     v.choice("solve", solve, kSolveWhatNames, "what is solved anew with each estimate");
-    v.group("boundary", boundary, "what is left of earlier rounds");
+    v.group("separator_prior", boundary, "separator priors of earlier rounds");
     v.group("joint", joint, "the joint graph");
     v.group("places", places, "how places are recognised");
   }

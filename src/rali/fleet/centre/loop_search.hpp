@@ -28,22 +28,25 @@ struct LoopSettings {
 
   template <class V>
   void visit(V& v) {
-    v("use", use, "look for places seen twice");
+    v("use", use, "search loop closures and add them to the map");
     v("passes", passes, 1, 10, "searches, each with what the last one taught");
-    v("per_submap", per_submap, 1, 100, "others that a piece of path is compared with, at most");
-    v("apart_m", apart_m, 1.0, 1000.0, "way between pieces of one path that are compared");
-    v("sigma_min_m", sigma_min_m, 0.0, 10.0, "pieces of one path that are known better are not");
-    v("blind_tries", blind_tries, 0, 1000, "pieces compared where nothing tells how paths lie");
+    v("per_submap", per_submap, 1, 100, "largest number of submaps that a submap is compared with");
+    v("apart_m", apart_m, 1.0, 1000.0,
+      "distance travelled between submaps of one path that are compared");
+    v("sigma_min_m", sigma_min_m, 0.0, 10.0,
+      "submaps of one path with a smaller sigma are not compared");
+    v("unguided_tries", blind_tries, 0, 1000, "submaps compared where no guess relates two paths");
     v("scans_only_tries", scans_only_tries, 0, 1000,
-      "the same where neither ranges nor start poses will ever tell");
+      "the same where neither ranges nor start poses exist");
     v("row", row, 0, 100, "neighbours on each side that must look alike, too, in a row");
     v("veto", veto, "a loop that contradicts paths and ranges is none");
     v("slide_max_m", slide_max_m, 0.0, 1000.0,
-      "off along what it does not claim, a loop says nothing of the rest: passages bend");
+      "a loop is ignored if the error along its degenerate direction is larger: passages bend");
     v("bend_per_m", bend_per_m, 0.0, 1.0,
       "what a loop leaves open along a passage it may be wrong by across, per metre, and turned by "
       "[m, rad]: a passage of radius 100 m");
-    v("view_step_m", view_step_m, 0.0, 100.0, "compared pieces of two paths differ by so much way");
+    v("view_step_m", view_step_m, 0.0, 100.0,
+      "distance travelled between compared submaps of two paths");
   }
 };
 

@@ -18,9 +18,9 @@ struct CutSettings {
 
   template <class V>
   void visit(V& v) {
-    v("length_m", length_m, 1.0, 100.0, "way in one piece");
-    v("step_m", step_m, 0.5, 100.0, "way from one piece to the next");
-    v("scans_max", scans_max, 1, 1000, "keyframes in one piece");
+    v("length_m", length_m, 1.0, 100.0, "distance travelled in one submap");
+    v("step_m", step_m, 0.5, 100.0, "distance travelled from one submap to the next");
+    v("scans_max", scans_max, 1, 1000, "largest number of keyframes in a submap");
   }
 };
 

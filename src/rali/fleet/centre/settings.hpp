@@ -42,17 +42,17 @@ struct BoundarySettings {
   template <class V>
   void visit(V& v) {
     v.choice("reopen", reopen, kReopenByNames, "which loops to earlier rounds solve these again");
-    v("moved_sigma", moved_sigma, 0.5, 1e6,
-      "a boundary that moves by more of its sigma is made anew from an earlier one");
-    v("moved_m", moved_m, 0.0, 10.0, "and by so much more [m, rad]");
+    v("shift_sigma", moved_sigma, 0.5, 1e6,
+      "a separator prior that shifts by more of its sigma is derived again from an earlier one");
+    v("shift_m", moved_m, 0.0, 10.0, "and by so much more [m, rad]");
     v("kept", kept, 0, 10000,
       "boundaries of earlier rounds to go back to; where none is left all facts are solved");
     v("near_rounds", near_rounds, 0, 1000,
       "loops into so many of the rounds before the last are closed whether they fit or not");
     v("warm_up_s", warm_up_s, 0.0, 3600.0,
-      "ranges before the boundary that say how much the next may count [s]");
+      "time before the separator whose ranges set the weight of the next [s]");
     v("same_place_m", same_place_m, 0.0, 100.0,
-      "a piece of path this near to one of an earlier round is not kept [m]");
+      "a submap this near to one of an earlier round is dropped [m]");
     v("same_place_deg", same_place_deg, 0.0, 180.0, "nor one turned by less");
   }
 };
@@ -83,27 +83,31 @@ struct JointSettings {
 
   template <class V>
   void visit(V& v) {
-    v.choice("steps", steps, kStepWeightNames, "what a step of a path counts");
+    v.choice("steps", steps, kStepWeightNames, "weight of a step of a path");
     v("isotropic_m", isotropic_m, 1e-4, 10.0, "sigma of a step, where steps are isotropic");
     v("isotropic_deg", isotropic_deg, 1e-3, 90.0, "the same of its turn");
     v("bias", bias, "estimate what each pair of radios measures too much");
-    v("sight", sight, "ranges through walls of the maps of all count less (ranging.sight)");
-    v("rounds", rounds, 1, 20, "solutions, each with the ranges judged anew");
+    v("line_of_sight", sight,
+      "ranges through walls of the maps of all vehicles get a larger sigma "
+      "(ranging.line_of_sight)");
+    v("rounds", rounds, 1, 20, "solutions, each with the ranges classified again");
     v("iterations", iterations, 1, 1000, "of each solution");
-    v("iterations_easy", iterations_easy, 1, 1000, "the same where no step was blind");
+    v("iterations_easy", iterations_easy, 1, 1000, "the same where no step was degenerate");
     v("inertial_margin", inertial_margin, 0, 1000,
-      "nodes around a blind one whose speed is estimated too");
+      "nodes around a degenerate one whose speed is estimated too");
     v("lost_m", lost_m, 1e-2, 1e3, "sigma of the step to a new map after the old one was lost");
     v("lost_rad", lost_rad, 1e-3, 10.0, "the same of its turn");
     v("tilt_deg", tilt_deg, 1e-3, 90.0, "sigma of roll and pitch that gravity gives a path");
     v("tilt_unlevelled_deg", tilt_unlevelled_deg, 1e-3, 90.0, "the same without inertial data");
-    v("tilt_every", tilt_every, 1, 100000, "nodes between two looks at gravity");
-    v("start_speed_sigma_mps", start_speed_sigma_mps, 1e-4, 100.0, "where inertial nodes begin");
+    v("tilt_every", tilt_every, 1, 100000, "nodes between two gravity factors");
+    v("start_speed_sigma_mps", start_speed_sigma_mps, 1e-4, 100.0,
+      "sigma of the first inertial node's speed");
     v("start_gyro_bias_sigma_radps", start_gyro_bias_sigma_radps, 1e-6, 1.0, "the same");
     v("start_accel_bias_sigma_mps2", start_accel_bias_sigma_mps2, 1e-5, 10.0, "the same");
-    v("path_sigma_m", path_sigma_m, 0.0, 10.0, "doubt about the path when ranges are judged anew");
-    v("stretch_sd", stretch_sd, 0.0, 1e6,
-      "ranges in a row that are off together by more sigma of their mean count less; 0: never");
+    v("path_sigma_m", path_sigma_m, 0.0, 10.0,
+      "sigma of the path when ranges are classified again");
+    v("common_error_sd", stretch_sd, 0.0, 1e6,
+      "ranges with a common error above so many sigma of their mean get a lower weight; 0: never");
     v.group("shape", shape, "what ties the nodes of a path together");
     v.group("graph", graph, "the solver");
   }

@@ -20,8 +20,8 @@ struct ExchangeSettings {
 
   template <class V>
   void visit(V& v) {
-    v("inventory_s", inventory_s, 0.1, 600.0, "how often a vehicle says what it holds");
-    v("heard_s", heard_s, 0.1, 600.0, "a link is up while the other was heard so recently");
+    v("inventory_s", inventory_s, 0.1, 600.0, "time between inventories of a vehicle");
+    v("link_timeout_s", heard_s, 0.1, 600.0, "a link is down after so long without a message");
     v("request_s", request_s, 0.0, 60.0, "least time between requests to one vehicle");
     v("window_bytes", window_bytes, 1500.0, 1e9, "bytes asked for and not yet come, per link");
     v("patience_first_s", patience_first_s, 0.01, 60.0,
@@ -31,8 +31,8 @@ struct ExchangeSettings {
     v("rate_first_Bps", rate_first_Bps, 100.0, 1e9, "bytes per second to one vehicle, at first");
     v("rate_min_Bps", rate_min_Bps, 100.0, 1e9, "never less");
     v("rate_max_Bps", rate_max_Bps, 100.0, 1e9, "never more");
-    v("goodput_share", goodput_share, 0.1, 1.0,
-      "share of what arrived that is sent over a link that is full");
+    v("goodput_fraction", goodput_share, 0.1, 1.0,
+      "fraction of what arrived that is sent over a link that is full");
   }
 };
 

@@ -32,7 +32,8 @@ struct PriorSettings {
   void visit(V& v) {
     v("xyz_m", xyz_m, 1e-3, 1e3, "sigma of a given start place, each axis");
     v("yaw_deg", yaw_deg, 1e-2, 180.0, "sigma of a given start heading");
-    v("wrong_chi2", wrong_chi2, 0.0, 1e6, "at most so much counts a prior that all else denies");
+    v("wrong_chi2", wrong_chi2, 0.0, 1e6,
+      "largest chi2 of a prior that contradicts everything else");
   }
 };
 
@@ -45,11 +46,12 @@ struct ScanToMapSettings {
 
   template <class V>
   void visit(V& v) {
-    v.choice("weight", weight, kScanWeightNames, "what an alignment of scans counts");
+    v.choice("weight", weight, kScanWeightNames, "weight of an alignment of scans");
     v("sigma_m", sigma_m, 1e-3, 10.0, "sigma of a point, where weight is fixed");
     v("wrong_chi2", wrong_chi2, 0.0, 1e6,
-      "at most so much counts an alignment that all else denies");
-    v("overlap_min", overlap_min, 0.0, 1.0, "share of points with a partner, below: not verified");
+      "largest chi2 of an alignment that contradicts everything else");
+    v("overlap_min", overlap_min, 0.0, 1.0,
+      "fraction of points with a correspondence, below: not verified");
     v("noise_factor", noise_factor, 0.1, 100.0,
       "median distance to the partner's plane in noise of a voxel, above: not verified");
   }
@@ -63,8 +65,10 @@ struct TrackSettings {
 
   template <class V>
   void visit(V& v) {
-    v("spacing_m", spacing_m, 0.0, 100.0, "one range per so much way of both ends together");
-    v("still_m", still_m, 0.0, 1.0, "ends that moved less stand: their ranges are one");
+    v("spacing_m", spacing_m, 0.0, 100.0,
+      "distance travelled by both ends between ranges that are used");
+    v("standstill_m", still_m, 0.0, 1.0,
+      "motion below which an end is at standstill: its ranges count as one");
     v("samples_max", samples_max, 8, 2000, "older ranges of a pair are dropped");
   }
 };
@@ -81,7 +85,7 @@ struct DriftSettings {
     v("scale", scale, 0.0, 0.5, "sigma of the scale of a path");
     v("yaw_deg_per_sqrt_m", yaw_deg_per_sqrt_m, 0.0, 10.0, "random walk of the heading");
     v("tilt_deg", tilt_deg, 0.0, 45.0, "sigma of roll and pitch of an odom frame; large: 6 dof");
-    v("segments", segments, 1, 32, "pieces of a path, each with its own error of heading");
+    v("segments", segments, 1, 32, "segments of a path, each with its own error of heading");
   }
 };
 
@@ -98,7 +102,7 @@ struct SearchSettings {
 
   template <class V>
   void visit(V& v) {
-    v("yaw_step_deg", yaw_step_deg, 1.0, 90.0, "grid of headings to begin with");
+    v("yaw_step_deg", yaw_step_deg, 1.0, 90.0, "step of the first grid of headings");
     v("iterations", iterations, 1, 1000, "of each refinement, at most");
     v("samples_max", samples_max, 8, 1000, "ranges of which the search makes use");
     v("huber", huber, 0.5, 100.0, "knee of the loss of a range, in sigma");
@@ -107,7 +111,8 @@ struct SearchSettings {
     v("starts_max", starts_max, 8, 10000,
       "refined with all errors of paths; more are sifted first");
     v("hypotheses_max", hypotheses_max, 2, 64, "kept");
-    v("stand_m", stand_m, 0.0, 10.0, "extent of a path below which a vehicle stood");
+    v("standstill_m", stand_m, 0.0, 10.0,
+      "extent of a path below which a vehicle is at standstill");
   }
 };
 
@@ -140,13 +145,13 @@ struct CommitSettings {
 
   template <class V>
   void visit(V& v) {
-    v.choice("rule", rule, kCommitRuleNames, "when a frame is held to be found");
+    v.choice("rule", rule, kCommitRuleNames, "when a frame is accepted");
     v("min_keyframes", min_keyframes, 0, 100000, "of the local map");
     v("min_ranges", min_ranges, 0, 1000, "below: waiting for ranges");
     v("gap_chi2", gap_chi2, 0.0, 1e6, "by so much the best must beat the second (992 to 1)");
     v("evaluations", evaluations, 1, 100, "in a row that must agree");
-    v("spacing_s", spacing_s, 0.0, 3600.0, "between two of them at least");
-    v("new_ranges", new_ranges, 1, 1000, "after so many the hypotheses are sought anew");
+    v("spacing_s", spacing_s, 0.0, 3600.0, "shortest time between two evaluations");
+    v("new_ranges", new_ranges, 1, 1000, "ranges after which the hypotheses are searched again");
     v("fit_min", fit_min, 0.0, 1.0,
       "least chi2 per degree of freedom of the best; 0: sigmas may be too large");
     v("fit_max", fit_max, 1.0, 100.0, "largest chi2 per degree of freedom of the best");
@@ -155,8 +160,9 @@ struct CommitSettings {
     v("yaw_unit_deg", yaw_unit_deg, 0.01, 180.0, "unit of heading for it");
     v("place_unit_m", place_unit_m, 0.001, 100.0, "unit of place for it");
     v("views_min", views_min, 1, 1000,
-      "places recognised without rival, where only scans tell; each against it wants one more");
-    v("view_apart_m", view_apart_m, 0.0, 1000.0, "between two of them at least");
+      "unambiguous matches without ranges; every contradicting match requires one more agreeing "
+      "match");
+    v("view_apart_m", view_apart_m, 0.0, 1000.0, "smallest distance between two of them");
     v("z_sigma_max_m", z_sigma_max_m, 0.001, 100.0, "largest sigma of the height of a frame");
     v("yaw_sigma_max_deg", yaw_sigma_max_deg, 0.01, 180.0,
       "largest sigma of its heading, drift of odometry included");
@@ -196,14 +202,14 @@ struct InitSettings {
   void visit(V& v) {
     v("bias_sigma_m", bias_sigma_m, 0.0, 10.0, "sigma of the offset of a pair of radios; 0: none");
     v("z_sigma_m", z_sigma_m, 1e-3, 1e3, "sigma of the height between start places: one floor");
-    v("freeze", freeze, "a frame once found stays as it is");
+    v("freeze", freeze, "a frame keeps its first solution");
     v.group("prior", prior, "start poses given by the user");
     v.group("scan2map", scan2map, "scans in the other's map");
     v.group("track", track, "which ranges are independent");
-    v.group("drift", drift, "errors of odometry along the way");
+    v.group("drift", drift, "errors of odometry along the path");
     v.group("search", search, "search of all solutions");
-    v.group("commit", commit, "when a frame is found");
-    v.group("watch", watch, "when it is undone");
+    v.group("commit", commit, "when a frame is accepted");
+    v.group("watch", watch, "when it is withdrawn");
   }
 };
 

@@ -55,22 +55,25 @@ struct NodeSettings {
   void visit(V& v) {
     v("status_s", status_s, 0.1, 60.0, "between two statuses [s]");
     v("estimate_s", estimate_s, 1.0, 600.0, "least time between estimates of the anchor [s]");
-    v("estimate_share", estimate_share, 0.0, 1.0, "likewise, share of the mission's age");
-    v("look_s", look_s, 0.5, 60.0, "between two looks at the frontiers [s]");
-    v("moved_m", moved_m, 0.0, 10.0, "keyframes that moved more are told anew [m]");
-    v("rest_s", rest_s, 0.0, 60.0, "not at rest for so long is moving [s]");
-    v("arrive_m", arrive_m, 0.1, 20.0, "who rests nearer than this to its goal has arrived [m]");
+    v("estimate_fraction", estimate_share, 0.0, 1.0,
+      "likewise, as a fraction of the mission's age");
+    v("frontier_period_s", look_s, 0.5, 60.0, "time between two searches for frontiers [s]");
+    v("shift_m", moved_m, 0.0, 10.0, "keyframes with a larger correction are sent again [m]");
+    v("moving_after_s", rest_s, 0.0, 60.0,
+      "time without standstill after which a vehicle is moving [s]");
+    v("arrive_m", arrive_m, 0.1, 20.0, "distance to the goal at standstill that is an arrival [m]");
     v("taken_m", taken_m, 0.0, 50.0, "frontiers nearer than this to a goal are taken [m]");
     v("choice_wait_s", choice_wait_s, 0.0, 600.0, "for the best next anchor to have all facts [s]");
     v("back_m", back_m, 0.0, 50.0, "driven back where ranges were lost [m]");
-    v("lost_s", lost_s, 1.0, 3600.0, "who is silent for so long is not waited for [s]");
-    v("place_m", place_m, 0.1, 50.0, "progress is a keyframe this far from all before [m]");
+    v("lost_s", lost_s, 1.0, 3600.0,
+      "time without messages after which a vehicle is not waited for [s]");
+    v("progress_m", place_m, 0.1, 50.0, "progress is a keyframe this far from all before [m]");
     v("idle_rounds", idle_rounds, 1.0, 100.0,
       "rounds without progress that end the mission, times the vehicles");
     v.group("roles", roles, "who is anchor");
     v.group("exchange", exchange, "how facts are passed on");
     v.group("rounds", rounds, "rounds and goals");
-    v.group("explore", explore, "grid in which frontiers are looked for");
+    v.group("explore", explore, "grid in which frontiers are searched");
     v.group("frontiers", frontiers, "what counts as a frontier");
   }
 };

@@ -19,12 +19,13 @@ struct ShapeSettings {
 
   template <class V>
   void visit(V& v) {
-    v("known_m", known_m, 1e-3, 100.0, "sigma of a sweep from which a direction is not known");
+    v("known_m", known_m, 1e-3, 100.0, "sigma of a scan from which a direction is degenerate");
     v("known_rad", known_rad, 1e-4, 10.0, "the same of a rotation");
-    v("shape_m", shape_m, 1e-5, 1.0, "sigma of a step where the LiDAR knows: keeps the shape");
+    v("shape_m", shape_m, 1e-5, 1.0, "sigma of a step in observable directions: keeps the shape");
     v("shape_rad", shape_rad, 1e-6, 0.1, "the same of its turn");
     v("gap_m", gap_m, 1e-3, 100.0, "sigma of a step over a gap in the inertial data");
-    v("loose_m", loose_m, 1e-4, 10.0, "less sure steps are tied by inertial data, too");
+    v("loose_m", loose_m, 1e-4, 10.0,
+      "steps with a larger sigma are also constrained by inertial data");
     v("loose_rad", loose_rad, 1e-5, 1.0, "the same of their turn");
   }
 };

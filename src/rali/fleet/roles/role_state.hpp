@@ -26,10 +26,10 @@ struct RoleSettings {
   void visit(V& v) {
     v("lease_s", lease_s, 0.0, 600.0, "an anchor acts this long after a majority's answer [s]");
     v("heartbeat_s", heartbeat_s, 0.0, 60.0, "time between heartbeats of the anchor [s]");
-    v("clock_rate", clock_rate, 0.0, 0.2, "clocks run this share fast or slow at most");
-    v("stand_s", stand_s, 0.0, 60.0, "who becomes anchor has stood this long [s]");
+    v("clock_rate", clock_rate, 0.0, 0.2, "largest rate error of a clock, as a fraction");
+    v("standstill_s", stand_s, 0.0, 60.0, "standstill of a vehicle before it becomes anchor [s]");
     v("ranges_to_leave", ranges_to_leave, 0.0, 1000.0, "ranges to the new anchor first");
-    v("leave_s", leave_s, 0.0, 600.0, "the old anchor waits for them at most this long [s]");
+    v("leave_s", leave_s, 0.0, 600.0, "longest wait of the old anchor for them [s]");
     v("round_timeout_s", round_timeout_s, 1.0, 1e5, "a round ends after this long [s]");
   }
 };

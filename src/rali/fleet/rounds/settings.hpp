@@ -33,14 +33,13 @@ struct FinishSettings {
     v("rssi_window_s", rssi_window_s, 0.1, 60.0, "its median is taken over this time [s]");
     v("max_distance_m", max_distance_m, 1.0, 10000.0, "farther from the anchor likewise [m]");
     v("explored_hold_s", explored_hold_s, 0.0, 600.0, "no frontier for this long likewise [s]");
-    v("range_lost_s", range_lost_s, 0.5, 600.0, "blind and without range for this long [s]");
-    v("max_sigma_m", max_sigma_m, 0.01, 100.0,
-      "position less sure by this than in this round before [m]");
+    v("range_lost_s", range_lost_s, 0.5, 600.0, "degenerate and without range for this long [s]");
+    v("max_sigma_m", max_sigma_m, 0.01, 100.0, "growth of the position sigma within the round [m]");
     v("sigma_beyond_m", sigma_beyond_m, 0.0, 1000.0,
-      "but not nearer to the anchor, where its ranges are across the way [m]");
+      "the rule above holds only farther from the anchor than this [m]");
     v("warn_rssi_db", warn_rssi_db, 0.0, 50.0, "no goals further out, this much before [dB]");
-    v("warn_distance", warn_distance, 0.0, 1.0, "likewise, share of the distance");
-    v("battery_min", battery_min, 0.0, 1.0, "share of the battery likewise");
+    v("warn_distance", warn_distance, 0.0, 1.0, "likewise, as a fraction of the distance");
+    v("battery_min", battery_min, 0.0, 1.0, "fraction of the battery likewise");
   }
 };
 
@@ -72,9 +71,9 @@ struct AnchorSettings {
     v.choice("distance", distance, kFrontierDistanceNames, "to the frontier: straight or driven");
     v("range_limit_m", range_limit_m, 1.0, 10000.0, "half of the ranges arrive here [m]");
     v("range_soft_m", range_soft_m, 0.1, 1000.0, "width of that change [m]");
-    v("c_sat", c_sat, 0.01, 1.0, "share of sight along the blind axis that is enough");
+    v("c_sat", c_sat, 0.01, 1.0, "fraction of the degenerate axis in view that is enough");
     v("path_cost", path_cost, 0.0, 10.0, "value of a metre not driven");
-    v("near_m", near_m, 0.0, 50.0, "places this near to a vehicle count, too [m]");
+    v("near_m", near_m, 0.0, 50.0, "positions this near to a vehicle are evaluated too [m]");
     v("spacing_m", spacing_m, 0.2, 50.0, "distance of predicted places [m]");
   }
 };
@@ -94,12 +93,13 @@ struct GoalSettings {
   template <class V>
   void visit(V& v) {
     v("size_weight", size_weight, 0.0, 100.0, "metres that a unit of frontier size is worth");
-    v("link_min", link_min, 0.0, 1.0, "chance of a range that each place of a way must have");
-    v("pass_anchor", pass_anchor, "lead ways past the anchor, which shows the bias of the pair");
+    v("link_min", link_min, 0.0, 1.0, "least probability of a range at each point of a path");
+    v("pass_anchor", pass_anchor,
+      "lead paths past the anchor, which makes the bias of the pair observable");
     v("pass_side_m", pass_side_m, 0.3, 20.0, "distance at which it is passed [m]");
     v("passed_m", passed_m, 0.3, 50.0, "nearer than this is passed [m]");
-    v("pass_detour_m", pass_detour_m, 0.0, 500.0, "a way past it is this much longer at most [m]");
-    v("beside_m", beside_m, 0.0, 5.0, "ways keep this far from vehicles that stand [m]");
+    v("pass_detour_m", pass_detour_m, 0.0, 500.0, "a path past it is at most this much longer [m]");
+    v("beside_m", beside_m, 0.0, 5.0, "distance of paths from vehicles at standstill [m]");
     v("around_m", around_m, 0.0, 20.0, "likewise, of a vehicle that could not get past [m]");
     v("frontier_back_m", frontier_back_m, 0.0, 20.0, "stop this much before a frontier [m]");
   }
@@ -119,12 +119,12 @@ struct RoundSettings {
 
   template <class V>
   void visit(V& v) {
-    v.choice("mode", mode, kRoundModeNames, "rounds by roles, or by who stands");
-    v("stand_min_s", stand_min_s, 0.5, 600.0, "who stands this long serves as anchor [s]");
-    v("evaluations", evaluations, 1.0, 100.0, "looks without frontier that end the mission");
+    v.choice("mode", mode, kRoundModeNames, "rounds by roles, or by standstill");
+    v("standstill_min_s", stand_min_s, 0.5, 600.0, "standstill that makes an anchor [s]");
+    v("evaluations", evaluations, 1.0, 100.0, "searches without frontier that end the mission");
     v.group("finish", finish, "end of a tag's exploration");
     v.group("anchor", anchor, "choice of the next anchor");
-    v.group("goals", goals, "who goes where");
+    v.group("goals", goals, "which vehicle drives to which goal");
   }
 };
 

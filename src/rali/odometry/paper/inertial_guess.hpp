@@ -17,7 +17,7 @@ namespace rali::odometry::paper {
 inline const geometry::Vec3 kGravityOdom{0.0, 0.0, -9.81};
 
 /// Initial guesses of scan poses from inertial data, and the velocity and biases they need. The
-/// paper says only that preintegration gives the guess; the reading is in docs/math/paper_odometry.
+/// paper says only that preintegration gives the guess: docs/explain/math/paper_odometry.md.
 class InertialGuess {
  public:
   enum class Start { kWait, kAtRest, kInMotion };

@@ -8,7 +8,7 @@ namespace rali::odometry::paper {
 /// The paper's local pose graph, kept to its newest pose: one preintegration factor from the pose
 /// before, one registration factor, older poses marginalised. For this chain the solution of the
 /// graph is a Kalman filter over (rotation, velocity, position, gyro bias, accelerometer bias).
-/// Source: paper, section "System Overview"; residual: docs/math/imu.md.
+/// Source: paper, section "System Overview"; residual: docs/explain/math/imu.md.
 class LocalGraph {
  public:
   explicit LocalGraph(const ImuNoiseSettings& noise) : noise_(noise) {}

@@ -9,7 +9,7 @@ namespace rali::odometry {
 
 /// Preset `paper`: the paper's LiDAR-inertial odometry, each open point of its text a setting.
 /// Without IMU the initial guess is constant velocity. What had to be read into the text is in
-/// docs/math/paper_odometry.md.
+/// docs/explain/math/paper_odometry.md.
 [[nodiscard]] std::unique_ptr<Odometry> make_paper_odometry(const OdometrySettings& settings,
                                                             const sensor::Calibration& calibration,
                                                             bool has_imu);

@@ -81,7 +81,7 @@ struct PaperSettings {
     v("theta_planar_deg", theta_planar_deg, 0.1, 90.0, "largest angle of n_G and n_O");
     v.choice("normal_sign", normal_sign, kPaperNormalSignNames,
              "sign of the normals given to the detector: to the sensor, or as the cross product");
-    v.choice("deskew", deskew, kPaperDeskewNames, "motion within a sweep taken out");
+    v.choice("deskew", deskew, kPaperDeskewNames, "undistortion of a scan by the motion within it");
     v.choice("kin_point", kin_point, kKinematicPointNames, "p in the kinematic weight");
     v("kin_abs", kin_abs, "kinematic weight does not depend on the sign of the normal");
     v.choice("kin_scale", kin_scale, kKinematicScaleNames, "factor r of the kinematic weight");
@@ -92,25 +92,25 @@ struct PaperSettings {
     v.choice("weight_place", weight_place, kWeightPlaceNames, "weight inside or outside of rho");
     v("huber_m", huber_m, 1e-4, 100.0, "knee of the Huber loss");
     v("map_normal_max_deg", map_normal_max_deg, 1.0, 180.0,
-      "map points whose normal is further from the feature's are no neighbours; 180: all are");
+      "largest angle between the normals of a feature and of a map point; 180: no limit");
     v("keyframe_overlap", keyframe_overlap, 0.0, 1.0, "less overlap makes a keyframe");
     v("keyframe_s", keyframe_s, 0.0, 600.0,
-      "and so much time while degenerate, once it has moved: overlap hardly falls there; 0: never");
+      "time between keyframes while degenerate and moving: overlap hardly falls there; 0: never");
     v.choice("degenerate_step", degenerate_step, kPaperDegenerateStepNames,
              "the pose along the degenerate direction, before ranges");
-    v("lost_m", lost_m, 0.01, 1e6, "a position known worse than this is reported as lost");
+    v("lost_m", lost_m, 0.01, 1e6, "a position sigma above this is reported as lost");
     v("n_kf", n_kf, 1, 1000, "keyframes of the submap");
     v("iterations_max", iterations_max, 1, 100, "iterations of one registration");
     v("damping", damping, 1e-9, 1.0,
-      "pull to the initial guess, as a share of the largest information");
+      "pull to the initial guess, as a fraction of the largest information");
     v.choice("back_end", back_end, kPaperBackEndNames,
              "registration and IMU joined by the local graph, or registration alone");
-    v("registration_share", registration_share, 1e-4, 1.0,
-      "of a registration's information that the graph believes: matches share their errors");
+    v("registration_fraction", registration_share, 1e-4, 1.0,
+      "fraction of a registration's information in the graph: matches have common errors");
     v("velocity_gain", velocity_gain, 0.0, 1.0,
-      "observer: share of the registered velocity in the state");
+      "observer: fraction of the registered velocity in the state");
     v("bias_gain", bias_gain, 0.0, 1.0,
-      "observer: share of each scan's inertial error given to the biases");
+      "observer: fraction of each scan's inertial error given to the biases");
     v("matches_min", matches_min, 6, 10000, "with fewer matches the prediction is kept");
     v("keyframes_kept_max", keyframes_kept_max, 2, 1000000, "older keyframes leave the memory");
   }

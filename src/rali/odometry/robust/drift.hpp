@@ -26,7 +26,7 @@ struct DriftSettings {
     v("start_sigma_deg", start_sigma_deg, 0.0, 10.0, "the same for its heading");
     v("start_tilt_deg", start_tilt_deg, 0.0, 45.0, "the same for its roll and pitch");
     v("start_tilt_free_deg", start_tilt_free_deg, 0.0, 45.0, "and without inertial data");
-    v("sigma_max_m", sigma_max_m, 0.01, 100.0, "bound of the local sigma in blind directions");
+    v("sigma_max_m", sigma_max_m, 0.01, 100.0, "bound of the local sigma in degenerate directions");
   }
 };
 

@@ -66,7 +66,7 @@ struct PlaneSettings {
     v("excess_max_finest_m", excess_max_finest_m, 1e-3, 1.0,
       "the same in cells of the finest level");
     v("excess_max_bent_m", excess_max_bent_m, 1e-3, 1.0,
-      "thickness beyond range noise while sweeps cannot be undistorted");
+      "thickness beyond range noise while scans cannot be undistorted");
     v("width_min_ratio", width_min_ratio, 0.0, 0.3,
       "smallest spread in the plane / edge of the cell");
     v("sigma_floor_m", sigma_floor_m, 1e-4, 0.1, "measured noise along the normal not below");

@@ -17,7 +17,8 @@ struct PlaneMapSettings {
 
   template <class V>
   void visit(V& v) {
-    v("voxel_m", voxel_m, 0.1, 10.0, "edge of a root cell, split twice where it holds no plane");
+    v("voxel_m", voxel_m, 0.1, 10.0,
+      "edge of the largest map cells [m], split twice where they hold no plane");
     v("freeze_points", freeze_points, 20, 100000, "a plane of so many points takes no more");
     v("refit_growth", refit_growth, 1.01, 4.0, "fit again when points have grown by this factor");
     v("roots_max", roots_max, 1000, 20000000, "more cells: those far away are forgotten");

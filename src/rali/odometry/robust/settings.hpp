@@ -21,8 +21,8 @@ struct SamplingSettings {
 
   template <class V>
   void visit(V& v) {
-    v("update_points", update_points, 100, 1000000, "points of a sweep that move the pose");
-    v("insert_points", insert_points, 100, 1000000, "points of a sweep that go into the map");
+    v("update_points", update_points, 100, 1000000, "points of a scan that correct the pose");
+    v("insert_points", insert_points, 100, 1000000, "points of a scan that go into the map");
     v("spacing_min_m", spacing_min_m, 0.001, 1.0, "points are never closer");
     v("spacing_max_m", spacing_max_m, 0.05, 10.0, "points are never wider apart");
   }
@@ -45,10 +45,10 @@ struct UpdateSettings {
     v("iterations_max", iterations_max, 1, 50, "iterations of one update");
     v("stop_m", stop_m, 1e-6, 0.1, "stop when the step is shorter");
     v("stop_deg", stop_deg, 1e-5, 1.0, "and turns less");
-    v("rematch_m", rematch_m, 0.0, 1.0, "look for planes again after a longer step");
-    v("matches_min", matches_min, 6, 10000, "fewer matches: the scan tells nothing");
+    v("rematch_m", rematch_m, 0.0, 1.0, "search correspondences again after a longer step");
+    v("matches_min", matches_min, 6, 10000, "fewer matches: the scan is not used");
     v("tilt_sigma_rad", tilt_sigma_rad, 0.0, 0.1,
-      "roll and pitch that a scan cannot know: leaves room for gravity");
+      "sigma of roll and pitch from a scan: lets gravity correct them");
     v("straight_m", straight_m, 0.0, 1000.0, "ranges may shift the pose so far along a passage");
     v("shift_slope", shift_slope, 0.0, 1.0, "and beyond it is off across by so much per metre");
     v("jolt_nis", jolt_nis, 10.0, 1e6, "LiDAR and prediction differ by so much: a jolt was missed");
@@ -86,14 +86,15 @@ struct InitialisationSettings {
 
   template <class V>
   void visit(V& v) {
-    v.group("rest", rest, "when the sensor stands still");
+    v.group("standstill", rest, "detection of standstill");
     v("window_s", window_s, 0.2, 60.0, "data needed before gravity is solved for");
     v("scans_min", scans_min, 3, 1000, "scans needed before gravity is solved for");
     v("give_up_s", give_up_s, 1.0, 600.0, "after this the best guess of gravity is taken");
-    v("rest_travel_max_m", rest_travel_max_m, 1e-3, 1.0, "more motion by LiDAR is no rest");
-    v("still_accel_sd_max_mps2", still_accel_sd_max_mps2, 0.0, 10.0,
-      "spread of samples below which wheels do not turn: blind directions stand");
-    v("still_speed_sigma_mps", still_speed_sigma_mps, 1e-3, 10.0, "sigma of the speed then");
+    v("standstill_travel_max_m", rest_travel_max_m, 1e-3, 1.0,
+      "more motion by LiDAR is no standstill");
+    v("standstill_accel_sd_max_mps2", still_accel_sd_max_mps2, 0.0, 10.0,
+      "spread of samples at standstill: degenerate directions do not move");
+    v("standstill_speed_sigma_mps", still_speed_sigma_mps, 1e-3, 10.0, "sigma of the speed then");
     v("gyro_bias_sigma_radps", gyro_bias_sigma_radps, 1e-5, 1.0,
       "turn-on bias of the gyro, 1 sigma; beyond 3 sigma it is noise");
     v("accel_bias_sigma_mps2", accel_bias_sigma_mps2, 1e-4, 5.0,
@@ -119,13 +120,15 @@ struct ConstraintSettings {
 
   template <class V>
   void visit(V& v) {
-    v("standstill", standstill, "hold the pose while nothing moves");
+    v("standstill", standstill, "zero-velocity update at standstill");
     v("non_holonomic", non_holonomic, "no sideways motion, once the data have shown that it holds");
     v("ground", ground, "constant height above ground, once the data have shown that it holds");
-    v("rest_after_s", rest_after_s, 0.2, 10.0, "stillness needed before the pose is held");
-    v("speed_max_mps", speed_max_mps, 0.1, 300.0, "no vehicle is faster: the pose is lost");
+    v("standstill_after_s", rest_after_s, 0.2, 10.0,
+      "length of the standstill before the zero-velocity update");
+    v("speed_max_mps", speed_max_mps, 0.1, 300.0,
+      "largest possible speed: above it the pose is lost [m/s]");
     v("accel_max_mps2", accel_max_mps2, 0.1, 1000.0,
-      "mean over a second that no vehicle reaches: the pose is lost");
+      "largest possible mean acceleration over a second: above it the pose is lost");
     v("speed_usual_mps", speed_usual_mps, 0.1, 300.0,
       "sigma of the speed where nothing measures it");
   }
@@ -139,8 +142,8 @@ struct KeyframeSettings {
 
   template <class V>
   void visit(V& v) {
-    v("distance_m", distance_m, 0.01, 100.0, "after so much travel");
-    v("angle_deg", angle_deg, 1.0, 180.0, "or turn");
+    v("distance_m", distance_m, 0.01, 100.0, "distance travelled between keyframes [m]");
+    v("angle_deg", angle_deg, 1.0, 180.0, "or rotation between keyframes [deg]");
     v("voxel_m", voxel_m, 0.0, 1.0, "one point per voxel is kept; 0 keeps all");
   }
 };
@@ -167,20 +170,21 @@ struct RobustSettings {
   void visit(V& v) {
     v.choice("carrier", carrier, kCarrierNames,
              "what carries the sensors: sets the defaults of constraints");
-    v("range_sigma_m", range_sigma_m, 0.0, 1.0, "noise of a range; 0: measured in the first scan");
+    v("range_sigma_m", range_sigma_m, 0.0, 1.0,
+      "noise of a LiDAR range, 1 sigma [m]; 0: measured in the first scan");
     v("mounting_sigma_deg", mounting_sigma_deg, 0.0, 10.0,
-      "how well the LiDAR's turn in T_body_lidar is known, about each axis");
-    v.group("sampling", sampling, "which points of a sweep are used");
+      "sigma of the rotation in T_body_lidar, about each axis");
+    v.group("sampling", sampling, "which points of a scan are used");
     v.group("match", match, "noise of points, outliers");
     v.group("update", update, "the iterated update");
     v.group("map", map, "planes in voxels");
-    v.group("aware", aware, "noise-aware detector of blind directions");
+    v.group("aware", aware, "noise-aware detector of degenerate directions");
     v.group("constant_velocity", constant_velocity, "motion model without inertial data");
-    v.group("search", search, "looking around before an update without inertial data");
+    v.group("search", search, "search before an update without inertial data");
     v.group("initialisation", initialisation, "gravity and biases at the start");
     v.group("constraints", constraints, "how the carrier moves");
-    v.group("keyframe", keyframe, "which sweeps are kept");
-    v.group("drift", drift, "how the error grows with the way");
+    v.group("keyframe", keyframe, "which scans become keyframes");
+    v.group("drift", drift, "how the error grows with the distance travelled");
     v.group("motion_noise", motion_noise, "noise of inertial data while driving");
   }
 };

@@ -193,7 +193,7 @@ std::string covariance_doubt(const RunData& run) {
                          std::string_view(kind) == "nees_pose" ? "pose" : "position",
                          fixed(nees, 1), fixed(expected, 0));
     }
-    const Number within = m((std::string(kind) + ".share_within_95").c_str());
+    const Number within = m((std::string(kind) + ".fraction_within_95").c_str());
     if (within && *within < kWithin95Min) {
       return fmt::format("only {} of the poses lie within their 95 % bounds", percent(within));
     }

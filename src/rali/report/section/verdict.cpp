@@ -24,8 +24,8 @@ Number true_path_m(const RunData& run) {
   double sum_m = 0.0;
   for (const VehicleView& v : run.vehicles) {
     const std::string track = "vehicles." + v.name + ".trajectory.";
-    const Number way_m = measured(run, track + "way_m");
-    if (!way_m || measured(run, track + "time_share").value_or(0.0) < kNearlyAll) return {};
+    const Number way_m = measured(run, track + "distance_m");
+    if (!way_m || measured(run, track + "time_fraction").value_or(0.0) < kNearlyAll) return {};
     sum_m += *way_m;
   }
   return run.vehicles.empty() ? Number() : Number(sum_m);

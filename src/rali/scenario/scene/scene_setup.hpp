@@ -63,7 +63,7 @@ struct SceneRound {
   std::string where;
 };
 
-/// A scene as it stands in scene.yaml (docs/scenes.md), every value present.
+/// A scene as it stands in scene.yaml (docs/reference/scenes.md), every value present.
 struct SceneSetup {
   PlaceKind place = PlaceKind::kScene;
   sim::Scene scene = sim::Scene::kCorridor;

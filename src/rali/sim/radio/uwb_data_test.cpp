@@ -17,7 +17,7 @@
 
 // The model against real ranges (data pack, folder uwb_pairs). Each test gives the model the
 // distances and directions of the recording, prints both side by side as rows of the table in
-// docs/simulator.md, and holds it to the tolerances stated.
+// docs/reference/simulator.md, and holds it to the tolerances stated.
 namespace rali::sim {
 namespace {
 

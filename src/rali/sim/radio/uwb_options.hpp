@@ -6,7 +6,7 @@ namespace rali::sim {
 
 /// Errors of ultra-wideband two-way ranging and of its signal strengths. The defaults are those of
 /// a LinkTrack-like radio on small ground vehicles indoors; dw1000() is a bare DW1000 on a mast.
-/// Where each number comes from: docs/simulator.md.
+/// Where each number comes from: docs/reference/simulator.md.
 struct UwbOptions {
   double rate_hz = 20.0;        ///< exchanges per second and pair of antennas
   double max_range_m = 150.0;   ///< farther exchanges are lost
@@ -60,7 +60,7 @@ struct UwbOptions {
   /// The same radio without any error but walls in the way of a signal.
   [[nodiscard]] static UwbOptions ideal();
 
-  /// A DW1000 module without calibration, on a mast (data: UWB-dataset, see docs/simulator.md).
+  /// A DW1000 module without calibration, on a mast (UWB-dataset, docs/reference/simulator.md).
   [[nodiscard]] static UwbOptions dw1000();
 
   template <class V>
