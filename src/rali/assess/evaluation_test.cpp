@@ -120,7 +120,7 @@ TEST(Evaluation, blind_errors_and_nees_come_from_the_tables_of_the_run) {
   f.write("out/trajectory/v1.tum", tum(100, 0.1, 100, [](double t) {
             return t < 1.95 ? on_curve(t) : at(0.3, 0, 0) * on_curve(t);
           }));
-  std::string cov = "stamp_s", blind = "stamp_s,blind,degree,dir_x,dir_y,dir_z\n";
+  std::string cov = "stamp_s", blind = "stamp_s,degenerate,degree,dir_x,dir_y,dir_z\n";
   for (int r = 0; r < 6; ++r) {
     for (int c = r; c < 6; ++c) cov += fmt::format(",c{}{}", r, c);
   }
@@ -299,13 +299,14 @@ TEST(Outputs, json_holds_the_figures_and_is_the_same_each_time) {
   const std::string text = f.read("out/evaluation.json");
   EXPECT_EQ(text, evaluation_json(*evaluated(f), {}));
   const auto json = nlohmann::json::parse(text);
-  EXPECT_EQ(json["schema"], 1);
+  EXPECT_EQ(json["schema"], 2);
   EXPECT_NEAR(json["fleet"]["trajectory"]["ape_m"]["rmse"].get<double>(), e->fleet.ape_m.rmse,
               1e-11);
   EXPECT_EQ(json["vehicles"]["v1"]["trajectory"]["poses"], 100);
   EXPECT_TRUE(json["cloud"].is_null());
   const std::string csv = f.read("out/errors/v2.csv");
-  EXPECT_TRUE(csv.starts_with("stamp_s,ape_m,rot_deg,ex,ey,ez,along_blind_m,nees\n100.000000000,"));
+  EXPECT_TRUE(
+      csv.starts_with("stamp_s,ape_m,rot_deg,ex,ey,ez,along_degenerate_m,nees\n100.000000000,"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 101);
 }
 

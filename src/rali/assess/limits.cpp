@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "rali/io/files/old_names.hpp"
 #include "rali/io/files/text.hpp"
 
 namespace rali::assess {
@@ -18,7 +19,7 @@ std::optional<double> track_value(const TrackScore& s, const std::string& name) 
   if (name == "drift_final_m" && s.drift) return s.drift->final_m;
   if (name == "drift_z_m" && s.drift && s.drift->z_m) return std::abs(*s.drift->z_m);
   // Never blind is the best case, not a missing figure.
-  if (name == "along_blind_rmse_m" && s.blind) return s.blind->along_m.rmse;
+  if (name == "along_degenerate_rmse_m" && s.blind) return s.blind->along_m.rmse;
   if (name == "nees_mean" && s.nees6) return s.nees6->mean;
   if (const auto distance_m = rpe_distance_of(name)) {
     for (const RpeScore& rpe : s.rpe) {
@@ -58,9 +59,10 @@ std::optional<double> value_of(const Limit& limit, const Evaluation& e) {
 }  // namespace
 
 const std::vector<std::string>& limit_names() {
-  static const std::vector<std::string> names{"ape_rmse_m",    "ape_max_m", "rpe_10m_rmse_m",
-                                              "drift_final_m", "drift_z_m", "along_blind_rmse_m",
-                                              "c2m_mean_m",    "c2m_std_m", "nees_mean"};
+  static const std::vector<std::string> names{
+      "ape_rmse_m",    "ape_max_m", "rpe_10m_rmse_m",
+      "drift_final_m", "drift_z_m", "along_degenerate_rmse_m",
+      "c2m_mean_m",    "c2m_std_m", "nees_mean"};
   return names;
 }
 
@@ -84,6 +86,7 @@ Result<Limit> parse_limit(const std::string& text) {
     limit.vehicle = limit.name.substr(0, colon);
     limit.name = limit.name.substr(colon + 1);
   }
+  limit.name = io::current_name_of(limit.name);
   const auto& names = limit_names();
   const bool known = std::find(names.begin(), names.end(), limit.name) != names.end() ||
                      rpe_distance_of(limit.name).has_value();

@@ -45,11 +45,17 @@ TEST(Limits, are_broken_above_and_kept_at_the_figure) {
 }
 
 TEST(Limits, never_blind_is_kept_and_what_was_not_measured_is_broken) {
-  EXPECT_EQ(broken("along_blind_rmse_m=0"), 0U);
+  EXPECT_EQ(broken("along_degenerate_rmse_m=0"), 0U);
   EXPECT_EQ(broken("nees_mean=100"), 1U);
   EXPECT_EQ(broken("c2m_mean_m=100"), 1U);
   EXPECT_EQ(broken("rpe_50m_rmse_m=100"), 1U);
   EXPECT_EQ(broken("v9:ape_rmse_m=100"), 1U);
+}
+
+TEST(Limits, of_the_old_name_check_the_figure_of_the_new_one) {
+  const auto limit = parse_limit("v1:along_blind_rmse_m=0.5");
+  ASSERT_TRUE(limit);
+  EXPECT_EQ(limit->name, "along_degenerate_rmse_m");
 }
 
 TEST(Limits, name_the_figure_and_what_it_is) {

@@ -64,14 +64,14 @@ Json nees_json(const std::optional<NeesScore>& s) {
           {"expected_mean", dof},
           {"median", number(s->median)},
           {"bounds_one_run", {number(bounds.low), number(bounds.high)}},
-          {"share_within_95", number(s->share_within_95)}};
+          {"fraction_within_95", number(s->share_within_95)}};
 }
 
 Json track_json(const TrackScore& s) {
   Json json;
   json["poses"] = s.poses;
-  json["time_share"] = number(s.time_share);
-  json["way_m"] = number(s.way_m);
+  json["time_fraction"] = number(s.time_share);
+  json["distance_m"] = number(s.way_m);
   json["ape_m"] = statistics_json(s.ape_m);
   json["ape_deg"] = statistics_json(s.rotation_rad, 1.0 / kDegree);
   json["ape_alone_rmse_m"] = optional_number(s.alone_rmse_m);
@@ -86,11 +86,11 @@ Json track_json(const TrackScore& s) {
     json["drift_final_deg"] = number(s.drift->final_rad / kDegree);
     json["drift_z_m"] = optional_number(s.drift->z_m);
   }
-  json["blind"] = nullptr;
+  json["degenerate"] = nullptr;
   if (s.blind) {
-    json["blind"] = {{"way_share", number(s.blind->way_share)},
-                     {"along_m", statistics_json(s.blind->along_m)},
-                     {"across_m", statistics_json(s.blind->across_m)}};
+    json["degenerate"] = {{"distance_fraction", number(s.blind->way_share)},
+                          {"along_m", statistics_json(s.blind->along_m)},
+                          {"across_m", statistics_json(s.blind->across_m)}};
   }
   json["nees_pose"] = nees_json(s.nees6);
   json["nees_position"] = nees_json(s.nees3);
@@ -109,7 +109,7 @@ Json to_mesh_json(const eval::CloudToMesh& c) {
           {"max_m", number(c.within.max)},
           {"cut_m", number(eval::CloudToMeshOptions{}.cut_m)},
           {"beyond_cut", c.beyond},
-          {"share_beyond_cut", number(c.share_beyond)},
+          {"fraction_beyond_cut", number(c.share_beyond)},
           {"uncut",
            {{"mean_m", number(c.all.mean)},
             {"std_m", number(c.all.std)},
@@ -136,7 +136,7 @@ Json cloud_json(const CloudScore& c, const std::string& mesh) {
                    {"overlap", number(eval::MeshIcpOptions{}.overlap)},
                    {"iterations", c.icp->iterations},
                    {"converged", c.icp->converged},
-                   {"open_directions", c.icp->open_directions}};
+                   {"degenerate_directions", c.icp->open_directions}};
   }
   const eval::MapShapeOptions shape;
   json["shape"] = {{"points", c.shape.points},
@@ -167,7 +167,7 @@ Json settings_json(const EvaluationOptions& o) {
 
 std::string evaluation_json(const Evaluation& e, const std::vector<Limit>& limits) {
   Json json;
-  json["schema"] = 1;
+  json["schema"] = 2;
   json["input"] = e.input;
   json["truth"] = e.truth.empty() ? Json(nullptr) : Json(e.truth);
   json["how"] = e.how();
@@ -210,7 +210,7 @@ std::string evaluation_json(const Evaluation& e, const std::vector<Limit>& limit
 
 std::string errors_csv(const std::vector<PoseRow>& rows) {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  std::string text = "stamp_s,ape_m,rot_deg,ex,ey,ez,along_blind_m,nees\n";
+  std::string text = "stamp_s,ape_m,rot_deg,ex,ey,ez,along_degenerate_m,nees\n";
   for (const PoseRow& row : rows) {
     io::CsvRow csv;
     csv.stamp(row.t).fixed(row.ape_m, 6).fixed(row.rot_rad / kDegree, 6);

@@ -91,7 +91,7 @@ Result<std::vector<Vec3>> read_blind_directions(const std::string& path,
   Result<io::CsvReader> csv = io::CsvReader::open(path);
   if (!csv) return tl::make_unexpected(csv.error());
   std::array<int, 4> columns{};
-  for (std::size_t i = 0; const char* name : {"blind", "dir_x", "dir_y", "dir_z"}) {
+  for (std::size_t i = 0; const char* name : {"degenerate", "dir_x", "dir_y", "dir_z"}) {
     const Result<int> column = csv->require(name);
     if (!column) return tl::make_unexpected(column.error());
     columns[i++] = *column;

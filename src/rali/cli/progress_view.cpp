@@ -26,10 +26,10 @@ std::string json_line(const nlohmann::ordered_json& object) {
 std::string progress_json(const drive::Progress& progress) {
   return json_line({{"vehicle", progress.vehicle},
                     {"stage", progress.stage},
-                    {"share", progress.share},
+                    {"fraction", progress.share},
                     {"speed", progress.speed},
                     {"path_m", progress.path_m},
-                    {"blind_share", progress.blind_share},
+                    {"degenerate_fraction", progress.blind_share},
                     {"ranges", progress.ranges},
                     {"ranges_used", progress.ranges_used},
                     {"t_s", progress.t.s()}});

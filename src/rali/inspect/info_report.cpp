@@ -114,13 +114,13 @@ std::string info_text(const FileInfo& info) {
 
 std::string info_json(const FileInfo& info) {
   Json j;
-  j["schema"] = 1;
+  j["schema"] = 2;
   j["path"] = info.path;
   j["kind"] = info.kind;
   j["bytes"] = info.bytes;
   j["compression"] = info.compression;
   j["messages"] = info.messages;
-  j["begin_s"] = info.has_span ? Json(io::format_stamp(info.t_begin)) : Json(nullptr);
+  j["start_s"] = info.has_span ? Json(io::format_stamp(info.t_begin)) : Json(nullptr);
   j["end_s"] = info.has_span ? Json(io::format_stamp(info.t_end)) : Json(nullptr);
   j["truncated"] = info.truncated;
   j["unindexed"] = info.unindexed;

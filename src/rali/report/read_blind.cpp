@@ -53,7 +53,7 @@ void read_points(const std::string& dir, Time t_begin, VehicleView& v, RunData& 
   read_table(dir, name, run, [&](const TableRow& row) {
     DegeneracyPoint d;
     d.t_s = row.seconds("stamp_s", t_begin);
-    d.blind = row.flag("blind");
+    d.blind = row.flag("degenerate");
     d.degree = row.number("degree");
     d.axis = {row.number("dir_x"), row.number("dir_y"), row.number("dir_z")};
     const double length = d.axis.norm();
@@ -61,9 +61,9 @@ void read_points(const std::string& dir, Time t_begin, VehicleView& v, RunData& 
                                           : geometry::Vec3::Constant(kUnknown);
     // The covariance of the final pose, if it is there, replaces these.
     d.off_m = row.number("sigma_m");
-    if (!std::isfinite(d.off_m) && d.blind) d.off_m = row.number("sigma_blind_m");
+    if (!std::isfinite(d.off_m) && d.blind) d.off_m = row.number("sigma_degenerate_m");
     d.range_from = number_of(row.text("range_from"), v.blind_way.range_names);
-    d.held_by = held_by_of(row.text("held_by"), d);
+    d.held_by = held_by_of(row.text("constrained_by"), d);
     d.sight = sight_of(row.text("category"), d.blind);
     if (std::isfinite(d.t_s)) v.degeneracy.push_back(d);
   });

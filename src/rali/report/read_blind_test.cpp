@@ -12,8 +12,9 @@ namespace rali::report {
 namespace {
 
 constexpr std::string_view kColumns =
-    "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from,axis,category,"
-    "sigma_m,held_by\n";
+    "stamp_s,degenerate,degree,dir_x,dir_y,dir_z,sigma_degenerate_m,correction_m,range_from,axis,"
+    "category,"
+    "sigma_m,constrained_by\n";
 
 /// A vehicle that drives along x, 1 m per second and row. A row: blind, sigma_m, range_from,
 /// held_by.
@@ -160,7 +161,7 @@ TEST(DegeneracyFile, of_an_older_version_is_read_without_the_new_columns) {
   test.vehicles = {"v1", "v2"};
   test.old_degeneracy = true;
   write_test_run(folder, test);
-  ASSERT_EQ(folder.read("degeneracy/v2.csv").find("held_by"), std::string::npos);
+  ASSERT_EQ(folder.read("degeneracy/v2.csv").find("constrained_by"), std::string::npos);
   const Result<RunData> run = read_run(folder.path());
   ASSERT_TRUE(run);
   const VehicleView& v = run->vehicles[1];

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "rali/io/files/input_file.hpp"
+#include "rali/io/files/old_names.hpp"
 #include "rali/report/internal/read_parts.hpp"
 
 namespace rali::report {
@@ -35,7 +36,8 @@ Json read_json(const std::string& dir, const char* name, RunData& run) {
 const Json& at(const Json& json, const char* key) {
   static const Json kNothing;
   if (!json.is_object()) return kNothing;
-  const auto found = json.find(key);
+  auto found = json.find(key);
+  if (found == json.end()) found = json.find(std::string(io::old_name_of(key)));
   return found == json.end() ? kNothing : *found;
 }
 
@@ -61,11 +63,11 @@ NamedNumbers numbers(const Json& json) {
 VehicleNumbers vehicle_numbers(const Json& v) {
   VehicleNumbers n;
   n.path_m = number(v, "path_m");
-  n.sweeps = number(v, "sweeps");
-  n.sweeps_dropped = number(v, "sweeps_dropped");
+  n.sweeps = number(v, "scans");
+  n.sweeps_dropped = number(v, "scans_dropped");
   n.keyframes = number(v, "keyframes");
-  n.blind_share = number(v, "blind_share");
-  n.blind_held_share = number(v, "blind_held_share");
+  n.blind_share = number(v, "degenerate_fraction");
+  n.blind_held_share = number(v, "degenerate_constrained_fraction");
   n.sigma_median_m = number(v, "sigma_median_m");
   n.sigma_max_m = number(v, "sigma_max_m");
   n.diverged_s = number(v, "diverged_s");
@@ -149,7 +151,7 @@ Time read_metrics(const Json& metrics, RunData& run) {
   run.self_check = {number(checks, "keyframes"), number(checks, "keyframes_checked"),
                     number(checks, "contradictions")};
   read_warnings(at(metrics, "warnings"), run);
-  const Number begin = number(metrics, "t_begin_s"), end = number(metrics, "t_end_s");
+  const Number begin = number(metrics, "t_start_s"), end = number(metrics, "t_end_s");
   if (begin && end) run.duration_s = *end - *begin;
   return begin ? Time::from_s(*begin) : Time{};
 }
@@ -160,7 +162,10 @@ void flatten(const Json& json, const std::string& path, int depth, std::vector<M
   if (json.is_object() || json.is_array()) {
     std::size_t index = 0;
     for (const auto& item : json.items()) {
-      const std::string key = json.is_array() ? std::to_string(index++) : item.key();
+      const bool own_name = json.is_array() || path == "vehicles";
+      const std::string key = json.is_array() ? std::to_string(index++)
+                              : own_name      ? item.key()
+                                              : std::string(io::current_name_of(item.key()));
       flatten(item.value(), path.empty() ? key : path + '.' + key, depth + 1, out);
     }
     return;

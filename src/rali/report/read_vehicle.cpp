@@ -62,7 +62,7 @@ void read_errors(const std::string& dir, Time t_begin, VehicleView& v, RunData& 
     e.ape_m = row.number("ape_m");
     e.rot_deg = row.number("rot_deg");
     e.e_m = {row.number("ex"), row.number("ey"), row.number("ez")};
-    e.along_blind_m = row.number("along_blind_m");
+    e.along_blind_m = row.number("along_degenerate_m");
     e.nees = row.number("nees");
     if (std::isfinite(e.t_s)) v.errors.push_back(e);
   });

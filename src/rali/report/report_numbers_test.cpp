@@ -63,8 +63,8 @@ TEST(ReportNumbers, shows_the_numbers_of_evaluation_json_in_their_places) {
   const std::string row = "<td>v1</td><td>" + counted(value((track + "poses").c_str())) +
                           "</td><td>" + of("ape_m.rmse") + "</td><td>" + of("ape_m.max") +
                           "</td><td>0.20&deg;</td><td>" + of("drift_final_m") + "</td><td>" +
-                          of("drift_z_m") + "</td><td>" + of("blind.along_m.rmse") + "</td><td>" +
-                          of("blind.across_m.rmse") + "</td>";
+                          of("drift_z_m") + "</td><td>" + of("degenerate.along_m.rmse") + "</td><td>" +
+                          of("degenerate.across_m.rmse") + "</td>";
   EXPECT_TRUE(has(page, row)) << row;
   EXPECT_EQ(of("ape_m.rmse"), "0.13 m");
   EXPECT_TRUE(has(text, "off by 0.13 m (rmse), at most 0.25 m"));
@@ -96,8 +96,8 @@ TEST(ReportNumbers, calls_no_error_good_that_was_not_predicted) {
   EXPECT_TRUE(has(page_of(folder), "no more than the stated covariance allows"));
   std::string text = folder.read("evaluation.json");
   // In the numbers of the fleet, which come last.
-  const std::string_view good = "\"share_within_95\":0.94";
-  text.replace(text.rfind(good), good.size(), "\"share_within_95\":0.69");
+  const std::string_view good = "\"fraction_within_95\":0.94";
+  text.replace(text.rfind(good), good.size(), "\"fraction_within_95\":0.69");
   folder.write("evaluation.json", text);
   const std::string page = page_of(folder);
   EXPECT_FALSE(has(page, "no more than the stated covariance allows"));

@@ -195,11 +195,13 @@ TEST(Report, prints_no_number_that_is_none) {
   write_test_run(folder, TestRun{});
   folder.write("trajectory/v1.cov.csv",
                "stamp_s,c00,c11,c22\n1700000000.0,nan,inf,1\n1700000001.0,-1,0,0\nx,1,1,1\n");
-  folder.write("degeneracy/v1.csv",
-               "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from\n"
-               "1700000000.0,1,inf,nan,nan,nan,inf,,\n1700000001.0,1,nan,,,,nan,,\n");
-  folder.write("metrics.json",
-               R"({"vehicles":{"v1":{"path_m":null,"sigma_max_m":1e999,"blind_share":"x"}}})");
+  folder.write(
+      "degeneracy/v1.csv",
+      "stamp_s,degenerate,degree,dir_x,dir_y,dir_z,sigma_degenerate_m,correction_m,range_from\n"
+      "1700000000.0,1,inf,nan,nan,nan,inf,,\n1700000001.0,1,nan,,,,nan,,\n");
+  folder.write(
+      "metrics.json",
+      R"({"vehicles":{"v1":{"path_m":null,"sigma_max_m":1e999,"degenerate_fraction":"x"}}})");
   const std::string page = without_bulk(page_of(folder));
   for (const char* text : {">nan", "nan m", ">inf", "inf m", "NaN", "Mnan", "Lnan", " inf"}) {
     EXPECT_FALSE(has(page, text)) << text;

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "rali/assess/evaluate_words.hpp"
 #include "rali/assess/outputs.hpp"
+#include "rali/cli/commands/report.hpp"
 #include "rali/cli/evaluate_job.hpp"
 
 namespace rali::cli {
@@ -150,6 +153,13 @@ Result<int> EvaluateCommand::run(Session& session) {
   const Result<assess::Evaluation> result = run_evaluation(job_);
   if (!result) return tl::make_unexpected(result.error());
   for (const std::string& warning : result->warnings) session.warning(printable(warning) + '.');
+  for (const assess::Limit& limit : job_.limits) {
+    if (limit.text.find(limit.name) != std::string::npos) continue;
+    session.warning(
+        fmt::format("--limit {}: the name is now {}. The old one is read in this release only.",
+                    printable(limit.text), limit.name));
+  }
+  warn_of_old_names({inputs_.front()}, session);
   session.result(session.options.json ? assess::evaluation_json(*result, job_.limits)
                                       : printable(assess::evaluation_table(*result)));
   const std::vector<std::string> broken = assess::broken_limits(job_.limits, *result);

@@ -1,5 +1,6 @@
 #include "rali/cli/commands/picture.hpp"
 
+#include "rali/cli/commands/report.hpp"
 #include "rali/cli/picture/map_picture.hpp"
 
 namespace rali::cli {
@@ -35,6 +36,7 @@ class PictureCommand final : public Command {
   }
 
   [[nodiscard]] Result<int> run(Session& session) override {
+    warn_of_old_names(folders_, session);
     std::vector<MapPicture> panels;
     for (const std::string& folder : folders_) {
       Result<MapPicture> picture = picture_of_folder(folder);

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "rali/drive/output/out_dir.hpp"
+#include "rali/io/files/old_names.hpp"
 #include "rali/report/report.hpp"
 
 namespace rali::cli {
@@ -38,6 +39,7 @@ class ReportCommand final : public Command {
   }
 
   [[nodiscard]] Result<int> run(Session& session) override {
+    warn_of_old_names(folders_, session);
     const Status status = folders_.size() > 1 ? compare() : rebuild();
     if (!status) return tl::make_unexpected(status.error());
     session.result(file_ + '\n');
@@ -66,6 +68,14 @@ Status add_report(const std::string& out_dir) {
   const Status status = report::write_report(out_dir, out_dir + "/report.html");
   if (!status) return status;
   return drive::add_to_status(out_dir, "report.html", report::kSpeedBegin, report::kSpeedEnd);
+}
+
+void warn_of_old_names(const std::vector<std::string>& folders, Session& session) {
+  for (const std::string& folder : folders) {
+    for (const std::string& notice : io::notices_of_old_names(folder)) {
+      session.warning(printable(notice) + '.');
+    }
+  }
 }
 
 std::unique_ptr<Command> make_report_command() { return std::make_unique<ReportCommand>(); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "rali/cli/command.hpp"
 
@@ -12,5 +13,8 @@ namespace rali::cli {
 /// Writes report.html into the output folder of a run and names it in status.json.
 /// Errors: kInput, kMachine.
 [[nodiscard]] Status add_report(const std::string& out_dir);
+
+/// One warning for each kind of file in these output folders that has names of an older version.
+void warn_of_old_names(const std::vector<std::string>& folders, Session& session);
 
 }  // namespace rali::cli

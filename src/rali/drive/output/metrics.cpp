@@ -80,11 +80,11 @@ Json imu_noise_json(const VehicleSummary& v) {
 Json vehicle_json(const VehicleSummary& v) {
   Json json;
   json["path_m"] = number(v.path_m, 3);
-  json["sweeps"] = v.sweeps;
-  json["sweeps_dropped"] = v.sweeps_dropped;
+  json["scans"] = v.sweeps;
+  json["scans_dropped"] = v.sweeps_dropped;
   json["keyframes"] = v.keyframes;
-  json["blind_share"] = number(v.blind_share);
-  json["blind_held_share"] = number(v.blind_held_share);
+  json["degenerate_fraction"] = number(v.blind_share);
+  json["degenerate_constrained_fraction"] = number(v.blind_held_share);
   json["sigma_median_m"] = number(v.sigma_median_m);
   json["sigma_max_m"] = number(v.sigma_max_m);
   json["diverged_s"] = number(v.diverged_s, 3);
@@ -206,7 +206,7 @@ std::string_view status_name(RunStatus status) {
 
 std::string metrics_text(const MapSummary& summary, const MapJob& job) {
   Json json;
-  json["schema"] = 1;
+  json["schema"] = 2;
   json["rali"] = version();
   json["status"] = status_name(summary.status);
   bool any = false;
@@ -217,7 +217,7 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
     t_end = any ? std::max(t_end, v.input.t_end) : v.input.t_end;
     any = true;
   }
-  json["t_begin_s"] = any ? number(t_begin.s(), 6) : Json(nullptr);
+  json["t_start_s"] = any ? number(t_begin.s(), 6) : Json(nullptr);
   json["t_end_s"] = any ? number(t_end.s(), 6) : Json(nullptr);
   json["vehicles"] = Json::object();
   for (const VehicleSummary& v : summary.vehicles) json["vehicles"][v.name] = vehicle_json(v);
@@ -234,7 +234,7 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
     if (f.severity == Severity::kInfo) continue;
     Json warning{{"id", f.id}, {"vehicle", f.vehicle}, {"text", sentence(f)}};
     if (f.t.ns > 0) {
-      warning["t_begin_s"] = number(f.t.s(), 6);
+      warning["t_start_s"] = number(f.t.s(), 6);
       warning["t_end_s"] = number(std::max(f.t, f.t_end).s(), 6);
     }
     json["warnings"].push_back(std::move(warning));

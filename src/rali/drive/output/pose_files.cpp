@@ -154,8 +154,8 @@ PoseRecord pose_record(const vehicle::PoseEstimate& pose) {
 std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry::SE3& T_map_local,
                             const std::vector<std::string>& vehicles) {
   std::string text =
-      "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from,axis,category,"
-      "sigma_m,held_by\n";
+      "stamp_s,degenerate,degree,dir_x,dir_y,dir_z,sigma_degenerate_m,correction_m,range_from,axis,"
+      "category,sigma_m,constrained_by\n";
   for (const PoseRecord& pose : poses) {
     const geometry::Vec3 d = T_map_local.R * pose.blind_odom;
     const bool known = !d.isZero() && d.allFinite();

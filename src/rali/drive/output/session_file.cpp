@@ -32,7 +32,7 @@ wire::DiagnosticStatus degeneracy_status(const std::string& vehicle, const PoseR
   status.hardware_id = vehicle;
   if (pose.degree) status.values.emplace_back("degree", fmt::format("{:.6f}", *pose.degree));
   if (std::isfinite(pose.sigma_blind_m)) {
-    status.values.emplace_back("sigma_blind_m", fmt::format("{:.6f}", pose.sigma_blind_m));
+    status.values.emplace_back("sigma_degenerate_m", fmt::format("{:.6f}", pose.sigma_blind_m));
   }
   for (int axis = 0; axis < 3; ++axis) {
     const char* names[] = {"dir_odom_x", "dir_odom_y", "dir_odom_z"};

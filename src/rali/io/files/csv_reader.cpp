@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 
 #include "rali/io/files/content_kind.hpp"
+#include "rali/io/files/old_names.hpp"
 #include "rali/io/files/text.hpp"
 
 namespace rali::io {
@@ -170,7 +171,10 @@ Status CsvReader::read_header() {
 }
 
 int CsvReader::column(std::string_view name) const {
-  const auto found = std::find(header_.begin(), header_.end(), name);
+  auto found = std::find(header_.begin(), header_.end(), name);
+  if (found == header_.end()) {
+    found = std::find(header_.begin(), header_.end(), old_name_of(name));
+  }
   return found == header_.end() ? -1 : static_cast<int>(found - header_.begin());
 }
 

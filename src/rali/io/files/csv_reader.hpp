@@ -26,7 +26,7 @@ class CsvReader {
   /// Names of the columns, without blanks around them.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
 
-  /// Index of a column, -1 if there is none.
+  /// Index of a column under its name or its old one (old_names.hpp), -1 if there is none.
   [[nodiscard]] int column(std::string_view name) const;
 
   /// Index of a column that must be there. Errors: kInput naming it and those that are there.

@@ -84,9 +84,9 @@ class TestRunWriter {
     if (name.find('/') != std::string::npos) return;
     std::string tum = "# T_map_body\n", cov = "stamp_s,c00,c01,c02,c11,c12,c22\n";
     std::string degeneracy =
-        "stamp_s,blind,degree,dir_x,dir_y,dir_z,sigma_blind_m,correction_m,range_from";
-    degeneracy += run_.old_degeneracy ? "\n" : ",axis,category,sigma_m,held_by\n";
-    std::string errors = "stamp_s,ape_m,rot_deg,ex,ey,ez,along_blind_m,nees\n";
+        "stamp_s,degenerate,degree,dir_x,dir_y,dir_z,sigma_degenerate_m,correction_m,range_from";
+    degeneracy += run_.old_degeneracy ? "\n" : ",axis,category,sigma_m,constrained_by\n";
+    std::string errors = "stamp_s,ape_m,rot_deg,ex,ey,ez,along_degenerate_m,nees\n";
     for (int i = 0; i < run_.poses; ++i) {
       double x = 0.0, y = 0.0, z = 0.0;
       place(v, i, x, y, z);
@@ -134,8 +134,8 @@ class TestRunWriter {
     std::string vehicles;
     for (std::size_t v = 0; v < run_.vehicles.size(); ++v) {
       vehicles += fmt::format(
-          R"({}{}:{{"path_m":{},"sweeps":{},"sweeps_dropped":0,"keyframes":31,"blind_share":{},)"
-          R"("blind_held_share":0.9,"sigma_median_m":0.0412,"sigma_max_m":0.0937,"diverged_s":0,)"
+          R"({}{}:{{"path_m":{},"scans":{},"scans_dropped":0,"keyframes":31,"degenerate_fraction":{},)"
+          R"("degenerate_constrained_fraction":0.9,"sigma_median_m":0.0412,"sigma_max_m":0.0937,"diverged_s":0,)"
           R"("time_offset_s":0.0012,"accel_scale":1.0,"gaps":{{"jumps":0,"missing_s":0.0}}}})",
           v == 0 ? "" : ",", json_text(run_.vehicles[v]), 0.12 * run_.poses + 0.125, run_.poses,
           v % 2 == 1 ? 0.27 : 0.0);
@@ -149,7 +149,7 @@ class TestRunWriter {
       group += (group.empty() ? "" : ",") + json_text(name);
     }
     return fmt::format(
-        R"({{"schema":1,"rali":"0.1.0","status":"{}","t_begin_s":{:.1f},"t_end_s":{:.1f},)"
+        R"({{"schema":2,"rali":"0.2.0","status":"{}","t_start_s":{:.1f},"t_end_s":{:.1f},)"
         R"("vehicles":{{{}}},"fleet":{{"groups":[[{}]],"loops_accepted":{},"loops_refused":{},)"
         R"("rounds":{}}},"ranges":{{"total":{},"used":{},"rejected":{{"nlos":40,"outlier":20}},)"
         R"("pairs":{{"v1-v2":{{"bias_m":0.123,"bias_sigma_m":0.01,"residual_std_m":0.07,)"
@@ -192,9 +192,9 @@ class TestRunWriter {
     const std::string track =
         R"({"poses":200,"ape_m":{"rmse":0.1337,"max":0.25},"ape_deg":{"rmse":0.2,"max":0.4},)"
         R"("rpe":[{"distance_m":10.0,"m":{"rmse":0.05,"max":0.1},"deg":{"rmse":0.1}}],)"
-        R"("drift_final_m":0.2,"drift_z_m":0.03,"blind":{"along_m":{"rmse":0.11},)"
+        R"("drift_final_m":0.2,"drift_z_m":0.03,"degenerate":{"along_m":{"rmse":0.11},)"
         R"("across_m":{"rmse":0.02}},"nees_pose":{"mean":5.5,"expected_mean":6,)"
-        R"("share_within_95":0.94}})";
+        R"("fraction_within_95":0.94}})";
     std::string vehicles, names;
     for (const std::string& name : run_.vehicles) {
       vehicles += (vehicles.empty() ? "" : ",") + json_text(name) + R"(:{"trajectory":)" + track +
@@ -202,10 +202,10 @@ class TestRunWriter {
       names += (names.empty() ? "" : ",") + json_text(name);
     }
     return fmt::format(
-        R"({{"schema":1,"how":"aligned by se3, one transform for the fleet","frames":[{{"vehicles")"
+        R"({{"schema":2,"how":"aligned by se3, one transform for the fleet","frames":[{{"vehicles")"
         R"(:[{}],"T_truth_est":{{"xyz_m":[1,2,3],"quat_xyzw":[0,0,0,1]}}}}],"vehicles":{{{}}},)"
         R"("fleet":{{"trajectory":{}}},"cloud":{{"to_mesh":{{"mean_m":0.021,"std_m":0.013,)"
-        R"("p95_m":0.05,"share_beyond_cut":0.001,"cut_m":1,"completeness":0.82}}}}}})",
+        R"("p95_m":0.05,"fraction_beyond_cut":0.001,"cut_m":1,"completeness":0.82}}}}}})",
         names, vehicles, track);
   }
 

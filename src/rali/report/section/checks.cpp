@@ -206,7 +206,7 @@ std::string covariance_fault(const RunData& run) {
           "too small",
           pose ? "pose" : "position", ratio_text(nees, expected), worst_of(run, kind));
     }
-    const Number within = measured(run, path + ".share_within_95");
+    const Number within = measured(run, path + ".fraction_within_95");
     if (within && *within < kWithin95Min) {
       return fmt::format("only {} of the poses lie within their 95 % bounds", percent(within));
     }

@@ -48,10 +48,10 @@ std::string position_table(const RunData& run, const std::vector<TrackKey>& keys
                "drift at the end", "in height", "along the blind axis, rmse", "across, rmse"});
   for (const TrackKey& key : keys) {
     const auto m = [&](const char* name) { return measured(run, key.path + name); };
-    table.row({key.words, counted(m(".poses")), metres(m(".way_m")), metres(m(".ape_m.rmse")),
+    table.row({key.words, counted(m(".poses")), metres(m(".distance_m")), metres(m(".ape_m.rmse")),
                metres(m(".ape_m.max")), fixed(m(".ape_deg.rmse"), 2) + "&deg;",
                metres(m(".drift_final_m")), metres(m(".drift_z_m")),
-               metres(m(".blind.along_m.rmse")), metres(m(".blind.across_m.rmse"))});
+               metres(m(".degenerate.along_m.rmse")), metres(m(".degenerate.across_m.rmse"))});
   }
   if (table.empty()) return {};
   std::string html = "<div class=\"wide\">" + table.lean_html() + "</div>";
@@ -95,7 +95,7 @@ std::string consistency_table(const RunData& run, const std::vector<TrackKey>& k
                  ratio_text(measured(run, path + ".mean"), measured(run, path + ".expected_mean")),
                  at_most(measured(run, path + ".mean"), 1000.0, 2),
                  fixed(measured(run, path + ".expected_mean"), 0),
-                 percent(measured(run, path + ".share_within_95"))});
+                 percent(measured(run, path + ".fraction_within_95"))});
     }
   }
   if (table.empty()) return {};
@@ -118,7 +118,7 @@ std::string cloud_html(const RunData& run) {
         "the points lie beyond {} and are left out. The map covers {} of the surface of the whole "
         "scene, rooms never entered included.</p>\n",
         metres(m("to_mesh.mean_m")), metres(m("to_mesh.std_m")), metres(m("to_mesh.p95_m")),
-        percent(m("to_mesh.share_beyond_cut")), metres(m("to_mesh.cut_m")),
+        percent(m("to_mesh.fraction_beyond_cut")), metres(m("to_mesh.cut_m")),
         percent(m("to_mesh.completeness")));
   }
   if (m("shape.thickness_m.median")) {

@@ -230,8 +230,8 @@ std::string summary_json(const RecordingSummary& s) {
   std::string vehicles;
   for (const VehicleSummary& v : s.vehicles) {
     vehicles += fmt::format(
-        "{}    \"{}\": {{\"file\": \"{}\", \"sweeps\": {}, \"points\": {}, \"imu_samples\": {}, "
-        "\"lost\": {}, \"way_m\": {:.3f}, \"cut\": {}}}",
+        "{}    \"{}\": {{\"file\": \"{}\", \"scans\": {}, \"points\": {}, \"imu_samples\": {}, "
+        "\"lost\": {}, \"distance_m\": {:.3f}, \"cut\": {}}}",
         vehicles.empty() ? "" : ",\n", v.name, v.file, v.sweeps, v.points, v.imu_samples, v.lost,
         v.way_m, v.cut);
   }
