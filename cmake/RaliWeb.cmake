@@ -1,6 +1,6 @@
-# rali_web(TARGET rali_report): bundles web/ (three.js and our scripts) with npm and esbuild and
+# rali_web(TARGET rali_report): bundles web/ (uPlot, three.js and our scripts) with npm and esbuild and
 # compiles the result into TARGET. npm runs once per build folder and lock file; the bundle is made
-# again only when a script changes. -DRALI_WEB=OFF builds without: reports then have no 3-D view.
+# again only when a script changes. -DRALI_WEB=OFF builds without: reports then have no drawings.
 option(RALI_WEB "bundle the scripts of report.html (needs npm and, once, the network)" ON)
 
 function(rali_web)
@@ -22,7 +22,7 @@ function(rali_web)
         -P ${CMAKE_SOURCE_DIR}/cmake/InstallWeb.cmake
       DEPENDS ${source}/package.json ${source}/package-lock.json
         ${CMAKE_SOURCE_DIR}/cmake/InstallWeb.cmake
-      COMMENT "Fetching three.js and esbuild (npm, once)" VERBATIM)
+      COMMENT "Fetching uPlot, three.js and esbuild (npm, once)" VERBATIM)
     file(GLOB scripts CONFIGURE_DEPENDS ${source}/src/*.js)
     add_custom_command(OUTPUT ${build}/report.js
       COMMAND ${CMAKE_COMMAND} -E env NODE_PATH=${build}/node_modules
@@ -31,13 +31,13 @@ function(rali_web)
       DEPENDS ${installed} ${scripts}
       COMMENT "Bundling the scripts of report.html" VERBATIM)
     set(script ${build}/report.js)
-    set(licence ${build}/node_modules/three/LICENSE)
+    set(licence ${CMAKE_SOURCE_DIR}/THIRD_PARTY_NOTICES.md)
   endif()
   add_custom_command(OUTPUT ${assets}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${build}
     COMMAND ${embed} ${assets} rali::report::assets script=${script} style=${source}/src/report.css
       script_licence=${licence}
-    DEPENDS ${script} ${source}/src/report.css ${CMAKE_SOURCE_DIR}/tools/embed_files.py
+    DEPENDS ${script} ${licence} ${source}/src/report.css ${CMAKE_SOURCE_DIR}/tools/embed_files.py
     COMMENT "Embedding the scripts of report.html" VERBATIM)
   target_sources(${WEB_TARGET} PRIVATE ${assets})
   # Literals longer than the standard asks for are no fault here.

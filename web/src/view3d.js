@@ -1,37 +1,45 @@
-// The map to turn: points coloured by height, expected error or vehicle, ways, blind stretches.
+// The map in 3-D: points coloured by height, expected error or vehicle, paths, degenerate stretches.
 import {
   AxesHelper, Box3, BufferAttribute, BufferGeometry, Color, ColorManagement,
   LinearSRGBColorSpace, PerspectiveCamera, Plane, Points, PointsMaterial, Scene,
   Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
-import {float32_of, positions_of, uint8_of} from './packed.js';
+import {colour_choice, on_colour, rgb_of} from './cloud.js';
+import {is_degenerate} from './page_data.js';
 
 // The colours are those of the other drawings: as given, without light.
 ColorManagement.enabled = false;
 
 /** Colours for the points, r g b in 0..255. */
-function colours_of(data, by) {
-  const count = data.level[by].length;
-  const out = new Uint8Array(3 * count);
-  const palette = by === 'vehicle' ? data.vehicle_colours : data.colours;
-  for (let i = 0; i < count; ++i) {
-    const colour = palette[data.level[by][i] % palette.length];
-    out.set(colour, 3 * i);
-  }
+function colours_of(page, by) {
+  const {cloud} = page;
+  const rgb = rgb_of(cloud, page.vehicles, by);
+  const out = new Uint8Array(3 * cloud.count);
+  for (let i = 0; i < cloud.count; ++i) out.set(rgb[cloud.level[by][i] % rgb.length], 3 * i);
   return out;
 }
 
-function make_points(data) {
+function make_points(page) {
   const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new BufferAttribute(data.positions, 3));
-  geometry.setAttribute('color', new BufferAttribute(colours_of(data, 'height'), 3, true));
+  geometry.setAttribute('position', new BufferAttribute(page.cloud.positions, 3));
+  geometry.setAttribute('color', new BufferAttribute(colours_of(page, colour_choice()), 3, true));
   const material = new PointsMaterial({size: 1.7, sizeAttenuation: false, vertexColors: true});
   material.clippingPlanes = [new Plane(new Vector3(0, 0, -1), 0)];
   return new Points(geometry, material);
 }
 
-/** Dots of one size along a way. Seen through walls: ways are what one looks for. */
+/** Positions of a vehicle around the cloud's centre, of the rows that `keep` names. */
+function places_of(v, names, centre_m, keep) {
+  const out = [];
+  for (let k = 0; k < v.rows; ++k) {
+    const point = names.map((name) => v[name]?.[k] ?? null);
+    if (point[0] !== null && keep(v.state[k])) out.push(...point.map((p, n) => p - centre_m[n]));
+  }
+  return Float32Array.from(out);
+}
+
+/** Dots of one size along a path. Seen through walls: paths are what one looks for. */
 function make_dots(values, colour, size, order) {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(values, 3));
@@ -42,25 +50,13 @@ function make_dots(values, colour, size, order) {
   return dots;
 }
 
-/** A way with a white border; lines of WebGL are one pixel wide, so it is made of dots. */
-function add_way(scene, way) {
-  const values = float32_of(way.points);
-  if (way.truth) {
-    scene.add(make_dots(values, way.colour, 2, 1));
-    return;
-  }
-  scene.add(make_dots(values, '#ffffff', 6.5, 2));
-  if (way.blind) scene.add(make_dots(float32_of(way.blind), '#d55e00', 8, 3));
-  scene.add(make_dots(values, way.colour, 3.5, 4));
-}
-
-function unpack(json) {
-  const count = json.count;
-  return {
-    positions: positions_of(json.points, json.step_m),
-    level: {height: uint8_of(json.height), sigma: uint8_of(json.sigma), vehicle: uint8_of(json.vehicle)},
-    colours: json.colours, vehicle_colours: json.vehicle_colours, count,
-  };
+/** A path with a white border; lines of WebGL are one pixel wide, so it is made of dots. */
+function add_path(scene, v, centre_m) {
+  const all = places_of(v, ['x', 'y', 'z'], centre_m, () => true);
+  if (v.true_x) scene.add(make_dots(places_of(v, ['true_x', 'true_y', 'true_z'], centre_m, () => true), '#6e747e', 2, 1));
+  scene.add(make_dots(all, '#ffffff', 6.5, 2));
+  scene.add(make_dots(places_of(v, ['x', 'y', 'z'], centre_m, is_degenerate), '#d55e00', 8, 3));
+  scene.add(make_dots(all, v.colour, 3.5, 4));
 }
 
 /** Distance at which all corners of the box are seen, looking along -direction at its centre. */
@@ -105,15 +101,16 @@ function bounds_of(scene) {
   return box.isEmpty() ? new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1)) : box;
 }
 
-function fill(scene, json) {
-  const data = unpack(json);
-  const points = make_points(data);
-  if (data.count > 0) scene.add(points);
-  for (const way of json.ways) add_way(scene, way);
+function fill(scene, page) {
+  const points = make_points(page);
+  scene.add(points);
+  for (const v of page.vehicles) {
+    if (v.group === 'map' && v.x) add_path(scene, v, page.cloud.centre_m);
+  }
   const axes = new AxesHelper(2);
   axes.isAxes = true;
   scene.add(axes);
-  return {data, points};
+  return points;
 }
 
 function make_renderer(holder) {
@@ -127,8 +124,7 @@ function make_renderer(holder) {
 }
 
 /** Draws into `holder`; without WebGL one sentence stands there instead. */
-export function start_view(holder) {
-  const json = JSON.parse(document.getElementById('view3d-data').textContent);
+export function start_view(holder, page) {
   let renderer;
   try {
     renderer = make_renderer(holder);
@@ -139,7 +135,7 @@ export function start_view(holder) {
   }
   const scene = new Scene();
   scene.background = new Color(0xffffff);
-  const {data, points} = fill(scene, json);
+  const points = fill(scene, page);
   const camera = new PerspectiveCamera(45, 1, 0.1, 1000);
   const controls = new OrbitControls(camera, renderer.domElement);
   controls.enableZoom = false;  // the wheel belongs to the page until the view was clicked
@@ -159,22 +155,19 @@ export function start_view(holder) {
   renderer.domElement.addEventListener('pointerleave', () => { controls.enableZoom = false; });
   window.addEventListener('resize', resize);
   document.getElementById('view3d-home')?.addEventListener('click', home);
-  document.getElementById('view3d-colour')?.addEventListener('change', (event) => {
-    points.geometry.setAttribute('color',
-      new BufferAttribute(colours_of(data, event.target.value), 3, true));
-    for (const key of document.querySelectorAll('.keys [data-colour]')) {
-      key.hidden = key.dataset.colour !== event.target.value;
-    }
+  on_colour((by) => {
+    points.geometry.setAttribute('color', new BufferAttribute(colours_of(page, by), 3, true));
     draw();
   });
   const cut = document.getElementById('view3d-cut');
+  const half_height_m = 0.5 * (page.cloud.high_m[2] - page.cloud.low_m[2]);
   const lower = () => {
     const share = cut ? cut.valueAsNumber / 100 : 1;
-    points.material.clippingPlanes[0].constant = share >= 1 ? 1e9 : json.half_height_m * (2 * share - 1);
+    points.material.clippingPlanes[0].constant = share >= 1 ? 1e9 : half_height_m * (2 * share - 1);
     draw();
   };
   cut?.addEventListener('input', lower);
   resize();
   lower();
-  holder.dataset.state = `${data.count} points drawn`;
+  holder.dataset.state = `${page.cloud.count} points drawn`;
 }

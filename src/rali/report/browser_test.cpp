@@ -69,7 +69,34 @@ TEST(Browser, shows_the_numbers_and_the_map_to_turn_without_an_error) {
     EXPECT_TRUE(has(page.document, text)) << text;
   }
   EXPECT_TRUE(has(page.document, "<canvas")) << "the 3-D view";
+  EXPECT_TRUE(has(page.document, "data-figures=\"9\"")) << "map, side, 3-D, held, two vehicles, "
+                                                           "residuals, roles, truth";
   EXPECT_TRUE(has(page.document, "data-state=\"20000 points drawn\""));
+}
+
+TEST(Browser, shows_the_values_under_the_pointer_and_the_place_on_the_map) {
+  RALI_NEEDS_BROWSER();
+  const io::TestFolder folder;
+  write_test_run(folder, TestRun{});
+  ASSERT_TRUE(write_report(folder.path(), folder.path("report.html")));
+  // The pointer over the middle of each plot of the vehicle in turn: speed is 1.2 m/s.
+  folder.write("report.html", folder.read("report.html") + R"(<script>
+    const title = [...document.querySelectorAll('.u-title')].find((e) => e.textContent === 'speed');
+    const over = title.parentElement.querySelector('.u-over');
+    const box = over.getBoundingClientRect();
+    const at = {clientX: box.left + box.width / 2, clientY: box.top + 20, bubbles: true};
+    over.dispatchEvent(new MouseEvent('mouseenter', at));
+    over.dispatchEvent(new MouseEvent('mousemove', at));
+    setTimeout(() => {
+      document.title = 'legend ' + title.parentElement.querySelector('.u-legend').textContent
+        + ', rings ' + document.querySelectorAll('.place').length;
+    }, 100);
+  </script>)");
+  const Shown page = shown(folder, "report.html");
+  const std::size_t begin = page.document.find("<title>");
+  const std::string title = page.document.substr(begin, page.document.find("</title>") - begin);
+  EXPECT_TRUE(has(title, "1.20 m/s")) << title;
+  EXPECT_TRUE(has(title, "rings 2")) << title << ": on the map from above and from the side";
 }
 
 TEST(Browser, takes_hostile_names_as_text) {

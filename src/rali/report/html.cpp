@@ -1,5 +1,6 @@
 #include "rali/report/internal/html.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -98,8 +99,15 @@ std::string counted(const Number& value) {
   return digits;
 }
 
+std::string at_most(const Number& value, double limit, int decimals) {
+  if (value && *value > limit) return "over " + fixed(limit, 0);
+  return fixed(value, decimals);
+}
+
 std::string metres(const Number& value_m) {
   if (!value_m) return std::string(kNone);
+  constexpr double kBeyond_m = 1e5;
+  if (std::abs(*value_m) > kBeyond_m) return "over 100 km";
   const double size = std::abs(*value_m);
   return fixed(*value_m, size < 0.1 ? 3 : size < 10.0 ? 2 : size < 100.0 ? 1 : 0) + " m";
 }
@@ -132,6 +140,45 @@ std::string Table::html(bool words) const {
     out += "</tr>\n";
   }
   return out + "</tbody></table>\n";
+}
+
+bool Table::all_of_column(std::size_t column, bool (*is)(const std::string&)) const {
+  return std::all_of(rows_.begin(), rows_.end(), [&](const std::vector<std::string>& row) {
+    return column < row.size() && is(row[column]);
+  });
+}
+
+std::string Table::lean_html() const {
+  const auto is_zero = [](const std::string& cell) {
+    return cell.starts_with('0') && cell.find_first_of("123456789") == std::string::npos;
+  };
+  const auto is_unknown = [](const std::string& cell) {
+    return cell == kNone || cell == "not known";
+  };
+  std::string zero, unknown;
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < head_.size(); ++i) {
+    std::string* list = i == 0 || rows_.empty()        ? nullptr
+                        : all_of_column(i, is_zero)    ? &zero
+                        : all_of_column(i, is_unknown) ? &unknown
+                                                       : nullptr;
+    if (list == nullptr) {
+      kept.push_back(i);
+    } else {
+      *list += (list->empty() ? "" : ", ") + head_[i];
+    }
+  }
+  const auto of_kept = [&](const std::vector<std::string>& cells) {
+    std::vector<std::string> out;
+    for (const std::size_t i : kept) out.push_back(i < cells.size() ? cells[i] : "");
+    return out;
+  };
+  Table lean(of_kept(head_));
+  for (const std::vector<std::string>& row : rows_) lean.row(of_kept(row));
+  std::string out = lean.html();
+  if (!zero.empty()) out += "<p class=\"note\">Zero in every row: " + zero + ".</p>\n";
+  if (!unknown.empty()) out += "<p class=\"note\">Not known: " + unknown + ".</p>\n";
+  return out;
 }
 
 std::string absent(std::string_view sentence) {

@@ -48,6 +48,23 @@ TEST(Numbers, that_are_none_are_a_dash) {
   EXPECT_EQ(counted(kUnknown), dash);
 }
 
+TEST(Numbers, that_only_show_a_fault_are_not_written_out) {
+  EXPECT_EQ(metres(6e10), "over 100 km");
+  EXPECT_EQ(at_most(6e10, 1000.0, 2), "over 1000");
+  EXPECT_EQ(at_most(5.5, 1000.0, 2), "5.50");
+}
+
+TEST(Table, names_columns_of_zeros_and_unknowns_in_a_sentence) {
+  Table table({"vehicle", "path", "dropped", "latency"});
+  table.row({"v1", "12.0 m", "0", "not known"});
+  table.row({"v2", "0.000 m", "0", "\xE2\x80\x93"});
+  const std::string html = table.lean_html();
+  EXPECT_NE(html.find("<th>vehicle</th><th>path</th></tr>"), std::string::npos) << html;
+  EXPECT_NE(html.find("Zero in every row: dropped."), std::string::npos) << html;
+  EXPECT_NE(html.find("Not known: latency."), std::string::npos) << html;
+  EXPECT_EQ(html.find("<td>0</td>"), std::string::npos);
+}
+
 TEST(Base64, agrees_with_the_vectors_of_rfc_4648) {
   const auto of = [](std::string_view text) {
     return base64(std::as_bytes(std::span(text.data(), text.size())));

@@ -99,48 +99,52 @@ TEST(BlindWay, without_a_range_heard_within_two_seconds_is_named) {
   EXPECT_DOUBLE_EQ(v.blind_way.unheard.m, 20.0 - 5.0);
 }
 
-TEST(BlindSentence, names_metres_holder_and_the_largest_doubt) {
+TEST(BlindSentence, names_metres_constraint_and_the_largest_error) {
   std::vector<Row> rows = tunnel("range", 190, 0.1);
   rows[154].sigma_m = 0.31;
-  EXPECT_EQ(blind_sentence_of(read(rows)),
-            "v2 was blind along its way for 190 of 200 m, held by ranges from v1 for all of it; "
-            "largest doubt 0.31 m along its way at 154 s (1 sigma)");
+  EXPECT_EQ(
+      blind_sentence_of(read(rows)),
+      "v2 was blind along its path for 190 of 200 m, constrained by ranges to v1 for all of it; "
+      "the expected error there is at most 0.31 m along its path, at 154 s (1 sigma)");
 }
 
 TEST(BlindSentence, says_how_far_off_it_may_be_where_nothing_held_it) {
   std::vector<Row> rows = tunnel("range", 150, 0.1);
   rows.insert(rows.end(), 40, Row{1, 12.0, "", "nothing"});
   EXPECT_EQ(blind_sentence_of(read(rows)),
-            "v2 was blind along its way for 190 of 200 m, held by ranges from v1 for 79 % of it; "
-            "nothing held it for 40.0 m: its position there may be off by 12.0 m along its way "
-            "(1 sigma)");
+            "v2 was blind along its path for 190 of 200 m, constrained by ranges to v1 for 79 % of "
+            "it; nothing constrained it for 40.0 m: the expected error there is 12.0 m along its "
+            "path (1 sigma)");
 }
 
 TEST(BlindSentence, never_rounds_up_to_all_and_hides_no_single_metre) {
   std::vector<Row> rows = tunnel("range", 400, 0.1);
   rows.push_back({1, 0.8, "", "nothing"});
   const std::string text = blind_sentence_of(read(rows));
-  EXPECT_NE(text.find("for over 99 % of it; nothing held it for 1.0 m"), std::string::npos) << text;
-  EXPECT_NE(text.find("off by 0.80 m"), std::string::npos) << text;
+  EXPECT_NE(text.find("for over 99 % of it; nothing constrained it for 1.0 m"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("error there is 0.80 m"), std::string::npos) << text;
 }
 
 TEST(BlindSentence, promises_no_size_that_is_not_known) {
   std::vector<Row> rows = tunnel("nothing", 30, kUnknown);
-  EXPECT_EQ(blind_sentence_of(read(rows)),
-            "v2 was blind along its way for 30.0 of 40.0 m; nothing held it there: how far off its "
-            "position may be there is not known");
+  EXPECT_EQ(
+      blind_sentence_of(read(rows)),
+      "v2 was blind along its path for 30.0 of 40.0 m; nothing constrained it there: how large "
+      "the error is there is not known");
 }
 
 TEST(BlindSentence, tells_axes_from_the_motion) {
   std::vector<Row> across = tunnel("range", 30, 0.1);
   for (Row& row : across) row.axis_x = 0.0, row.axis_y = 1.0;
-  EXPECT_NE(blind_sentence_of(read(across)).find("blind across its way for"), std::string::npos);
+  EXPECT_NE(blind_sentence_of(read(across)).find("blind across its path for"), std::string::npos);
 }
 
 TEST(BlindSentence, judges_a_vehicle_that_stood_by_time) {
   const std::string text = blind_sentence_of(read(tunnel("imu", 30, 0.05), "", 0.001));
-  EXPECT_EQ(text.substr(0, text.find(" for 30.0")), "v2 stood and was blind along a level axis");
-  EXPECT_NE(text.find("for 30.0 of 40.0 s, held by inertia and standing still for all of it"),
+  EXPECT_EQ(text.substr(0, text.find(" for 30.0")),
+            "v2 stood still and was blind along a level axis");
+  EXPECT_NE(text.find("for 30.0 of 40.0 s, constrained by inertia and standstill for all of it"),
             std::string::npos)
       << text;
 }
@@ -173,7 +177,7 @@ TEST(DegeneracyFile, with_words_that_mean_nothing_makes_nothing_look_held) {
   EXPECT_EQ(held_share(read(rows), HeldBy::kNothing), 1.0);
 }
 
-TEST(Report, shows_the_strip_and_the_honest_sentence_of_a_tunnel) {
+TEST(Report, shows_the_honest_sentence_of_a_tunnel) {
   const io::TestFolder folder;
   TestRun test;
   test.vehicles = {"v1", "v2"};
@@ -189,11 +193,9 @@ TEST(Report, shows_the_strip_and_the_honest_sentence_of_a_tunnel) {
   const Result<RunData> run = read_run(folder.path());
   ASSERT_TRUE(run);
   const std::string page = report_html(*run);
-  for (const char* text : {"class=\"held-nothing\"", "class=\"sight-none\"", "blind-way by-nothing",
-                           "Largest doubt:</b> v2 was blind",
-                           "nothing held it there: its position "
-                           "there may be off by 3.00 m",
-                           "\xE2\x9C\x97 bad"}) {
+  for (const char* text :
+       {"blind, constrained by nothing", "Largest uncertainty:</b> v2 was blind",
+        "nothing constrained it there: the expected error there is 3.00 m", "\xE2\x9C\x97 bad"}) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
   }
 }

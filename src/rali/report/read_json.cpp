@@ -147,6 +147,9 @@ Time read_metrics(const Json& metrics, RunData& run) {
   run.map_points = number(map, "points");
   run.map_voxel_m = number(map, "voxel_m");
   run.map_thickness_m = number(map, "thickness_m");
+  const Json& checks = at(metrics, "checks");
+  run.self_check = {number(checks, "keyframes"), number(checks, "keyframes_checked"),
+                    number(checks, "contradictions")};
   read_warnings(at(metrics, "warnings"), run);
   const Number begin = number(metrics, "t_start_s"), end = number(metrics, "t_end_s");
   if (begin && end) run.duration_s = *end - *begin;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "rali/io/files/atomic_file.hpp"
+#include "rali/report/data/page_data.hpp"
 #include "rali/report/internal/html.hpp"
 #include "rali/report/read_run.hpp"
 #include "rali/report/section/section.hpp"
@@ -29,24 +30,6 @@ std::string head(const std::string& title) {
       "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n",
       kPolicy, title, assets::style());
 }
-
-/// Patterns of what is blind and what held it; used by all drawings of the page.
-constexpr std::string_view kPatterns =
-    "<svg width=\"0\" height=\"0\" class=\"patterns\"><defs><pattern id=\"hatch\" width=\"9\" "
-    "height=\"9\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><rect "
-    "width=\"9\" height=\"9\" fill=\"#d55e00\" fill-opacity=\"0.05\"/><path d=\"M0 0V9\" "
-    "stroke=\"#d55e00\" stroke-width=\"1.4\" stroke-opacity=\"0.45\"/></pattern><pattern "
-    "id=\"hatch-strong\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" "
-    "patternTransform=\"rotate(45)\"><rect width=\"6\" height=\"6\" fill=\"#fff\"/><path "
-    "d=\"M0 0V6\" stroke=\"#d55e00\" stroke-width=\"4\"/></pattern><pattern id=\"dots\" "
-    "width=\"5\" "
-    "height=\"5\" patternUnits=\"userSpaceOnUse\"><rect width=\"5\" height=\"5\" fill=\"#f4ead2\"/>"
-    "<circle cx=\"2.5\" cy=\"2.5\" r=\"1.1\" fill=\"#7a5c14\"/></pattern><pattern id=\"upright\" "
-    "width=\"4\" height=\"4\" patternUnits=\"userSpaceOnUse\"><rect width=\"4\" height=\"4\" "
-    "fill=\"#fff\"/><path d=\"M1 0V4\" stroke=\"#5b7fa6\" "
-    "stroke-width=\"1.5\"/></pattern><pattern id=\"crossed\" width=\"8\" height=\"8\" "
-    "patternUnits=\"userSpaceOnUse\"><rect width=\"8\" height=\"8\" fill=\"#c0161d\"/><path d=\"M0 "
-    "0L8 8M8 0L0 8\" stroke=\"#fff\" stroke-width=\"1.1\"/></pattern></defs></svg>\n";
 
 std::string contents(const std::vector<Section>& sections) {
   std::string out = "<nav><ol>";
@@ -77,27 +60,37 @@ std::string foot() {
       "the page loads nothing from anywhere.</p>\n";
   if (!assets::script_licence().empty()) {
     out += fmt::format(
-        "<details><summary>Licence of three.js, which draws the map to turn"
+        "<details><summary>Licences of uPlot and three.js, which draw this page"
         "</summary><pre>{}</pre></details>\n",
         escaped(assets::script_licence()));
   }
   return out + "</footer>\n";
 }
 
-std::string scripts() {
+/// Without scripts the numbers are all there; the drawings are not.
+std::string scripts(const std::string& data) {
   if (assets::script().empty()) return {};
-  return fmt::format("<script>\n{}\n</script>\n", assets::script());
+  return fmt::format(
+      "<script type=\"application/json\" id=\"page-data\">{}</script>\n<script>\n{}\n</script>\n",
+      data, assets::script());
 }
 
+constexpr std::string_view kNoScripts =
+    "<noscript><p class=\"doubt\">Scripts are off: numbers and tables are complete, the drawings "
+    "are missing.</p></noscript>\n";
+constexpr std::string_view kNoBundle =
+    "<p class=\"doubt\">This program was built without the drawings of the report (RALI_WEB=OFF): "
+    "numbers and tables are complete; map.ply opens in CloudCompare.</p>\n";
+
 std::string page(const std::string& title, const std::string& subtitle,
-                 const std::vector<Section>& sections) {
+                 const std::vector<Section>& sections, const std::string& data) {
   std::string out = head(title);
-  out += kPatterns;
-  out += fmt::format("<header><h1>{}</h1><p>{}</p></header>\n", title, subtitle);
+  out += fmt::format("<header><h1>{}</h1><p>{}</p>{}</header>\n", title, subtitle,
+                     assets::script().empty() ? kNoBundle : kNoScripts);
   out += contents(sections);
   out += body(sections);
   out += foot();
-  out += scripts();
+  out += scripts(data);
   return out + "</body>\n</html>\n";
 }
 
@@ -134,12 +127,13 @@ std::string report_html(const RunData& run) {
   return page(title, subtitle,
               {verdict_section(run), map_section(run), view3d_section(run), vehicles_section(run),
                ranges_section(run), fleet_section(run), truth_section(run), input_section(run),
-               speed_section(run), settings_section(run)});
+               speed_section(run), settings_section(run)},
+              page_data(run));
 }
 
 std::string comparison_html(const std::vector<RunData>& runs) {
   return page(fmt::format("RaLI: {} runs side by side", runs.size()), "comparison",
-              comparison_sections(runs));
+              comparison_sections(runs), page_data(runs));
 }
 
 Status write_report(const std::string& out_dir, const std::string& path) {

@@ -34,7 +34,7 @@ bool has(const std::string& page, std::string_view text) {
 std::string without_bulk(std::string page) {
   const std::size_t script = page.rfind("<script>");
   if (script != std::string::npos) page.resize(script);
-  const std::string_view data = "<script type=\"application/json\" id=\"view3d-data\">";
+  const std::string_view data = "<script type=\"application/json\" id=\"page-data\">";
   const std::size_t begin = page.find(data);
   if (begin == std::string::npos) return page;
   // What stands in the data ends with the first "</script>", as browsers read it.
@@ -60,28 +60,30 @@ TEST(Report, calls_nothing_good_that_was_not_checked) {
   folder.write("metrics.json", R"({"vehicles":{"v1":{}}})");
   const std::string page = page_of(folder);
   EXPECT_FALSE(has(page, "state good"));
-  EXPECT_EQ(count(page, "class=\"state none\""), 8U);
+  EXPECT_EQ(count(page, "class=\"state none\""), 9U);
 }
 
-TEST(Report, names_a_missing_truth_as_the_largest_doubt_of_a_good_run) {
-  EXPECT_TRUE(has(page_of(TestRun{}), "Largest doubt:</b> nothing here was measured against"));
+TEST(Report, names_a_missing_truth_as_the_largest_uncertainty_of_a_good_run) {
+  EXPECT_TRUE(
+      has(page_of(TestRun{}), "Largest uncertainty:</b> nothing here was measured against"));
   TestRun warned;
   warned.warning = "the gyro turned 2.10 times as much as the LiDAR";
-  EXPECT_TRUE(has(page_of(warned), "Largest doubt:</b> the gyro turned 2.10"));
+  EXPECT_TRUE(has(page_of(warned), "Largest uncertainty:</b> the gyro turned 2.10"));
   TestRun stopped;
   stopped.status = "interrupted";
-  EXPECT_TRUE(has(page_of(stopped), "Largest doubt:</b> the run was stopped at 20 s"));
+  EXPECT_TRUE(has(page_of(stopped), "Largest uncertainty:</b> the run was stopped at 20 s"));
 }
 
 TEST(Report, shows_truth_where_there_is_one) {
   TestRun run;
   run.truth = true;
   const std::string page = page_of(run);
-  for (const char* text : {"v1 truth", "0.13 m", "aligned by se3", "0.021 m", "NEES", "v1, live",
-                           "relative to the pose that fixes the map"}) {
+  for (const char* text :
+       {"ground truth</span>", "\"true_x\":", "0.13 m", "aligned by se3", "0.021 m", "NEES",
+        "v1, live", "relative to the pose that fixes the map"}) {
     EXPECT_TRUE(has(page, text)) << text;
   }
-  EXPECT_FALSE(has(page_of(TestRun{}), "v1 truth"));
+  EXPECT_FALSE(has(page_of(TestRun{}), "\"true_x\":"));
 }
 
 TEST(Report, brings_the_truth_into_the_map_by_the_errors) {
@@ -179,7 +181,7 @@ TEST(Report, lets_no_name_or_finding_break_out_of_its_place) {
   EXPECT_FALSE(has(page, "' onload='"));
   EXPECT_FALSE(has(page, "\xFF"));
   EXPECT_TRUE(has(page, "&lt;/script&gt;&lt;b&gt;bold&lt;/b&gt; &amp; &quot;quoted&quot;"));
-  EXPECT_EQ(count(page, "</script>"), 1U) << "only the data of the 3-D view";
+  EXPECT_EQ(count(page, "</script>"), 1U) << "only the data of the drawings";
 }
 
 TEST(Report, does_not_read_outside_of_its_folder) {
@@ -260,10 +262,11 @@ TEST(Report, loads_nothing_from_anywhere) {
   }
 }
 
-TEST(Report, holds_the_licence_of_three_js) {
+TEST(Report, holds_the_licences_of_what_draws_it) {
   const std::string page = page_of(TestRun{});
-  if (has(page, "built without the 3-D view")) GTEST_SKIP() << "BUILT WITHOUT SCRIPTS (RALI_WEB)";
+  if (has(page, "built without the drawings")) GTEST_SKIP() << "BUILT WITHOUT SCRIPTS (RALI_WEB)";
   EXPECT_TRUE(has(page, "three.js authors"));
+  EXPECT_TRUE(has(page, "Leon Sorokin")) << "uPlot";
   EXPECT_TRUE(has(page, "THE SOFTWARE IS PROVIDED"));
 }
 

@@ -101,6 +101,11 @@ struct MapPoints {
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 };
 
+/// How many keyframes could contradict the map, and how many contradictions were found.
+struct SelfCheck {
+  Number keyframes, checked, contradictions;
+};
+
 struct Warning {
   std::string id, vehicle, text;
 };
@@ -146,6 +151,7 @@ struct RunData {
   Number map_points, map_voxel_m, map_thickness_m;
   MapPoints map;                      ///< thinned, see read_thinned_map
   std::uint64_t map_file_points = 0;  ///< before thinning
+  SelfCheck self_check;
   std::vector<Warning> warnings;
   Timing timing;
   bool settings_known = false;

@@ -23,11 +23,20 @@ namespace rali::report {
 /// Whole numbers with thin gaps: 530 968.
 [[nodiscard]] std::string counted(const Number& value);
 
-/// Metres as people say them: 0.006 m, 87.3 m, 1204 m.
+/// "over 1000" beyond a limit: a number that only shows that something is wrong is not written out.
+[[nodiscard]] std::string at_most(const Number& value, double limit, int decimals);
+
+/// Metres as people say them: 0.006 m, 87.3 m, 1204 m, over 100 km.
 [[nodiscard]] std::string metres(const Number& value_m);
 
 /// Bytes as base64.
 [[nodiscard]] std::string base64(std::span<const std::byte> bytes);
+
+/// Numbers as base64 of their bytes, little-endian as on every machine that is built for.
+template <class T>
+[[nodiscard]] std::string packed(const std::vector<T>& values) {
+  return base64(std::as_bytes(std::span(values)));
+}
 
 /// A table; cells are HTML already. Columns after the first are set right.
 class Table {
@@ -43,7 +52,12 @@ class Table {
   /// `words`: columns hold text, set left.
   [[nodiscard]] std::string html(bool words = false) const;
 
+  /// Without the columns that hold nothing but zeros or unknowns; a sentence names those.
+  [[nodiscard]] std::string lean_html() const;
+
  private:
+  [[nodiscard]] bool all_of_column(std::size_t column, bool (*is)(const std::string&)) const;
+
   std::vector<std::string> head_;
   std::vector<std::vector<std::string>> rows_;
 };

@@ -6,8 +6,6 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
-#include "rali/report/plot/time_rows.hpp"
-#include "rali/report/section/blind_strip.hpp"
 #include "rali/report/section/blind_words.hpp"
 #include "rali/report/section/section.hpp"
 
@@ -71,8 +69,8 @@ std::vector<Entry> entries_of(const RunData& run) {
 }
 
 std::string table_html(const std::vector<Entry>& entries) {
-  Table table({"vehicle", "from", "to", "way", "blind axis", "what held it",
-               "may be off along it (1 sigma)"});
+  Table table({"vehicle", "from", "to", "distance", "blind axis", "constrained by",
+               "expected error along it (1 sigma)"});
   for (std::size_t i = 0; i < std::min(entries.size(), kSpansMax); ++i) {
     const BlindSpan& b = *entries[i].b;
     table.row({escaped(entries[i].v->name), fixed(b.begin_s, 1) + " s", fixed(b.end_s, 1) + " s",
@@ -100,8 +98,9 @@ std::string peak_cell(const OffPeak& peak) {
 }
 
 std::string vehicles_table(const RunData& run) {
-  Table table({"vehicle", "way", "blind", "held by ranges", "by inertia alone", "by nothing",
-               "no range heard", "may be off at most (1 sigma)"});
+  Table table({"vehicle", "distance", "blind", "constrained by ranges",
+               "constrained by inertia alone", "constrained by nothing", "no range received",
+               "largest expected error (1 sigma)"});
   for (const VehicleView& v : run.vehicles) {
     const BlindWay& way = v.blind_way;
     if (!way.known) {
@@ -116,65 +115,34 @@ std::string vehicles_table(const RunData& run) {
                held(HeldBy::kRange), held(HeldBy::kImu), held(HeldBy::kNothing),
                part_cell(v, way.unheard), was_blind(v) ? peak_cell(way.peak) : fixed(kUnknown, 0)});
   }
-  return "<div class=\"wide\">" + table.html() + "</div>";
+  return "<div class=\"wide\">" + table.lean_html() + "</div>";
 }
 
-std::vector<TimeRow> rows_of(const RunData& run) {
-  std::vector<TimeRow> rows;
-  for (const VehicleView& v : run.vehicles) rows.push_back(held_row(v, last_time_s(run)));
-  return rows;
-}
+constexpr std::string_view kHeldFigure =
+    "<p class=\"legend\"><span><i data-kind=\"good\"></i> constrained by the LiDAR</span><span><i "
+    "data-kind=\"by_range\"></i> by ranges</span><span><i data-kind=\"by_imu\"></i> by inertia "
+    "alone</span><span><i data-kind=\"by_nothing\"></i> by nothing</span></p>\n<figure "
+    "data-figure=\"held\"></figure>\n";
 
 }  // namespace
-
-const BlindSpan* worst_blind(const VehicleView& v) {
-  const BlindSpan* worst = nullptr;
-  for (const BlindSpan& b : v.blind) {
-    if (worst == nullptr || b.off_max_m > worst->off_max_m ||
-        (std::isfinite(b.off_max_m) && !std::isfinite(worst->off_max_m))) {
-      worst = &b;
-    }
-  }
-  return worst;
-}
-
-std::string blind_without_ranges(const RunData& run) {
-  std::string html;
-  for (const VehicleView& v : run.vehicles) {
-    if (!v.blind_way.known || !was_blind(v)) continue;
-    WayShare without;
-    for (const HeldBy by : {HeldBy::kLidar, HeldBy::kImu, HeldBy::kNothing}) {
-      without.add(v.blind_way.held[static_cast<std::size_t>(by)]);
-    }
-    html += fmt::format(
-        "<li>{}: blind for {}, of that {} not held by a range, {} with no range "
-        "heard at all.</li>",
-        escaped(v.name), amount_words(v, v.blind_way.blind), part_cell(v, without),
-        part_cell(v, v.blind_way.unheard));
-  }
-  return html.empty() ? html : "<p>Where ranges are needed most:</p><ul>" + html + "</ul>\n";
-}
 
 std::string blind_html(const RunData& run) {
   const auto& all = run.vehicles;
   const auto known = [](const VehicleView& v) { return v.blind_way.known; };
   if (std::none_of(all.begin(), all.end(), known)) {
-    return absent("There is no degeneracy file: where it was blind is not known.");
+    return absent("There is no degeneracy file: where the LiDAR was blind is not known.");
   }
   const std::vector<Entry> entries = entries_of(run);
   if (entries.empty() && std::all_of(all.begin(), all.end(), known)) {
-    return "<p>Blind nowhere: in every sweep the walls held every direction.</p>\n";
+    return "<p>Nowhere: every scan constrained every direction.</p>\n";
   }
-  std::string html = std::string(held_legend()) + "<figure>" +
-                     svg_of(rows_of(run), RowAxis{last_time_s(run), "time [s]", true},
-                            "what held the vehicles over time") +
-                     "</figure>\n" + vehicles_table(run);
+  std::string html = std::string(kHeldFigure) + vehicles_table(run);
   if (entries.empty()) return html;
-  return html + "<h4>Blind stretches, the worst first</h4>" + table_html(entries) +
-         "<p class=\"note\">May be off: the covariance of the final poses along the blind axis, "
-         "seen from where the map begins; errors of earlier stretches are in it. Two of three "
-         "times the true error is smaller, if the program knows itself well. A vehicle that stood "
-         "is judged by time, others by their way. No range heard: none within 2 s, used or "
+  return html + "<h4>Degenerate stretches, the worst first</h4>" + table_html(entries) +
+         "<p class=\"note\">Expected error: from the covariance of the final poses along the "
+         "blind axis, seen from where the map begins; errors of earlier stretches are in it. "
+         "Two of three errors are smaller if the covariance is right. A vehicle that stood is "
+         "judged by time, others by distance. No range received: none within 2 s, used or "
          "not.</p>\n";
 }
 

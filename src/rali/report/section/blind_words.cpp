@@ -15,7 +15,7 @@ namespace {
 constexpr double kAlong = 0.85, kAcross = 0.5, kUpright = 0.8;
 /// Of the blind way: so much of it has one axis, then all of it is named so.
 constexpr double kNearlyAll = 0.8;
-/// A vehicle that moved less stood: its way is noise.
+/// A vehicle that moved less stood: its distance is noise.
 constexpr double kStood_m = 1.0;
 /// Less than this is not worth a word: a sweep or two.
 constexpr double kAmountMin = 0.05;
@@ -43,34 +43,34 @@ std::string share_words(double share) {
   return percent(share) + " of it";
 }
 
-/// ", held by ranges from v1 for 97 % of it and by inertia alone for 2 %"
+/// ", constrained by ranges to v1 for 97 % of it and by inertia alone for 2 %"
 std::string held_words(const VehicleView& v) {
   std::string text;
   const double ranges = held_share(v, HeldBy::kRange), inertia = held_share(v, HeldBy::kImu);
   if (ranges > kShareMin) {
     const std::string from =
-        v.blind_way.range_names.empty() ? "" : " from " + names_text(v.blind_way.range_names);
-    text += fmt::format(", held by ranges{} for {}", from, share_words(ranges));
+        v.blind_way.range_names.empty() ? "" : " to " + names_text(v.blind_way.range_names);
+    text += fmt::format(", constrained by ranges{} for {}", from, share_words(ranges));
   }
   if (inertia > kShareMin) {
-    text += fmt::format("{} by {} for {}", text.empty() ? ", held" : " and",
-                        stood(v) ? "inertia and standing still" : "inertia alone",
-                        share_words(inertia));
+    text +=
+        fmt::format("{} by {} for {}", text.empty() ? ", constrained" : " and",
+                    stood(v) ? "inertia and standstill" : "inertia alone", share_words(inertia));
   }
   return text;
 }
 
 std::string off_words(const VehicleView& v, const OffPeak& peak) {
-  if (!std::isfinite(peak.off_m)) return "how far off its position may be there is not known";
-  return fmt::format("its position there may be off by {} {} (1 sigma)", metres(peak.off_m),
+  if (!std::isfinite(peak.off_m)) return "how large the error is there is not known";
+  return fmt::format("the expected error there is {} {} (1 sigma)", metres(peak.off_m),
                      axis_words(v));
 }
 
-std::string doubt_words(const VehicleView& v) {
+std::string peak_words(const VehicleView& v) {
   const OffPeak& peak = v.blind_way.peak;
-  if (!std::isfinite(peak.off_m)) return "; how far off it may be is not known";
-  return fmt::format("; largest doubt {} {} at {} s (1 sigma)", metres(peak.off_m), axis_words(v),
-                     fixed(peak.t_s, 0));
+  if (!std::isfinite(peak.off_m)) return "; how large the error is there is not known";
+  return fmt::format("; the expected error there is at most {} {}, at {} s (1 sigma)",
+                     metres(peak.off_m), axis_words(v), fixed(peak.t_s, 0));
 }
 
 }  // namespace
@@ -78,9 +78,9 @@ std::string doubt_words(const VehicleView& v) {
 std::string_view axis_words(const BlindSpan& span) {
   if (!(span.axis.norm() > 0.5)) return "along an axis that is not known";
   if (std::abs(span.axis.z()) > kUpright) return "up and down";
-  if (span.along_way >= kAlong) return "along its way";
-  if (span.along_way <= kAcross) return "across its way";
-  return std::isfinite(span.along_way) ? "aslant to its way" : "along a level axis";
+  if (span.along_way >= kAlong) return "along its path";
+  if (span.along_way <= kAcross) return "across its path";
+  return std::isfinite(span.along_way) ? "oblique to its path" : "along a level axis";
 }
 
 std::string_view axis_words(const VehicleView& v) {
@@ -133,22 +133,23 @@ std::string unheld_words(const VehicleView& v) {
       everywhere ? "there" : "for " + amount_words(v, way.held[index(HeldBy::kNothing)]);
   return nothing < kAmountMin
              ? std::string()
-             : fmt::format("nothing held it {}: {}", where, off_words(v, way.peak_nothing));
+             : fmt::format("nothing constrained it {}: {}", where, off_words(v, way.peak_nothing));
 }
 
 std::string blind_sentence_of(const VehicleView& v) {
   if (!v.blind_way.known) {
     const double held = v.numbers.blind_held_share.value_or(0.0);
-    return fmt::format(
-        "{} was blind on {} of its way, {}", escaped(v.name), percent(v.numbers.blind_share),
-        held > 0.0 ? percent(held) + " of that held by ranges" : std::string("held by no range"));
+    return fmt::format("{} was blind on {} of its path, {}", escaped(v.name),
+                       percent(v.numbers.blind_share),
+                       held > 0.0 ? percent(held) + " of that constrained by ranges"
+                                  : std::string("constrained by no range"));
   }
   std::string text =
-      fmt::format("{} {}blind {} for {}", escaped(v.name), stood(v) ? "stood and was " : "was ",
-                  axis_words(v), part_words(v));
+      fmt::format("{} {}blind {} for {}", escaped(v.name),
+                  stood(v) ? "stood still and was " : "was ", axis_words(v), part_words(v));
   text += held_words(v);
   const std::string unheld = unheld_words(v);
-  return text + (unheld.empty() ? doubt_words(v) : "; " + unheld);
+  return text + (unheld.empty() ? peak_words(v) : "; " + unheld);
 }
 
 }  // namespace rali::report

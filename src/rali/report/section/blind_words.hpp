@@ -7,7 +7,7 @@
 
 namespace rali::report {
 
-/// The blind axis of a stretch against the motion: "along its way", "across its way", "up and
+/// The blind axis of a stretch against the motion: "along its path", "across its path", "up and
 /// down", ... (plain text)
 [[nodiscard]] std::string_view axis_words(const BlindSpan& span);
 
@@ -31,11 +31,12 @@ namespace rali::report {
 /// "40.0 m", of a vehicle that stood "40.0 s".
 [[nodiscard]] std::string amount_words(const VehicleView& v, const WayShare& share);
 
-/// "v2 was blind along its way for 182 of 201 m, held by ranges from v1 for 97 % of it; nothing
-/// held it for 5.5 m: its position there may be off by 12.0 m along its way (1 sigma)" (HTML).
+/// "v2 was blind along its path for 182 of 201 m, constrained by ranges to v1 for 97 % of it;
+/// nothing constrained it for 5.5 m: the expected error there is 12.0 m along its path (1 sigma)"
+/// (HTML).
 [[nodiscard]] std::string blind_sentence_of(const VehicleView& v);
 
-/// "nothing held it for 40 m: its position there may be off by 12 m along its way (1 sigma)"
+/// "nothing constrained it for 40 m: the expected error there is 12.0 m along its path (1 sigma)"
 /// (HTML).
 [[nodiscard]] std::string unheld_words(const VehicleView& v);
 

@@ -23,6 +23,8 @@ constexpr double kNeesFactorMax = 2.0;
 constexpr double kNeesFactorMin = 0.1;
 /// Less than this share within bounds that should hold 95 %: the same.
 constexpr double kWithin95Min = 0.85;
+/// Fewer keyframes that could contradict the map do not clear it.
+constexpr double kCheckedMin = 0.8;
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kGapWords = {
     {{"jumps", "jumps of the clock"},
@@ -76,9 +78,9 @@ Check input_check(const RunData& run) {
     for (const auto& [key, value] : v.numbers.gaps) {
       if (!is_harmless(key)) add(value, escaped(gap_words(key)));
     }
-    add(v.numbers.sweeps_dropped.value_or(0.0), "sweeps without a pose");
+    add(v.numbers.sweeps_dropped.value_or(0.0), "scans without a pose");
   }
-  if (check.state == CheckState::kGood) check.found = "no gaps, nothing damaged, no sweep dropped";
+  if (check.state == CheckState::kGood) check.found = "no gaps, nothing damaged, no scan dropped";
   if (check.state == CheckState::kLook) check.found = found;
   return check;
 }
@@ -92,7 +94,7 @@ Check divergence_check(const RunData& run) {
     diverged_s += *v.numbers.diverged_s;
   }
   if (check.state == CheckState::kNotChecked) return check;
-  check.found = "its own tests noticed no divergence";
+  check.found = "no divergence detected";
   if (diverged_s <= 0.0) return check;
   check.state = CheckState::kBad;
   check.found = fmt::format("diverged for {} s: cut from the map", fixed(diverged_s, 1));
@@ -112,7 +114,7 @@ const VehicleView* least_held(const RunData& run) {
 std::string unheld_found(const VehicleView& v) {
   const std::string words = unheld_words(v);
   if (v.blind_way.known && !words.empty()) return escaped(v.name) + ": " + words;
-  return fmt::format("{}: {} of its way blind and held by {}", escaped(v.name),
+  return fmt::format("{}: {} of its path blind and constrained by {}", escaped(v.name),
                      percent(unheld_share(v)), v.blind_way.known ? "nothing" : "no range");
 }
 
@@ -125,17 +127,17 @@ Check blind_check(const RunData& run) {
   }
   if (known == 0) return check;
   if (blind == 0) {
-    // Files of a run that was killed tell of a part alone.
+    // Files of a run that was killed cover a part alone.
     if (known == run.vehicles.size() && run.metrics_known) {
-      return {CheckState::kGood, check.what, "none met: every direction was seen"};
+      return {CheckState::kGood, check.what, "none: every direction is constrained"};
     }
-    check.found = fmt::format("known for {} of {} vehicles, which saw every direction", known,
-                              run.vehicles.size());
+    check.found =
+        fmt::format("known for {} of {} vehicles: none there", known, run.vehicles.size());
     return check;
   }
   const VehicleView* worst = least_held(run);
   if (worst == nullptr) {
-    return {CheckState::kLook, check.what, "met, and held by ranges or inertia everywhere"};
+    return {CheckState::kLook, check.what, "met, and constrained by ranges or inertia everywhere"};
   }
   const bool far_off = worst->blind_way.peak_nothing.off_m > kLargeSigma_m;
   return {far_off ? CheckState::kBad : CheckState::kLook, check.what, unheld_found(*worst)};
@@ -161,7 +163,7 @@ Check range_check(const RunData& run) {
     return {CheckState::kNotChecked, "ranges",
             ranges_unused(run).empty() ? "none were used" : "given, but none was used"};
   }
-  // What was measured twice or not needed speaks against nobody.
+  // What was measured twice or not needed is no fault.
   double faulty = total - used;
   for (const auto& [reason, n] : run.ranges.rejected) {
     if (reason == "duplicate" || reason == "not_needed") faulty -= n;
@@ -180,20 +182,31 @@ Check loop_check(const RunData& run) {
                       counted(run.loops_refused.value_or(0.0)))};
 }
 
+/// The vehicle with the largest mean NEES of a kind.
+std::string worst_of(const RunData& run, const std::string& kind) {
+  const VehicleView* worst = nullptr;
+  double most = 0.0;
+  for (const VehicleView& v : run.vehicles) {
+    const Number nees = measured(run, "vehicles." + v.name + ".trajectory." + kind + ".mean");
+    if (nees && *nees > most) most = *nees, worst = &v;
+  }
+  return worst == nullptr || run.vehicles.size() < 2 ? "" : ", most of all " + escaped(worst->name);
+}
+
 /// What speaks against the covariances; empty: nothing does.
-std::string covariance_doubt(const RunData& run) {
-  const auto m = [&](const char* key) {
-    return measured(run, std::string("fleet.trajectory.") + key);
-  };
+std::string covariance_fault(const RunData& run) {
   for (const char* kind : {"nees_pose", "nees_position"}) {
-    const Number nees = m((std::string(kind) + ".mean").c_str());
-    const Number expected = m((std::string(kind) + ".expected_mean").c_str());
+    const std::string path = std::string("fleet.trajectory.") + kind;
+    const Number nees = measured(run, path + ".mean");
+    const Number expected = measured(run, path + ".expected_mean");
+    const bool pose = std::string_view(kind) == "nees_pose";
     if (nees && expected && *nees > kNeesFactorMax * *expected) {
-      return fmt::format("NEES of the {} is {}, should be {}",
-                         std::string_view(kind) == "nees_pose" ? "pose" : "position",
-                         fixed(nees, 1), fixed(expected, 0));
+      return fmt::format(
+          "errors of the {} are {} times the stated sigma (rms){}: the covariance is "
+          "too small",
+          pose ? "pose" : "position", ratio_text(nees, expected), worst_of(run, kind));
     }
-    const Number within = m((std::string(kind) + ".fraction_within_95").c_str());
+    const Number within = measured(run, path + ".fraction_within_95");
     if (within && *within < kWithin95Min) {
       return fmt::format("only {} of the poses lie within their 95 % bounds", percent(within));
     }
@@ -201,46 +214,53 @@ std::string covariance_doubt(const RunData& run) {
   return {};
 }
 
-/// Errors a third of what is stated, or less.
-std::string covariance_excess(const RunData& run) {
-  const Number nees = measured(run, "fleet.trajectory.nees_position.mean");
-  const Number expected = measured(run, "fleet.trajectory.nees_position.expected_mean");
-  if (!nees || !expected || *nees >= kNeesFactorMin * *expected) return {};
-  return fmt::format("NEES of the position is {}, should be {}", fixed(nees, 2),
-                     fixed(expected, 0));
-}
-
 Check truth_check(const RunData& run) {
   const Number ape = truth_error(run);
-  if (!ape) return {CheckState::kNotChecked, "against truth", "not evaluated"};
-  // How large an error may be is the reader's to say; whether it was foretold can be checked.
-  if (!measured(run, "fleet.trajectory.nees_pose.mean")) {
-    return {CheckState::kNotChecked, "against truth",
-            metres(ape) + " (APE rmse); no covariances to compare with"};
+  if (!ape) return {CheckState::kNotChecked, "against ground truth", "not evaluated"};
+  const std::string size = metres(ape) + " (APE rmse)";
+  // How large an error may be is the reader's to judge; whether it was predicted can be checked.
+  const Number nees = measured(run, "fleet.trajectory.nees_position.mean");
+  const Number expected = measured(run, "fleet.trajectory.nees_position.expected_mean");
+  if (!nees && !measured(run, "fleet.trajectory.nees_pose.mean")) {
+    return {CheckState::kNotChecked, "against ground truth",
+            size + "; no covariances to compare with"};
   }
-  const std::string doubt = covariance_doubt(run);
-  if (!doubt.empty()) {
-    return {CheckState::kLook, "against truth",
-            fmt::format("{} (APE rmse), errors are larger than the program expects: {}",
-                        metres(ape), doubt)};
+  if (const std::string fault = covariance_fault(run); !fault.empty()) {
+    return {CheckState::kLook, "against ground truth", size + "; " + fault};
   }
-  const std::string excess = covariance_excess(run);
-  if (!excess.empty()) {
-    return {CheckState::kGood, "against truth",
-            fmt::format("{} (APE rmse), far smaller than the program expects: {}", metres(ape),
-                        excess)};
+  const bool far_below = nees && expected && *nees < kNeesFactorMin * *expected;
+  return {CheckState::kGood, "against ground truth",
+          size + (far_below ? ", far less than stated: the covariance is too large"
+                            : ", no more than the stated covariance allows")};
+}
+
+/// How much of the map its own scans could contradict, and whether they did.
+Check map_check(const RunData& run) {
+  Check check{CheckState::kNotChecked, "map against its scans", "not known"};
+  const SelfCheck& c = run.self_check;
+  if (!c.keyframes || !c.checked || *c.keyframes <= 0.0) return check;
+  const std::string part = fmt::format("{} of {} keyframes see enough walls to contradict the map",
+                                       counted(c.checked), counted(c.keyframes));
+  if (c.contradictions.value_or(0.0) > 0.0) {
+    return {CheckState::kBad, check.what,
+            fmt::format("{}; contradictions: {}", part, counted(c.contradictions))};
   }
-  return {CheckState::kGood, "against truth",
-          fmt::format("{} (APE rmse), no larger than the program expects", metres(ape))};
+  if (*c.checked <= 0.0) {
+    check.found = "no keyframe sees enough walls to contradict the map";
+  } else {
+    check.state = *c.checked < kCheckedMin * *c.keyframes ? CheckState::kLook : CheckState::kGood;
+    check.found = part + "; none does";
+  }
+  return check;
 }
 
 std::string doubt_of_status(const RunData& run) {
   if (run.status == "interrupted") {
-    return fmt::format("the run was stopped at {} s: what comes later was not mapped.",
+    return fmt::format("the run was stopped at {} s: later data are not mapped.",
                        fixed(last_time_s(run), 0));
   }
   if (run.status == "failed" || run.status == "running") {
-    return "the run did not come to its end: outputs are missing or belong to a part of the data.";
+    return "the run did not reach its end: outputs are missing or cover a part of the data.";
   }
   return {};
 }
@@ -259,16 +279,14 @@ std::string doubt_of_blind(const RunData& run) {
   if (worst == nullptr || unheld_share(*worst) <= kUnheldShare) return {};
   std::string text;
   if (worst->blind_way.known) {
-    text = blind_sentence_of(*worst) +
-           ", and the walls of the map look straight and thin all the "
-           "same";
+    text = blind_sentence_of(*worst) + ", although the walls of the map look straight and thin";
   } else {
     text = unheld_found(*worst) +
-           ": along the blind axis the map may be too long or too short, and its walls look "
-           "straight and thin all the same";
+           ": along the blind axis the map may be too long or too short, although its walls "
+           "look straight and thin";
   }
   if (const Number largest = largest_error(run)) {
-    text += fmt::format("; the truth shows up to {}", metres(largest));
+    text += fmt::format("; against ground truth it is at most {}", metres(largest));
   }
   return text + '.';
 }
@@ -283,7 +301,7 @@ std::string doubt_of_vehicles(const RunData& run) {
   if (run.map_points.value_or(0.0) <= 0.0) return "there is no map.";
   if (run.groups.size() > 1) {
     return fmt::format(
-        "the vehicles stand in {} frames that are not joined: map.* holds {} alone, and where the "
+        "the vehicles are in {} frames that are not joined: map.* holds {} alone, and where the "
         "others were in it is not known.",
         run.groups.size(), names_of_map(run));
   }
@@ -292,8 +310,8 @@ std::string doubt_of_vehicles(const RunData& run) {
     if (v.numbers.sigma_max_m.value_or(0.0) <= kLargeSigma_m) continue;
     const Number largest = largest_error(run);
     if (largest && truth_check(run).state == CheckState::kGood) continue;
-    return fmt::format("{} expects to be off by up to {} (1 sigma).", escaped(v.name),
-                       metres(v.numbers.sigma_max_m));
+    return fmt::format("the position of {} has an expected error of up to {} (1 sigma).",
+                       escaped(v.name), metres(v.numbers.sigma_max_m));
   }
   return {};
 }
@@ -305,6 +323,11 @@ std::string_view gap_words(std::string_view key) {
     if (name == key) return words;
   }
   return key;
+}
+
+std::string ratio_text(const Number& nees, const Number& expected) {
+  if (!nees || !expected || !(*expected > 0.0)) return fixed(kUnknown, 0);
+  return at_most(std::sqrt(std::max(*nees, 0.0) / *expected), 100.0, 1);
 }
 
 std::string_view state_class(CheckState state) {
@@ -348,26 +371,30 @@ std::string ranges_unused(const RunData& run) {
 Number truth_error(const RunData& run) { return measured(run, "fleet.trajectory.ape_m.rmse"); }
 
 std::vector<Check> checks_of(const RunData& run) {
-  return {run_check(run),   input_check(run), divergence_check(run), blind_check(run),
-          frame_check(run), range_check(run), loop_check(run),       truth_check(run)};
+  return {run_check(run),   input_check(run), divergence_check(run),
+          blind_check(run), map_check(run),   frame_check(run),
+          range_check(run), loop_check(run),  truth_check(run)};
 }
 
-std::string largest_doubt(const RunData& run) {
+std::string largest_uncertainty(const RunData& run) {
   for (const std::string& doubt : {doubt_of_status(run), doubt_of_vehicles(run)}) {
     if (!doubt.empty()) return doubt;
   }
-  if (const Check truth = truth_check(run); truth.state == CheckState::kLook) {
-    return "expected and measured error disagree: " + truth.found + '.';
+  if (const Check map = map_check(run); map.state == CheckState::kBad) {
+    return "the map contradicts its own scans: " + map.found + '.';
+  }
+  if (const std::string fault = covariance_fault(run); !fault.empty()) {
+    return "stated and measured errors disagree: " + fault + '.';
   }
   if (!run.warnings.empty()) return escaped(run.warnings.front().text);
   if (const Check input = input_check(run); input.state == CheckState::kLook) {
     return "the input has gaps: " + input.found + '.';
   }
   if (!run.evaluated()) {
-    return "nothing here was measured against a truth: errors are what the program expects of "
-           "itself.";
+    return "nothing here was measured against a ground truth: errors are those that the "
+           "covariances state.";
   }
-  return "none that this run could show; the truth it was compared with has errors of its own.";
+  return "none that this run can show; the ground truth has errors of its own.";
 }
 
 }  // namespace rali::report

@@ -19,14 +19,17 @@ struct Check {
 /// What was looked at and what came out, in the order of the page.
 [[nodiscard]] std::vector<Check> checks_of(const RunData& run);
 
-/// One sentence (HTML): what a reader should doubt first.
-[[nodiscard]] std::string largest_doubt(const RunData& run);
+/// One sentence (HTML): what a reader should question first.
+[[nodiscard]] std::string largest_uncertainty(const RunData& run);
 
 /// rmse of the position against the truth over all vehicles, if evaluated.
 [[nodiscard]] Number truth_error(const RunData& run);
 
 /// Largest position error of a pose against the truth.
 [[nodiscard]] Number largest_error(const RunData& run);
+
+/// How many times the stated sigma the errors are, root mean square: of a mean NEES.
+[[nodiscard]] std::string ratio_text(const Number& nees, const Number& expected);
 
 /// Why ranges that were given are not used (HTML); empty: none were given, or they are.
 [[nodiscard]] std::string ranges_unused(const RunData& run);

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
-#include "rali/report/plot/map_view.hpp"
-#include "rali/report/section/blind_map.hpp"
 #include "rali/report/section/checks.hpp"
 #include "rali/report/section/section.hpp"
 
@@ -56,14 +54,14 @@ void add_vehicle_rows(const std::vector<RunData>& runs, Table& table) {
     };
     add("path", &VehicleNumbers::path_m, [](const Number& n) { return metres(n); });
     add("keyframes", &VehicleNumbers::keyframes, [](const Number& n) { return counted(n); });
-    add("sweeps dropped", &VehicleNumbers::sweeps_dropped,
+    add("scans dropped", &VehicleNumbers::sweeps_dropped,
         [](const Number& n) { return counted(n); });
     add("blind", &VehicleNumbers::blind_share, [](const Number& n) { return percent(n); });
-    add("of that held by ranges", &VehicleNumbers::blind_held_share,
+    add("of that constrained by ranges", &VehicleNumbers::blind_held_share,
         [](const Number& n) { return percent(n); });
     add("expected error, median", &VehicleNumbers::sigma_median_m,
         [](const Number& n) { return metres(n); });
-    add("expected error, worst", &VehicleNumbers::sigma_max_m,
+    add("expected error, largest", &VehicleNumbers::sigma_max_m,
         [](const Number& n) { return metres(n); });
     add("diverged", &VehicleNumbers::diverged_s,
         [](const Number& n) { return fixed(n, 1) + " s"; });
@@ -96,40 +94,28 @@ Section metrics_section(const std::vector<RunData>& runs) {
   return {"metrics", "Numbers side by side", "<div class=\"wide\">" + table.html() + "</div>"};
 }
 
-/// One vehicle's ways in all runs.
-std::string overlay_of(const std::vector<RunData>& runs, const std::string& name) {
-  MapView view;
-  std::string legend;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    for (const VehicleView& v : runs[i].vehicles) {
-      if (v.name != name || v.way.empty()) continue;
-      if (view.map == nullptr && i == 0 && v.in_map && runs[i].map.size() > 0) {
-        view.map = &runs[i].map;
-      }
-      const Style style = style_of(i);
-      view.ways.push_back({fmt::format("{}", i + 1), &v.way, style, blind_stretches(v),
-                           2.0 + 1.8 * static_cast<double>(runs.size() - 1 - i), true, false});
-      legend += fmt::format(
-          "<span><svg width=\"30\" height=\"8\"><path d=\"M0 4H30\" stroke=\"{}\" "
-          "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {} {}</span>",
-          css(style.colour), style.dash, i + 1, escaped(runs[i].name));
-    }
-  }
-  const std::string svg = svg_of(view);
-  if (svg.empty()) return {};
-  return fmt::format("<h3>{}</h3><p class=\"legend\">{}</p><figure>{}</figure>\n", escaped(name),
-                     legend, svg);
-}
-
+/// Each vehicle's paths in all runs; page_data groups them by its name.
 Section overlay_section(const std::vector<RunData>& runs) {
   std::string html;
-  for (const std::string& name : vehicle_names(runs)) html += overlay_of(runs, name);
-  if (html.empty()) return {"overlay", "Ways", absent("No run has a trajectory.")};
-  return {"overlay", "Ways",
+  for (const std::string& name : vehicle_names(runs)) {
+    const auto has_path = [&](const RunData& run) {
+      return std::any_of(run.vehicles.begin(), run.vehicles.end(),
+                         [&](const VehicleView& v) { return v.name == name && !v.way.empty(); });
+    };
+    if (std::none_of(runs.begin(), runs.end(), has_path)) continue;
+    const bool in_first =
+        std::any_of(runs.front().vehicles.begin(), runs.front().vehicles.end(),
+                    [&](const VehicleView& v) { return v.name == name && v.in_map; });
+    html +=
+        fmt::format("<h3>{0}</h3><figure data-figure=\"map\" data-group=\"{0}\"{1}></figure>\n",
+                    escaped(name), in_first && runs.front().map.size() > 0 ? " data-cloud" : "");
+  }
+  if (html.empty()) return {"overlay", "Paths", absent("No run has a trajectory.")};
+  return {"overlay", "Paths",
           html +
               "<p class=\"note\">As each run wrote them, nothing was aligned: a map begins at the "
-              "first pose, z up. Bars across a way: blind. Grey: the map of the first run, where "
-              "the vehicle is in it.</p>\n"};
+              "first pose, z up. Wide marks along a path: blind. Points: the map of the first "
+              "run, where the vehicle is in it.</p>\n"};
 }
 
 Section difference_section(const std::vector<RunData>& runs) {

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
-#include "rali/report/plot/time_rows.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
@@ -51,62 +50,10 @@ std::string groups_html(const RunData& run) {
   return table.html(true) + placed_html(run);
 }
 
-/// A vehicle counts as standing while it gets less far than this in a second.
-constexpr double kStands_m = 0.05;
-
-/// Bars of equal kind side by side are one.
-void add_bar(double begin_s, double end_s, const char* css_class, TimeRow& row) {
-  if (!row.bars.empty() && row.bars.back().css_class == css_class &&
-      row.bars.back().end_s == begin_s) {
-    row.bars.back().end_s = end_s;
-  } else {
-    row.bars.push_back({begin_s, end_s, css_class, "", "", 0.0, 1.0});
-  }
-}
-
-void add_motion(const std::vector<WayPoint>& way, TimeRow& row) {
-  for (std::size_t from = 0, to = 0; from + 1 < way.size(); from = to) {
-    while (to + 1 < way.size() && way[to].t_s < way[from].t_s + 1.0) ++to;
-    const double span_s = way[to].t_s - way[from].t_s;
-    const double per_s = (way[to].p_m - way[from].p_m).norm() / std::max(span_s, 1e-3);
-    const bool drives = !(per_s < kStands_m);
-    add_bar(way[from].t_s, way[to].t_s, drives ? "role-drives" : "role-stands", row);
-    if (to == from) break;
-  }
-  for (TimeBar& bar : row.bars) {
-    bar.title =
-        fmt::format("{} from {} to {} s", bar.css_class == "role-drives" ? "drives" : "stands",
-                    fixed(bar.begin_s, 1), fixed(bar.end_s, 1));
-  }
-}
-
-/// Who stands as anchor when: one row per vehicle.
-std::string roles_svg(const RunData& run) {
-  double end_s = last_time_s(run);
-  for (const Round& r : run.rounds)
-    end_s = std::isfinite(r.end_s) ? std::max(end_s, r.end_s) : end_s;
-  std::vector<TimeRow> rows;
-  for (const VehicleView& v : run.vehicles) {
-    TimeRow row{v.name, {}};
-    add_motion(v.way, row);
-    for (const Round& r : run.rounds) {
-      if (r.anchor != v.name) continue;
-      row.bars.push_back({r.begin_s, r.end_s, "role-anchor",
-                          fmt::format("round {}: anchor from {} to {} s", r.round,
-                                      fixed(r.begin_s, 1), fixed(r.end_s, 1)),
-                          "anchor", 0.0, 1.0});
-    }
-    rows.push_back(std::move(row));
-  }
-  return svg_of(rows, RowAxis{end_s, "time [s]", true}, "roles over time");
-}
-
-constexpr std::string_view kRoleLegend =
-    "<p class=\"legend\"><span><svg width=\"24\" height=\"14\"><rect class=\"role-drives\" "
-    "width=\"24\" height=\"14\"/></svg> drives</span><span><svg width=\"24\" height=\"14\"><rect "
-    "class=\"role-stands\" width=\"24\" height=\"14\"/></svg> stands</span><span><svg "
-    "width=\"24\" height=\"14\"><rect "
-    "class=\"role-anchor\" width=\"24\" height=\"14\"/></svg> stands as anchor</span></p>\n";
+constexpr std::string_view kRoles =
+    "<p class=\"legend\"><span><i data-kind=\"drives\"></i> drives</span><span><i "
+    "data-kind=\"stands\"></i> stands</span><span><i data-kind=\"anchor\"></i> stands as "
+    "anchor</span></p>\n<figure data-figure=\"roles\"></figure>\n";
 
 std::string end_words(const std::string& ended_by) {
   static constexpr std::array<std::array<std::string_view, 2>, 7> kWords = {
@@ -125,7 +72,7 @@ std::string end_words(const std::string& ended_by) {
 
 std::string rounds_html(const RunData& run) {
   if (run.rounds.empty()) return absent("No rounds are recorded.");
-  std::string html = std::string(kRoleLegend) + "<figure>" + roles_svg(run) + "</figure>\n";
+  std::string html(kRoles);
   Table table({"round", "anchor", "from", "to", "ended by", "next anchor"});
   for (std::size_t i = 0; i < std::min(run.rounds.size(), kRowsMax); ++i) {
     const Round& r = run.rounds[i];

@@ -1,131 +1,89 @@
 #include <algorithm>
-#include <cmath>
-#include <utility>
+#include <array>
 
 #include <fmt/format.h>
 
+#include "rali/report/data/cloud.hpp"
+#include "rali/report/internal/colours.hpp"
 #include "rali/report/internal/html.hpp"
-#include "rali/report/plot/map_view.hpp"
 #include "rali/report/section/blind.hpp"
-#include "rali/report/section/blind_map.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
 
-void add_ways(const RunData& run, MapView& view) {
-  for (const VehicleView& v : run.vehicles) {
-    if (v.truth.empty() || !v.in_map) continue;
-    view.ways.push_back({v.name + " truth", &v.truth, Style{kTruthColour, "3 3"}, {}, 2.6, false});
-  }
-  for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
-    const VehicleView& v = run.vehicles[i];
-    if (v.way.empty() || !v.in_map) continue;
-    view.ways.push_back({v.name, &v.way, style_of(i), blind_stretches(v), 2.2});
-  }
+template <class Is>
+bool any_in_map(const RunData& run, Is&& is) {
+  return std::any_of(run.vehicles.begin(), run.vehicles.end(),
+                     [&](const VehicleView& v) { return v.in_map && is(v); });
 }
 
-void add_frontiers(const RunData& run, MapView& view) {
-  std::string last;
-  for (const Frontier& f : run.frontiers) last = f.round;
-  for (const Frontier& f : run.frontiers) {
-    const bool left = f.state != "explored" && f.state != "too_small";
-    if (f.round != last || !left || !f.p_m.head<2>().allFinite()) continue;
-    view.frontiers.push_back(
-        {f.p_m, fmt::format("frontier {}: {}, {:.1f} m", f.id, f.state, f.length_m)});
-  }
+bool degenerate_held_by(const VehicleView& v, HeldBy by) {
+  return std::any_of(v.degeneracy.begin(), v.degeneracy.end(), [&](const DegeneracyPoint& d) {
+    return d.blind && std::max(d.held_by, HeldBy::kRange) == by;
+  });
 }
 
-void add_anchors(const RunData& run, MapView& view) {
-  for (const Round& round : run.rounds) {
-    for (const VehicleView& v : run.vehicles) {
-      if (v.name != round.anchor || !v.in_map) continue;
-      const WayPoint* where = pose_near(v.way, 0.5 * (round.begin_s + round.end_s));
-      if (where == nullptr) continue;
-      view.anchors.push_back(
-          {where->p_m, fmt::format("round {}: {} stands as anchor", round.round, v.name)});
-    }
-  }
+std::string key(std::string_view shape, std::string_view words) {
+  return fmt::format(
+      "<span><svg width=\"34\" height=\"12\" viewBox=\"0 0 34 12\">{}</svg> {}</span>", shape,
+      words);
 }
 
-MapView base_view(const RunData& run) {
-  MapView view;
-  view.map = &run.map;
-  add_ways(run, view);
-  add_blind_bars(run, view);
-  add_frontiers(run, view);
-  add_anchors(run, view);
-  return view;
-}
-
-void colour_by_error(const RunData& run, MapView& view) {
-  const ErrorScale scale = error_scale(run.map);
-  if (!scale.known) return;
-  view.share = [&map = run.map, scale](std::size_t i) {
-    return scale.share(static_cast<double>(map.sigma_m[i]));
-  };
-  view.dark_is_high = true;
-  view.colour_low = metres(scale.low_m);
-  view.colour_high = metres(scale.high_m);
-  view.colour_text = "expected error of the points (1 sigma); darker is worse";
-}
-
-void colour_by_height(const RunData& run, MapView& view) {
-  const Range z = range_of_points(run.map, 2);
-  if (z.empty()) return;
-  const double low = z.low(), width = std::max(z.width(), 0.01);
-  view.share = [&map = run.map, low, width](std::size_t i) {
-    return (static_cast<double>(map.z_m[i]) - low) / width;
-  };
-  view.colour_low = metres(z.low());
-  view.colour_high = metres(z.high());
-  view.colour_text = "height z of the points";
-}
-
-/// Each point in the colour of the vehicle that saw it first; the ways have the same colours.
-void colour_by_vehicle(const RunData& run, MapView& view) {
-  view.share = [&map = run.map](std::size_t i) { return static_cast<double>(map.vehicle[i]); };
-  for (std::size_t i = 0; i < run.vehicles.size(); ++i) view.kinds.push_back(style_of(i).colour);
-}
-
-/// Seen from the side along the shorter of the two horizontal axes.
-ViewAxes side_axes(const RunData& run) {
-  Range x = range_of_points(run.map, 0), y = range_of_points(run.map, 1);
-  for (const VehicleView& v : run.vehicles) {
-    if (!v.in_map) continue;
-    for (const WayPoint& w : v.way) {
-      x.add(w.p_m.x());
-      y.add(w.p_m.y());
-    }
-  }
-  return x.width() >= y.width() ? ViewAxes{0, 2, 1} : ViewAxes{1, 2, 0};
-}
-
-std::string legend(const MapView& view) {
+/// What the drawing holds besides the paths, which have their names in it: at most six entries.
+std::string map_legend(const RunData& run) {
+  using Key = std::array<std::string_view, 2>;
+  constexpr std::array<Key, 3> kHeld = {
+      {{"d55e0080\" stroke-dasharray=\"3 5", "blind, constrained by ranges"},
+       {"d55e00b0\" stroke-dasharray=\"12 7", "blind, constrained by inertia alone"},
+       {"c0161d", "blind, constrained by nothing"}}};
   std::string out = "<p class=\"legend\">";
-  bool truth = false;
-  for (const MapWay& way : view.ways) {
-    // All truths are drawn alike.
-    const bool is_truth = !way.ends;
-    if (is_truth && std::exchange(truth, true)) continue;
-    out += fmt::format(
-        "<span><svg width=\"30\" height=\"8\"><path d=\"M0 4H30\" stroke=\"{}\" "
-        "stroke-width=\"2.5\" stroke-dasharray=\"{}\"/></svg> {}</span>",
-        css(way.style.colour), way.style.dash, is_truth ? "truth" : escaped(way.label));
+  for (std::size_t i = kHeld.size(); i-- > 0;) {
+    const auto by = static_cast<HeldBy>(i + 1);
+    if (!any_in_map(run, [&](const VehicleView& v) { return degenerate_held_by(v, by); })) continue;
+    out += key(fmt::format("<path d=\"M2 6H32\" stroke-width=\"9\" stroke=\"#{}\"/>", kHeld[i][0]),
+               kHeld[i][1]);
   }
-  out += blind_legend(view);
-  if (!view.frontiers.empty()) {
-    out +=
-        "<span><svg width=\"14\" height=\"12\"><path class=\"frontier\" d=\"M7 1l5 5l-5 5l-5 "
-        "-5z\"/>"
-        "</svg> frontier left at the end</span>";
+  if (any_in_map(run, [](const VehicleView& v) { return !v.truth.empty(); })) {
+    out += key(fmt::format("<path d=\"M0 6H34\" stroke-width=\"2.6\" stroke-dasharray=\"3 3\" "
+                           "stroke=\"{}\"/>",
+                           css(kTruthColour)),
+               "ground truth");
   }
-  if (!view.anchors.empty()) {
-    out +=
-        "<span><svg width=\"14\" height=\"12\"><path class=\"anchor\" d=\"M7 1l6 10h-12z\"/>"
-        "</svg> stands as anchor</span>";
+  if (!run.rounds.empty()) {
+    out += key("<path d=\"M17 0l6 11h-12z\" fill=\"#1c2430\"/>", "stands as anchor");
   }
-  return out + "<span>&#9675; begin &#9632; end of a way</span></p>\n";
+  if (!run.frontiers.empty()) {
+    out += key("<path d=\"M17 1l5 5l-5 5l-5 -5z\" fill=\"#fff\" stroke=\"#14181f\"/>",
+               "frontier left at the end");
+  }
+  return out + "</p>\n";
+}
+
+/// Choice of what colours the points, with the key of each choice.
+std::string colour_choice(const RunData& run) {
+  const Span error = span_of_sigma(run.map), z = span_of_points(run.map, 2);
+  std::string options, keys, bar = "linear-gradient(90deg";
+  for (int i = 0; i <= 8; ++i) bar += ", " + css(scale_colour(i / 8.0, false));
+  bar += ")";
+  const auto add = [&](std::string_view name, std::string_view words, const std::string& key_html) {
+    options += fmt::format("<option value=\"{}\">{}</option>", name, words);
+    keys += fmt::format("<span data-colour=\"{}\"{}>{}</span>", name, keys.empty() ? "" : " hidden",
+                        key_html);
+  };
+  const auto scale = [&](double left_m, double right_m) {
+    return fmt::format("{} <i class=\"bar\" style=\"background:{}\"></i> {}", metres(left_m), bar,
+                       metres(right_m));
+  };
+  if (error.known) {
+    add("sigma", "expected error (1 sigma)", scale(error.high, error.low) + ", dark is worse");
+  }
+  add("height", "height z", scale(z.low, z.high));
+  if (run.vehicles.size() > 1) add("vehicle", "vehicle", "the colour of its path");
+  return fmt::format(
+      "<label>points by <select class=\"cloud-colour\">{}</select></label> <span "
+      "class=\"keys\">{}</span>",
+      options, keys);
 }
 
 std::vector<std::string> names_in(const RunData& run, bool in_map) {
@@ -146,71 +104,67 @@ std::string frames_note(const RunData& run) {
       others.size() == 1 ? "that one stands" : "those stand");
 }
 
-/// Ways of vehicles that are not joined: each group by itself.
+/// Paths of vehicles that are not joined: each group by itself.
 std::string other_frames(const RunData& run) {
   std::string html;
-  for (const std::vector<std::string>& group : run.groups) {
-    MapView view;
-    for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
-      const VehicleView& v = run.vehicles[i];
-      if (v.in_map || v.way.empty()) continue;
-      if (std::find(group.begin(), group.end(), v.name) == group.end()) continue;
-      view.ways.push_back({v.name, &v.way, style_of(i), blind_stretches(v), 2.2});
-    }
-    view.width = 560.0;
-    view.height_max = 360.0;
-    const std::string svg = svg_of(view);
-    if (svg.empty()) continue;
-    html += fmt::format("<figure><figcaption>{}, in a frame of {} own</figcaption>{}</figure>",
-                        names_text(group), group.size() == 1 ? "its" : "their", svg);
+  for (std::size_t i = 0; i < run.groups.size(); ++i) {
+    const std::vector<std::string>& group = run.groups[i];
+    const bool has_path =
+        std::any_of(run.vehicles.begin(), run.vehicles.end(), [&](const VehicleView& v) {
+          return !v.in_map && !v.way.empty() &&
+                 std::find(group.begin(), group.end(), v.name) != group.end();
+        });
+    if (!has_path) continue;
+    html += fmt::format(
+        "<figure><figcaption>{}, in a frame of {} own</figcaption><div data-figure=\"map\" "
+        "data-group=\"frame{}\" data-height=\"360\"></div></figure>",
+        names_text(group), group.size() == 1 ? "its" : "their", i);
   }
   if (html.empty()) return {};
-  return "<h3>Ways that are not joined to the map</h3><div class=\"plots\">" + html + "</div>\n";
+  return "<h3>Paths that are not joined to the map</h3><div class=\"plots\">" + html + "</div>\n";
 }
 
 }  // namespace
 
 Section map_section(const RunData& run) {
   Section section{"map", "Map", ""};
-  MapView top = base_view(run);
-  MapView heights = top;
-  colour_by_error(run, top);
-  colour_by_height(run, heights);
-  const std::string by_error = svg_of(top);
-  if (by_error.empty()) {
-    section.html = absent("There is no map and no trajectory.");
+  const bool paths = any_in_map(run, [](const VehicleView& v) { return !v.way.empty(); });
+  if (run.map.size() == 0 && !paths) {
+    section.html = absent("There is no map and no trajectory.") + other_frames(run);
     return section;
   }
-  section.html += frames_note(run) + legend(top);
-  if (run.map.size() > 0 && top.share) {
-    std::string labels, third;
-    if (run.vehicles.size() > 1 && run.map.vehicle.size() == run.map.size()) {
-      MapView vehicles = base_view(run);
-      colour_by_vehicle(run, vehicles);
-      labels =
-          "<input type=\"radio\" name=\"top\" id=\"top-vehicle\"><label for=\"top-vehicle\">"
-          "by vehicle</label>";
-      third = "<figure class=\"c\">" + svg_of(vehicles) + "</figure>";
-    }
-    section.html += fmt::format(
-        "<div class=\"switch\"><input type=\"radio\" name=\"top\" id=\"top-error\" checked>"
-        "<label for=\"top-error\">by expected error</label><input type=\"radio\" name=\"top\" "
-        "id=\"top-height\"><label for=\"top-height\">by height</label>{}"
-        "<figure class=\"a\">{}</figure><figure class=\"b\">{}</figure>{}</div>\n",
-        labels, by_error, svg_of(heights), third);
-  } else {
-    section.html += "<figure>" + svg_of(run.map.size() > 0 ? heights : top) + "</figure>\n";
-  }
-  section.html +=
-      "<p class=\"note\">From above, x of the map to the right and y up; the origin is "
-      "the first pose. What stands upright is dark, floors and "
-      "ceilings are faint.</p>\n";
-  MapView side = top.share ? top : heights;
-  side.axes = side_axes(run);
-  side.height_max = 260.0;
-  side.stretch_up = true;
-  section.html += fmt::format("<h3>From the side</h3><figure>{}</figure>\n", svg_of(side));
+  const bool cloud = run.map.size() > 0;
+  section.html = frames_note(run) + map_legend(run);
+  if (cloud) section.html += "<p class=\"tools\">" + colour_choice(run) + "</p>\n";
+  section.html += fmt::format(
+      "<figure data-figure=\"map\" data-group=\"map\"{}></figure>\n<p class=\"note\">From above, "
+      "in "
+      "the frame of the map: x right, y up, origin at the first pose. Ring: start of a path; "
+      "square: its end. {}Drag to zoom, double click for the whole map; the pointer on a path "
+      "shows "
+      "that time in all plots of the vehicle.</p>\n<h3>From the side</h3><figure "
+      "data-figure=\"side\"></figure>\n",
+      cloud ? " data-cloud" : "",
+      cloud ? "What stands upright is dark, floors and ceilings are "
+              "faint. "
+            : "");
   section.html += "<h3>Where the LiDAR was blind</h3>" + blind_html(run) + other_frames(run);
+  return section;
+}
+
+Section view3d_section(const RunData& run) {
+  Section section{"view", "Map in 3-D", ""};
+  if (run.map.size() == 0) {
+    section.html = absent("There is no map.pcd or map.ply with points.");
+    return section;
+  }
+  section.html = fmt::format(
+      "<p class=\"tools\">{} <label>cut at <input type=\"range\" id=\"view3d-cut\" min=\"1\" "
+      "max=\"100\" value=\"75\"> of the height</label> <button id=\"view3d-home\">whole "
+      "map</button></p>\n<div data-figure=\"view\" class=\"view3d\"></div>\n<p "
+      "class=\"note\">Drag to turn, right button to move, click and wheel to zoom. Orange: the "
+      "LiDAR was blind. A part of the map's {} points is drawn; map.ply holds all.</p>\n",
+      colour_choice(run), counted(static_cast<double>(run.map_file_points)));
   return section;
 }
 

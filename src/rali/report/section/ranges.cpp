@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "rali/report/data/page_data.hpp"
 #include "rali/report/internal/html.hpp"
-#include "rali/report/section/blind.hpp"
 #include "rali/report/section/checks.hpp"
-#include "rali/report/section/range_plots.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
@@ -115,7 +114,7 @@ std::string pairs_table(const RunData& run) {
   for (std::size_t i = 0; i < std::min(pairs.size(), kPairsMax); ++i) {
     table.row(cells_of(run, pairs[i], fates));
   }
-  return "<div class=\"wide\">" + table.html() + "</div>\n";
+  return "<div class=\"wide\">" + table.lean_html() + "</div>\n";
 }
 
 std::string quoted_list(const std::vector<std::string>& names) {
@@ -145,6 +144,48 @@ std::string strangers_note(const RunData& run) {
   return html;
 }
 
+/// "no range of v1-v2 has a residual: 389 no pose at that time"
+std::string without_residual(const PairRanges& pair) {
+  std::string found;
+  for (std::size_t i = 0; i < kRangeFateCount; ++i) {
+    if (pair.count[i] == 0) continue;
+    found += fmt::format("{}{} {}", found.empty() ? "" : ", ", number(pair.count[i]),
+                         fate_words(static_cast<RangeFate>(i)));
+  }
+  return fmt::format("<p class=\"note\">{} - {}: no range has a residual ({}).</p>\n",
+                     escaped(pair.a), escaped(pair.b), found);
+}
+
+bool has_residual(const PairRanges& pair) {
+  return std::any_of(pair.dots.begin(), pair.dots.end(), [](const std::vector<RangeDot>& dots) {
+    return std::any_of(dots.begin(), dots.end(),
+                       [](const RangeDot& dot) { return std::isfinite(dot.residual_m); });
+  });
+}
+
+std::string residual_plots(const RunData& run) {
+  const std::vector<PairRanges>& pairs = run.range_table.pairs;
+  std::string plots, notes;
+  for (std::size_t i = 0; i < std::min(pairs.size(), kPairsDrawn); ++i) {
+    if (has_residual(pairs[i])) {
+      plots += fmt::format("<figure data-figure=\"residuals\" data-pair=\"{}\"></figure>", i);
+    } else {
+      notes += without_residual(pairs[i]);
+    }
+  }
+  if (pairs.size() > kPairsDrawn) {
+    notes += fmt::format("<p class=\"note\">{} of {} pairs are drawn; all are in ranges.csv.</p>\n",
+                         kPairsDrawn, pairs.size());
+  }
+  if (plots.empty()) return notes;
+  constexpr std::size_t kWideMax = 3;
+  return fmt::format(
+      "<p class=\"note\">Residual: measured less predicted range, after the bias. Marks at the "
+      "upper border lie farther out, marks on the lower border too or have no residual. Where many "
+      "lie on one place, one is drawn.</p>\n<div class=\"{}\">{}</div>\n{}",
+      pairs.size() > kWideMax ? "plots" : "", plots, notes);
+}
+
 }  // namespace
 
 Section ranges_section(const RunData& run) {
@@ -156,12 +197,11 @@ Section ranges_section(const RunData& run) {
     return section;
   }
   section.html = reasons_table(run) + pairs_table(run) + strangers_note(run);
-  section.html += blind_without_ranges(run);
   if (run.range_table.rows == 0) {
     section.html += absent("There is no ranges.csv: single residuals are not known.");
     return section;
   }
-  section.html += range_plots_html(run);
+  section.html += residual_plots(run);
   return section;
 }
 

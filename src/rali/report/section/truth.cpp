@@ -4,62 +4,11 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
-#include "rali/report/plot/svg_plot.hpp"
+#include "rali/report/section/checks.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
-
-constexpr std::size_t kMeasuredMax = 400;
-
-Plot plot_of(const RunData& run, std::string title, std::string unit) {
-  Plot plot;
-  plot.title = std::move(title);
-  plot.y_label = fmt::format("[{}]", unit);
-  plot.y_unit = unit;
-  plot.width = 440.0;
-  plot.height = 140.0;
-  plot.x_min = 0.0;
-  plot.x_max = last_time_s(run);
-  return plot;
-}
-
-template <class Value>
-void add_series(const RunData& run, Plot& plot, Value&& value) {
-  for (std::size_t i = 0; i < run.vehicles.size(); ++i) {
-    Series s{run.vehicles[i].name, {}, {}, style_of(i)};
-    for (const ErrorPoint& e : run.vehicles[i].errors) {
-      s.x.push_back(e.t_s);
-      s.y.push_back(value(e));
-    }
-    plot.series.push_back(std::move(s));
-  }
-}
-
-std::string plots(const RunData& run) {
-  Plot ape = plot_of(run, "position error after the best fit", "m");
-  ape.y_min = 0.0;
-  add_series(run, ape, [](const ErrorPoint& e) { return e.ape_m; });
-  Plot rotation = plot_of(run, "rotation error", "deg");
-  rotation.y_min = 0.0;
-  add_series(run, rotation, [](const ErrorPoint& e) { return e.rot_deg; });
-  Plot height = plot_of(run, "error in height", "m");
-  add_series(run, height, [](const ErrorPoint& e) { return e.e_m.z(); });
-  Plot blind = plot_of(run, "error along the blind axis", "m");
-  add_series(run, blind, [](const ErrorPoint& e) { return e.along_blind_m; });
-  Plot nees = plot_of(run, "NEES of the pose: squared error over expected", "1");
-  nees.log_y = true;
-  if (const Number should = measured(run, "fleet.trajectory.nees_pose.expected_mean")) {
-    nees.marks.push_back({*should, fmt::format("should be {} on average", fixed(should, 0))});
-  }
-  add_series(run, nees, [](const ErrorPoint& e) { return e.nees; });
-  std::string html = "<div class=\"plots\">";
-  for (Plot* plot : {&ape, &rotation, &height, &blind, &nees}) {
-    plot->legend = plot->series.size() > 1;
-    if (const std::string svg = svg_of(*plot); !svg.empty()) html += "<figure>" + svg + "</figure>";
-  }
-  return html + "</div>\n";
-}
 
 /// Numbers of one track (trajectory or odometry) of one vehicle or of the fleet.
 struct TrackKey {
@@ -95,8 +44,8 @@ std::vector<TrackKey> tracks_of(const RunData& run) {
 }
 
 std::string position_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table({"", "poses", "way in truth", "APE rmse", "largest", "rotation rmse",
-               "drift at the end", "in height", "along the blind axis, rmse", "across"});
+  Table table({"", "poses", "true distance", "APE rmse", "largest APE", "rotation rmse",
+               "drift at the end", "in height", "along the blind axis, rmse", "across, rmse"});
   for (const TrackKey& key : keys) {
     const auto m = [&](const char* name) { return measured(run, key.path + name); };
     table.row({key.words, counted(m(".poses")), metres(m(".distance_m")), metres(m(".ape_m.rmse")),
@@ -105,10 +54,10 @@ std::string position_table(const RunData& run, const std::vector<TrackKey>& keys
                metres(m(".degenerate.along_m.rmse")), metres(m(".degenerate.across_m.rmse"))});
   }
   if (table.empty()) return {};
-  std::string html = "<div class=\"wide\">" + table.html() + "</div>";
+  std::string html = "<div class=\"wide\">" + table.lean_html() + "</div>";
   html +=
       "<p class=\"note\">APE: distance of each pose to the truth after the best fit of the whole "
-      "way to it, so that it is not zero at the begin. Drift: distance at the end if the first "
+      "path to it, so that it is not zero at the start. Drift: distance at the end if the first "
       "poses are laid onto each other.";
   const bool same = std::any_of(run.vehicles.begin(), run.vehicles.end(), [&](const auto& v) {
     return same_as_odometry(run, "vehicles." + v.name);
@@ -118,7 +67,8 @@ std::string position_table(const RunData& run, const std::vector<TrackKey>& keys
 }
 
 std::string relative_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table({"relative error", "over", "rmse", "largest", "rotation rmse", "rmse per way"});
+  Table table(
+      {"relative error", "over", "rmse", "largest APE", "rotation rmse", "rmse per distance"});
   for (const TrackKey& key : keys) {
     for (int i = 0; i < 8; ++i) {
       const std::string path = fmt::format("{}.rpe.{}", key.path, i);
@@ -135,13 +85,15 @@ std::string relative_table(const RunData& run, const std::vector<TrackKey>& keys
 }
 
 std::string consistency_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table({"do the covariances hold?", "NEES, mean", "should be", "within their 95 % bounds"});
+  Table table({"are the covariances right?", "error over stated sigma, rms", "NEES, mean",
+               "expected", "within the 95 % bounds"});
   for (const TrackKey& key : keys) {
     for (const char* kind : {".nees_pose", ".nees_position"}) {
       const std::string path = key.path + kind;
       if (!measured(run, path + ".mean")) continue;
       table.row({key.words + (std::string_view(kind) == ".nees_pose" ? ", pose" : ", position"),
-                 fixed(measured(run, path + ".mean"), 2),
+                 ratio_text(measured(run, path + ".mean"), measured(run, path + ".expected_mean")),
+                 at_most(measured(run, path + ".mean"), 1000.0, 2),
                  fixed(measured(run, path + ".expected_mean"), 0),
                  percent(measured(run, path + ".fraction_within_95"))});
     }
@@ -153,7 +105,8 @@ std::string consistency_table(const RunData& run, const std::vector<TrackKey>& k
   if (const Number held = measured(run, "fleet.trajectory.reference_poses"); held && *held > 1.0) {
     html += fmt::format(", which {} poses have not left: these have none", counted(held));
   }
-  return html + ". Above what it should be: too sure; far below: too careful.</p>\n";
+  return html +
+         ". Above the expected value the covariance is too small, far below too large.</p>\n";
 }
 
 std::string cloud_html(const RunData& run) {
@@ -173,17 +126,6 @@ std::string cloud_html(const RunData& run) {
                         metres(m("shape.thickness_m.median")), metres(m("shape.thickness_p95_m")));
   }
   return html;
-}
-
-std::string all_numbers(const RunData& run) {
-  Table table({"measure", "value"});
-  for (const Measured& m : run.evaluation) {
-    if (table.size() >= kMeasuredMax || m.value != m.value) continue;
-    table.row({"<code>" + escaped(m.key) + "</code>", escaped(m.text)});
-  }
-  return table.empty() ? ""
-                       : "<details><summary>All numbers of evaluation.json</summary>" +
-                             table.html() + "</details>\n";
 }
 
 /// How it was aligned, in the words of the evaluation.
@@ -206,9 +148,8 @@ Section truth_section(const RunData& run) {
   }
   const std::vector<TrackKey> keys = tracks_of(run);
   section.html += how(run) + position_table(run, keys);
-  if (errors) section.html += plots(run);
+  if (errors) section.html += "<div class=\"plots\" data-figure=\"truth\"></div>\n";
   section.html += relative_table(run, keys) + consistency_table(run, keys) + cloud_html(run);
-  section.html += all_numbers(run);
   return section;
 }
 
