@@ -1,16 +1,10 @@
 #pragma once
 
-#include <string>
-
 #include "rali/cli/command.hpp"
 
 namespace rali::cli {
 
 /// `rali report`: builds report.html of a run again, or sets runs side by side.
 [[nodiscard]] std::unique_ptr<Command> make_report_command();
-
-/// Writes report.html into the output folder of a run and names it in status.json.
-/// Errors: kInput, kMachine.
-[[nodiscard]] Status add_report(const std::string& out_dir);
 
 }  // namespace rali::cli

@@ -1,16 +1,16 @@
-#include "rali/cli/map_job.hpp"
+#include "rali/jobs/map_job.hpp"
 
 #include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
 
-#include "rali/cli/input_checks.hpp"
-#include "rali/cli/range_job.hpp"
 #include "rali/config/imu_models.hpp"
 #include "rali/config/load_fleet.hpp"
+#include "rali/jobs/input_checks.hpp"
+#include "rali/jobs/range_job.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 namespace {
 
 using config::Extrinsics;
@@ -261,4 +261,4 @@ FleetConfig with_findings(const FleetConfig& fleet,
   return found;
 }
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

@@ -6,7 +6,7 @@
 #include "rali/config/fleet_config.hpp"
 #include "rali/drive/map_run.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 
 /// What `rali map` takes besides the fleet.
 struct MapOptions {
@@ -32,4 +32,4 @@ struct MapOptions {
 [[nodiscard]] config::FleetConfig with_findings(const config::FleetConfig& fleet,
                                                 const std::vector<drive::InputReport>& reports);
 
-}  // namespace rali::cli
+}  // namespace rali::jobs
