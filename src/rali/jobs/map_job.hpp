@@ -24,6 +24,11 @@ struct MapOptions {
 [[nodiscard]] Result<drive::MapJob> make_map_job(const config::FleetConfig& fleet,
                                                  const MapOptions& options);
 
+/// The settings of one vehicle, with calibration and noise as the fleet states them.
+/// @param index of the vehicle in the fleet
+[[nodiscard]] vehicle::VehicleSettings vehicle_settings(const config::FleetConfig& fleet,
+                                                        std::size_t index);
+
 /// Keys that were given but have no effect in this version, or on a vehicle alone, for one warning;
 /// empty if none.
 [[nodiscard]] std::vector<std::string> idle_keys(const config::FleetConfig& fleet);
