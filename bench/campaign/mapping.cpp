@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "rali/cli/map_job.hpp"
+#include "rali/jobs/map_job.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/io/files/atomic_file.hpp"
 #include "rali/io/files/csv_writer.hpp"
@@ -112,13 +112,13 @@ Result<drive::MapSummary> map_recording(std::shared_ptr<const Recording> recordi
   load.assignments = options.assignments;
   const auto fleet = config::load_fleet(yaml, load);
   if (!fleet) return tl::make_unexpected(fleet.error());
-  cli::MapOptions map;
+  jobs::MapOptions map;
   map.out_dir = options.folder + "/out";
   map.mcap = false;
   map.keyframes = false;
   map.overwrite = true;
   map.threads = 1;
-  Result<drive::MapJob> job = cli::make_map_job(*fleet, map);
+  Result<drive::MapJob> job = jobs::make_map_job(*fleet, map);
   if (!job) return tl::make_unexpected(job.error());
   for (std::size_t v = 0; v < job->vehicles.size(); ++v) {
     job->vehicles[v].open =

@@ -9,12 +9,12 @@
 
 #include <fmt/format.h>
 
-#include "rali/cli/map_job.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/apply.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/drive/output/rounds_table.hpp"
 #include "rali/drive/output/traffic_file.hpp"
+#include "rali/jobs/map_job.hpp"
 #include "rali/scenario/recording/fleet_yaml.hpp"
 
 namespace rali::cli {
@@ -68,7 +68,7 @@ Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
   for (const char* line : {"ranges:", "radio:"}) yaml = without_line(std::move(yaml), line);
   const auto config = config::parse_fleet(yaml, "fleet.yaml", options.folder, overrides);
   if (!config) return tl::make_unexpected(config.error());
-  const auto job = make_map_job(*config, {});
+  const auto job = jobs::make_map_job(*config, {});
   if (!job) return tl::make_unexpected(job.error());
   for (const drive::VehicleJob& vehicle : job->vehicles) {
     setup.vehicles.push_back(vehicle.settings);

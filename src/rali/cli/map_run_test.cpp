@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "rali/cli/command.hpp"
-#include "rali/cli/map_job.hpp"
 #include "rali/cli/map_summary.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/io/files/test_folder.hpp"
+#include "rali/jobs/map_job.hpp"
 
 namespace rali::cli {
 namespace {
@@ -50,7 +50,7 @@ TEST(MapJob, carries_what_the_fleet_says) {
       "    imu: {topic: none, accel_unit: g, model: bmi088}\n"
       "    self_box_m: [-1, 1, -2, 2, 0, 1]\n"
       "output: {map_voxel_m: 0.2}\nsettings: {checks: {extrinsics: off}}\n");
-  const auto job = make_map_job(fleet, MapOptions{});
+  const auto job = jobs::make_map_job(fleet, jobs::MapOptions{});
   ASSERT_TRUE(job) << job.error().message();
   const drive::VehicleJob& v1 = job->vehicles.at(0);
   EXPECT_EQ(v1.inputs.at(0), "a.bag");
@@ -73,7 +73,7 @@ TEST(MapJob, carries_what_the_fleet_says) {
 
 TEST(MapJob, refuses_what_this_version_cannot_obey) {
   const auto error_of = [](std::string_view text) {
-    const auto job = make_map_job(fleet_of(text), MapOptions{});
+    const auto job = jobs::make_map_job(fleet_of(text), jobs::MapOptions{});
     return job ? std::string() : job.error().message();
   };
   EXPECT_EQ(error_of("vehicles: {v1: {recording: a, lidar: {returns: last}}}"),
@@ -90,7 +90,7 @@ TEST(MapJob, misses_side_files_before_anything_is_computed) {
   const std::string bad = folder.write("bad.csv", "stamp_s,from\n1,v1\n");
   const auto error_of = [](const std::string& more) {
     const auto job =
-        make_map_job(fleet_of("vehicles: {v1: {recording: a}}\n" + more), MapOptions{});
+        jobs::make_map_job(fleet_of("vehicles: {v1: {recording: a}}\n" + more), jobs::MapOptions{});
     return job ? std::string() : job.error().message();
   };
   EXPECT_EQ(error_of("ranges: {sources: [{file: " + good + "}]}\n"), "");
@@ -109,18 +109,19 @@ TEST(MapJob, misses_side_files_before_anything_is_computed) {
 }
 
 TEST(MapJob, names_the_keys_that_have_no_effect) {
-  const auto idle = idle_keys(fleet_of(
+  const auto idle = jobs::idle_keys(fleet_of(
       "vehicles: {v1: {recording: a, antennas: {u: {xyz_m: [0, 0, 1]}}}}\nclock: offset\n"));
   EXPECT_EQ(idle, (std::vector<std::string>{"clock", "vehicles.v1.antennas"}));
-  const auto two = idle_keys(fleet_of(
+  const auto two = jobs::idle_keys(fleet_of(
       "vehicles: {v1: {recording: a, antennas: {u: {xyz_m: [0, 0, 1]}}}, v2: {recording: b}}\n"
       "clock: separate\nranges: {sigma_m: 0.2}\nradio: {file: r.csv}\nrounds: off\n"));
   EXPECT_EQ(two, (std::vector<std::string>{"radio.file"})) << "without rounds it says nothing";
-  EXPECT_TRUE(idle_keys(fleet_of("vehicles: {v1: {recording: a}}")).empty());
+  EXPECT_TRUE(jobs::idle_keys(fleet_of("vehicles: {v1: {recording: a}}")).empty());
 }
 
 TEST(MapJob, its_settings_name_what_was_found_and_load_again) {
-  const auto job = make_map_job(fleet_of("vehicles: {v1: {recording: a.bag}}"), MapOptions{});
+  const auto job =
+      jobs::make_map_job(fleet_of("vehicles: {v1: {recording: a.bag}}"), jobs::MapOptions{});
   ASSERT_TRUE(job);
   drive::InputReport report;
   report.vehicle = "v1";
@@ -137,8 +138,8 @@ TEST(MapJob, its_settings_name_what_was_found_and_load_again) {
 }
 
 TEST(MapJob, its_settings_say_what_the_motion_has_told_of_the_latency_and_keep_it_auto) {
-  const auto job =
-      make_map_job(fleet_of("vehicles: {v1: {recording: a}, v2: {recording: b}}"), MapOptions{});
+  const auto job = jobs::make_map_job(
+      fleet_of("vehicles: {v1: {recording: a}, v2: {recording: b}}"), jobs::MapOptions{});
   ASSERT_TRUE(job);
   drive::InputReport report;
   report.vehicle = "v1";

@@ -5,13 +5,13 @@
 
 #include <fmt/format.h>
 
-#include "rali/cli/input_checks.hpp"
-#include "rali/cli/range_job.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/tbb_executor.hpp"
 #include "rali/inspect/doctor.hpp"
 #include "rali/io/files/atomic_file.hpp"
+#include "rali/jobs/input_checks.hpp"
+#include "rali/jobs/range_job.hpp"
 
 namespace rali::cli {
 namespace {
@@ -117,10 +117,10 @@ Result<config::FleetConfig> DoctorCommand::load(bool yaml) const {
 
 /// What rali map refuses before it reads is refused here with the same sentence.
 Status DoctorCommand::check(const config::FleetConfig& fleet) {
-  if (Status status = check_side_files(fleet); !status) return status;
-  const Result<drive::RangeOptions> ranges = range_options(fleet);
+  if (Status status = jobs::check_side_files(fleet); !status) return status;
+  const Result<drive::RangeOptions> ranges = jobs::range_options(fleet);
   if (!ranges) return tl::make_unexpected(ranges.error());
-  if (Status status = check_recordings(fleet); !status) return status;
+  if (Status status = jobs::check_recordings(fleet); !status) return status;
   for (const config::VehicleConfig& vehicle : fleet.vehicles) {
     const Result<bool> scans = drive::is_scan_folder(vehicle.recordings, vehicle.imu.file);
     if (!scans) return tl::make_unexpected(scans.error());

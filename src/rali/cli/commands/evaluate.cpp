@@ -7,7 +7,7 @@
 #include "rali/assess/evaluate_words.hpp"
 #include "rali/assess/outputs.hpp"
 #include "rali/cli/commands/report.hpp"
-#include "rali/cli/evaluate_job.hpp"
+#include "rali/jobs/evaluate_job.hpp"
 
 namespace rali::cli {
 namespace {
@@ -45,7 +45,7 @@ class EvaluateCommand final : public Command {
   std::vector<std::string> inputs_, limit_texts_;
   std::string align_ = "se3", fleet_ = "one", delta_ = "1,10,50", associate_ = "interpolate",
               T_body_truth_text_, mesh_align_ = "none", pairs_ = "all";
-  EvaluateJob job_;
+  jobs::EvaluateJob job_;
 };
 
 std::vector<Option> EvaluateCommand::options() {
@@ -150,7 +150,7 @@ Status EvaluateCommand::read_words() {
 
 Result<int> EvaluateCommand::run(Session& session) {
   if (Status s = read_words(); !s) return tl::make_unexpected(s.error());
-  const Result<assess::Evaluation> result = run_evaluation(job_);
+  const Result<assess::Evaluation> result = jobs::run_evaluation(job_);
   if (!result) return tl::make_unexpected(result.error());
   for (const std::string& warning : result->warnings) session.warning(printable(warning) + '.');
   for (const assess::Limit& limit : job_.limits) {

@@ -6,22 +6,18 @@
 #include <fmt/ranges.h>
 
 #include "rali/cli/commands/commands.hpp"
-#include "rali/cli/commands/report.hpp"
-#include "rali/cli/evaluate_job.hpp"
-#include "rali/cli/input_checks.hpp"
-#include "rali/cli/map_job.hpp"
 #include "rali/cli/map_summary.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/drive/run_log.hpp"
+#include "rali/jobs/evaluate_job.hpp"
+#include "rali/jobs/input_checks.hpp"
+#include "rali/jobs/load_inputs.hpp"
+#include "rali/jobs/map_job.hpp"
+#include "rali/jobs/run_report.hpp"
 
 namespace rali::cli {
 namespace {
-
-bool is_yaml(const std::string& input) {
-  const std::string extension = std::filesystem::path(input).extension().string();
-  return extension == ".yaml" || extension == ".yml";
-}
 
 /// Words of the command line that stand for a key of every vehicle.
 struct Shortcut {
@@ -61,7 +57,6 @@ class MapCommand final : public Command {
 
  private:
   [[nodiscard]] std::vector<Shortcut> shortcuts() const;
-  [[nodiscard]] Result<config::FleetConfig> load(const config::Overrides& overrides) const;
   [[nodiscard]] Result<config::FleetConfig> load_with_shortcuts() const;
   [[nodiscard]] Status read_formats();
   [[nodiscard]] Status check_words(bool json) const;
@@ -71,7 +66,7 @@ class MapCommand final : public Command {
   void warn_fleet(const config::FleetConfig& fleet, Session& session) const;
 
   std::vector<std::string> inputs_, assignments_, requirements_;
-  MapOptions map_;
+  jobs::MapOptions map_;
   std::string preset_, formats_ = "pcd,ply";
   std::string ranges_, radio_, lidar_topic_, imu_topic_, lidar_model_, imu_file_;
   std::string start_s_, duration_s_, map_voxel_m_;
@@ -130,16 +125,6 @@ std::vector<Shortcut> MapCommand::shortcuts() const {
           {"--duration", "duration_s", duration_s_, false, true}};
 }
 
-Result<config::FleetConfig> MapCommand::load(const config::Overrides& overrides) const {
-  const auto file = std::find_if(inputs_.begin(), inputs_.end(), is_yaml);
-  if (file == inputs_.end()) return config::fleet_of_recordings(inputs_, overrides);
-  if (inputs_.size() > 1) {
-    return fail(ErrorCode::kUsage, *file, "a fleet.yaml stands alone",
-                "Name the other recordings in it.");
-  }
-  return config::load_fleet(*file, overrides);
-}
-
 /// The vehicles' names are known only after loading, so shortcuts load a second time.
 Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
   config::Overrides overrides{preset_, assignments_};
@@ -151,7 +136,7 @@ Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
   if (!radio_.empty()) {
     overrides.assignments.push_back("radio.file=" + config::yaml_quoted(radio_));
   }
-  Result<config::FleetConfig> fleet = load(overrides);
+  Result<config::FleetConfig> fleet = jobs::load_inputs(inputs_, overrides);
   if (!fleet) return fleet;
   const std::size_t before = overrides.assignments.size();
   for (const Shortcut& shortcut : shortcuts()) {
@@ -168,7 +153,8 @@ Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
           fmt::format("vehicles.{}.{}={}", vehicle.name, shortcut.key, value));
     }
   }
-  return overrides.assignments.size() == before ? std::move(fleet) : load(overrides);
+  return overrides.assignments.size() == before ? std::move(fleet)
+                                                : jobs::load_inputs(inputs_, overrides);
 }
 
 Status MapCommand::read_formats() {
@@ -177,11 +163,7 @@ Status MapCommand::read_formats() {
   while (begin <= formats_.size()) {
     const std::size_t comma = std::min(formats_.find(',', begin), formats_.size());
     const std::string format = formats_.substr(begin, comma - begin);
-    if (format != "pcd" && format != "ply" && format != "las") {
-      return fail(ErrorCode::kUsage, "--formats",
-                  fmt::format("'{}' is no format", format.substr(0, 60)),
-                  "Known here: pcd, ply, las.");
-    }
+    if (Status s = jobs::check_format(format, "--formats"); !s) return s;
     map_.formats.push_back(format);
     begin = comma + 1;
   }
@@ -190,7 +172,7 @@ Status MapCommand::read_formats() {
 
 void MapCommand::warn_fleet(const config::FleetConfig& fleet, Session& session) const {
   for (const std::string& notice : fleet.notices) session.warning(printable(notice) + '.');
-  const std::vector<std::string> idle = idle_keys(fleet);
+  const std::vector<std::string> idle = jobs::idle_keys(fleet);
   if (!idle.empty()) {
     session.warning(
         fmt::format("{}: checked, but without effect{}.", fmt::join(idle, ", "),
@@ -203,7 +185,7 @@ Result<int> MapCommand::plan(const config::FleetConfig& fleet, const drive::MapJ
   const auto reports = drive::plan_map(job);
   if (!reports) return tl::make_unexpected(reports.error());
   for (const drive::InputReport& report : *reports) session.note(input_text(report));
-  session.result(config::dump_fleet(with_findings(fleet, *reports), ""));
+  session.result(config::dump_fleet(jobs::with_findings(fleet, *reports), ""));
   return kExitDone;
 }
 
@@ -227,17 +209,17 @@ Status MapCommand::check_words(bool json) const {
 /// is no fault of the map.
 std::optional<std::string> MapCommand::judge(Session& session) const {
   if (truth_.empty()) return "";
-  EvaluateJob job;
+  jobs::EvaluateJob job;
   job.input = map_.out_dir;
   job.truth = truth_;
   job.threads = map_.threads;
-  const Result<assess::Evaluation> evaluation = run_evaluation(job);
+  const Result<assess::Evaluation> evaluation = jobs::run_evaluation(job);
   if (!evaluation) {
     session.error(evaluation.error().message());
     return std::nullopt;
   }
   for (const std::string& warning : evaluation->warnings) session.warning(printable(warning) + '.');
-  return evaluation_line(*evaluation) + '\n';
+  return jobs::evaluation_line(*evaluation) + '\n';
 }
 
 Result<int> MapCommand::run(Session& session) {
@@ -252,9 +234,10 @@ Result<int> MapCommand::run(Session& session) {
   map_.command_line = session.command_line;
   const Result<config::FleetConfig> fleet = load_with_shortcuts();
   if (!fleet) return tl::make_unexpected(fleet.error());
-  const Result<drive::MapJob> job = make_map_job(*fleet, map_);
+  const Result<drive::MapJob> job = jobs::make_map_job(*fleet, map_);
   if (!job) return tl::make_unexpected(job.error());
-  if (Status status = check_recordings(*fleet); !status) return tl::make_unexpected(status.error());
+  if (Status status = jobs::check_recordings(*fleet); !status)
+    return tl::make_unexpected(status.error());
   warn_fleet(*fleet, session);
   if (dry_run_) return plan(*fleet, *job, session);
 
@@ -266,7 +249,7 @@ Result<int> MapCommand::run(Session& session) {
   if (!summary) return tl::make_unexpected(summary.error());
   const std::optional<std::string> judgement = judge(session);
   if (!no_report_) {
-    if (Status s = add_report(map_.out_dir); !s) {
+    if (Status s = jobs::add_report(map_.out_dir); !s) {
       drive::mark_failed(map_.out_dir, "error: " + s.error().message());
       return tl::make_unexpected(s.error());
     }

@@ -1,9 +1,7 @@
 #include "rali/cli/commands/report.hpp"
 
-#include <filesystem>
-
-#include "rali/drive/output/out_dir.hpp"
 #include "rali/io/files/old_names.hpp"
+#include "rali/jobs/run_report.hpp"
 #include "rali/report/report.hpp"
 
 namespace rali::cli {
@@ -55,7 +53,7 @@ class ReportCommand final : public Command {
   [[nodiscard]] Status rebuild() {
     if (!file_.empty()) return report::write_report(folders_.front(), file_);
     file_ = folders_.front() + "/report.html";
-    return add_report(folders_.front());
+    return jobs::add_report(folders_.front());
   }
 
   std::vector<std::string> folders_;
@@ -63,12 +61,6 @@ class ReportCommand final : public Command {
 };
 
 }  // namespace
-
-Status add_report(const std::string& out_dir) {
-  const Status status = report::write_report(out_dir, out_dir + "/report.html");
-  if (!status) return status;
-  return drive::add_to_status(out_dir, "report.html", report::kSpeedBegin, report::kSpeedEnd);
-}
 
 void warn_of_old_names(const std::vector<std::string>& folders, Session& session) {
   for (const std::string& folder : folders) {

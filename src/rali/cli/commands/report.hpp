@@ -10,10 +10,6 @@ namespace rali::cli {
 /// `rali report`: builds report.html of a run again, or sets runs side by side.
 [[nodiscard]] std::unique_ptr<Command> make_report_command();
 
-/// Writes report.html into the output folder of a run and names it in status.json.
-/// Errors: kInput, kMachine.
-[[nodiscard]] Status add_report(const std::string& out_dir);
-
 /// One warning for each kind of file in these output folders that has names of an older version.
 void warn_of_old_names(const std::vector<std::string>& folders, Session& session);
 

@@ -6,7 +6,7 @@
 #include "rali/assess/evaluation.hpp"
 #include "rali/assess/limits.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 
 /// What is judged against which truth: `rali evaluate`, `rali map --truth` and `rali demo`.
 struct EvaluateJob {
@@ -28,4 +28,4 @@ struct EvaluateJob {
 /// its line end.
 [[nodiscard]] std::string evaluation_line(const assess::Evaluation& evaluation);
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

@@ -1,16 +1,16 @@
-#include "rali/cli/map_job.hpp"
+#include "rali/jobs/map_job.hpp"
 
 #include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
 
-#include "rali/cli/input_checks.hpp"
-#include "rali/cli/range_job.hpp"
 #include "rali/config/imu_models.hpp"
 #include "rali/config/load_fleet.hpp"
+#include "rali/jobs/input_checks.hpp"
+#include "rali/jobs/range_job.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 namespace {
 
 using config::Extrinsics;
@@ -134,16 +134,8 @@ drive::VehicleJob vehicle_job(const FleetConfig& fleet, std::size_t index,
   job.imu_file = vehicle.imu.file;
   job.input = input_options(fleet, vehicle);
   job.input.strict = options.strict;
-  job.settings = fleet.settings.vehicle;
-  job.settings.name = vehicle.name;
-  job.settings.odometry = fleet.settings.odometry;
-  job.settings.odometry.imu_noise = config::imu_noise_of(vehicle.imu);
-  job.settings.calibration.T_body_lidar = vehicle.lidar.T_body_lidar.T;
-  job.settings.calibration.T_body_imu = vehicle.imu.T_body_imu.T;
-  job.settings.calibration.lidar_time_offset_s = job.input.lidar_time_offset.value_s;
+  job.settings = vehicle_settings(fleet, index);
   job.find_time_offset = !vehicle.lidar.time_offset_s;
-  set_ranging(fleet, index, job.settings);
-  job.settings.has_imu = vehicle.imu.topic != "none";
   return job;
 }
 
@@ -201,6 +193,20 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
     return config::dump_fleet(with_findings(fleet, reports), dir);
   };
   return job;
+}
+
+vehicle::VehicleSettings vehicle_settings(const FleetConfig& fleet, std::size_t index) {
+  const VehicleConfig& vehicle = fleet.vehicles[index];
+  vehicle::VehicleSettings settings = fleet.settings.vehicle;
+  settings.name = vehicle.name;
+  settings.odometry = fleet.settings.odometry;
+  settings.odometry.imu_noise = config::imu_noise_of(vehicle.imu);
+  settings.calibration.T_body_lidar = vehicle.lidar.T_body_lidar.T;
+  settings.calibration.T_body_imu = vehicle.imu.T_body_imu.T;
+  settings.calibration.lidar_time_offset_s = vehicle.lidar.time_offset_s.value_or(0.0);
+  set_ranging(fleet, index, settings);
+  settings.has_imu = vehicle.imu.topic != "none";
+  return settings;
 }
 
 std::vector<std::string> idle_keys(const FleetConfig& fleet) {
@@ -261,4 +267,4 @@ FleetConfig with_findings(const FleetConfig& fleet,
   return found;
 }
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

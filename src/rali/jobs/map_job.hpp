@@ -6,7 +6,7 @@
 #include "rali/config/fleet_config.hpp"
 #include "rali/drive/map_run.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 
 /// What `rali map` takes besides the fleet.
 struct MapOptions {
@@ -24,6 +24,11 @@ struct MapOptions {
 [[nodiscard]] Result<drive::MapJob> make_map_job(const config::FleetConfig& fleet,
                                                  const MapOptions& options);
 
+/// The settings of one vehicle, with calibration and noise as the fleet states them.
+/// @param index of the vehicle in the fleet
+[[nodiscard]] vehicle::VehicleSettings vehicle_settings(const config::FleetConfig& fleet,
+                                                        std::size_t index);
+
 /// Keys that were given but have no effect in this version, or on a vehicle alone, for one warning;
 /// empty if none.
 [[nodiscard]] std::vector<std::string> idle_keys(const config::FleetConfig& fleet);
@@ -32,4 +37,4 @@ struct MapOptions {
 [[nodiscard]] config::FleetConfig with_findings(const config::FleetConfig& fleet,
                                                 const std::vector<drive::InputReport>& reports);
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

@@ -1,4 +1,4 @@
-#include "rali/cli/evaluate_job.hpp"
+#include "rali/jobs/evaluate_job.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -8,10 +8,10 @@
 
 #include "rali/assess/mesh_input.hpp"
 #include "rali/assess/outputs.hpp"
-#include "rali/cli/commands/report.hpp"
 #include "rali/drive/tbb_executor.hpp"
+#include "rali/jobs/run_report.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 namespace {
 
 Status judge_cloud(const EvaluateJob& job, const assess::RunInput& run,
@@ -101,4 +101,4 @@ std::string evaluation_line(const assess::Evaluation& evaluation) {
   return text;
 }
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

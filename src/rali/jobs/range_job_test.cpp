@@ -1,4 +1,4 @@
-#include "rali/cli/range_job.hpp"
+#include "rali/jobs/range_job.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -7,7 +7,7 @@
 
 #include "rali/config/load_fleet.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 namespace {
 
 config::FleetConfig fleet_of(std::string_view more) {
@@ -99,4 +99,4 @@ TEST(RangeJob, a_vehicle_without_antennas_has_one_in_its_body) {
 }
 
 }  // namespace
-}  // namespace rali::cli
+}  // namespace rali::jobs

@@ -1,4 +1,4 @@
-#include "rali/cli/input_checks.hpp"
+#include "rali/jobs/input_checks.hpp"
 
 #include <array>
 #include <filesystem>
@@ -10,7 +10,7 @@
 #include "rali/io/files/csv_reader.hpp"
 #include "rali/io/input_kind.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 namespace {
 
 using config::FleetConfig;
@@ -83,4 +83,4 @@ Status check_recordings(const FleetConfig& fleet) {
   return {};
 }
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

@@ -5,7 +5,7 @@
 #include "rali/base/result.hpp"
 #include "rali/config/fleet_config.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 
 /// Where a key of the settings was given; the key itself if nowhere.
 [[nodiscard]] std::string origin_of(const config::FleetConfig& fleet, const std::string& key);
@@ -17,4 +17,4 @@ namespace rali::cli {
 /// Each recording must be of a kind that can be read. Errors: kInput, with the place that names it.
 [[nodiscard]] Status check_recordings(const config::FleetConfig& fleet);
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

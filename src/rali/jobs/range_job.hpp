@@ -8,7 +8,7 @@
 #include "rali/fleet/centre/centre.hpp"
 #include "rali/vehicle/settings.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 
 /// Where the ranges of a fleet come from; vehicles are numbered by their order.
 /// Errors (kUsage): a source that this version cannot read.
@@ -23,4 +23,4 @@ void set_ranging(const config::FleetConfig& fleet, std::size_t index,
 /// What the user knows of the fleet as a whole: start poses, calibrated radios, clocks.
 [[nodiscard]] fleet::FleetKnowledge fleet_knowledge(const config::FleetConfig& fleet);
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

@@ -1,4 +1,4 @@
-#include "rali/cli/range_job.hpp"
+#include "rali/jobs/range_job.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
-#include "rali/cli/input_checks.hpp"
 #include "rali/drive/ranges/start_prior.hpp"
+#include "rali/jobs/input_checks.hpp"
 
-namespace rali::cli {
+namespace rali::jobs {
 namespace {
 
 using config::FleetConfig;
@@ -148,4 +148,4 @@ fleet::FleetKnowledge fleet_knowledge(const FleetConfig& config) {
   return known;
 }
 
-}  // namespace rali::cli
+}  // namespace rali::jobs

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace rali {
+
+/// Base of what the library throws. what() is the whole sentence that the command line prints:
+/// "WHERE: PROBLEM. REMEDY". A fault of the library itself is a std::logic_error instead.
+class Exception : public std::runtime_error {
+ public:
+  Exception(std::string where, std::string problem, std::string remedy);
+  ~Exception() override;
+
+  /// file:line, file, key or topic; may be empty.
+  [[nodiscard]] const std::string& where() const noexcept { return where_; }
+
+  /// One sentence without its full stop.
+  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
+
+  /// What to do; may be empty.
+  [[nodiscard]] const std::string& remedy() const noexcept { return remedy_; }
+
+ private:
+  std::string where_, problem_, remedy_;
+};
+
+/// Unreadable, damaged or unfit input; nothing was computed with it.
+class InputError : public Exception {
+ public:
+  using Exception::Exception;
+  ~InputError() override;
+};
+
+/// Settings or arguments that are unknown or not allowed.
+class SettingsError : public InputError {
+ public:
+  using InputError::InputError;
+  ~SettingsError() override;
+};
+
+/// Nothing is wrong, but the question has no answer here (a ground truth without common times).
+class NoAnswerError : public Exception {
+ public:
+  using Exception::Exception;
+  ~NoAnswerError() override;
+};
+
+/// The machine: disk full, no permission, no memory. What is whole is kept.
+class MachineError : public Exception {
+ public:
+  using Exception::Exception;
+  ~MachineError() override;
+};
+
+}  // namespace rali

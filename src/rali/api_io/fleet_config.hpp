@@ -1,0 +1,20 @@
+#pragma once
+
+#include "rali/config.hpp"
+#include "rali/config/fleet_config.hpp"
+#include "rali/vehicle/settings.hpp"
+
+namespace rali {
+
+/// What the public, opaque configuration holds.
+struct FleetConfig::Impl {
+  config::FleetConfig fleet;
+};
+
+namespace api_io {
+
+/// The public options that stand for these settings.
+[[nodiscard]] VehicleOptions public_options(const vehicle::VehicleSettings& settings);
+
+}  // namespace api_io
+}  // namespace rali
