@@ -87,9 +87,8 @@ Status add_truth(const std::string& out_dir, MapPicture& picture) {
   }
   for (const report::Measured& measured : run->evaluation) {
     if (measured.key != "fleet.trajectory.ape_m.rmse" || !std::isfinite(measured.value)) continue;
-    picture.caption += measured.value < 0.001
-                           ? "; error below 1 mm (APE rmse)"
-                           : fmt::format("; error {:.3g} m (APE rmse)", measured.value);
+    picture.caption +=
+        fmt::format("; error {:.{}f} m (APE rmse)", measured.value, measured.value < 1.0 ? 3 : 1);
   }
   return {};
 }
