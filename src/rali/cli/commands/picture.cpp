@@ -1,7 +1,11 @@
 #include "rali/cli/commands/picture.hpp"
 
+#include <optional>
+#include <span>
+
 #include "rali/cli/commands/report.hpp"
 #include "rali/cli/picture/map_picture.hpp"
+#include "rali/io/files/atomic_file.hpp"
 
 namespace rali::cli {
 namespace {
@@ -11,12 +15,12 @@ class PictureCommand final : public Command {
   [[nodiscard]] std::string name() const override { return "picture"; }
 
   [[nodiscard]] std::string summary() const override {
-    return "draw the map of a run from above, with its ways, as a PNG";
+    return "draw maps from above for a paper: PNG, PDF or SVG";
   }
 
   [[nodiscard]] std::vector<std::string> examples() const override {
     return {"rali picture out",
-            "rali picture alone together -o both.png --caption alone --caption joined"};
+            "rali picture alone together -o both.pdf --caption alone --caption joined"};
   }
 
   [[nodiscard]] std::string exit_codes() const override {
@@ -24,35 +28,39 @@ class PictureCommand final : public Command {
   }
 
   [[nodiscard]] Positional positional() override {
-    return {"DIR",       "folders that rali map has written, drawn one below the other",
-            &folders_,   1,
-            kPanelsMost, {}};
+    return {"DIR",      "folders that rali map has written, drawn as panels at one scale",
+            &folders_,  1,
+            kPanelsMax, {}};
   }
 
   [[nodiscard]] std::vector<Option> options() override {
-    return {{"-o,--out", "FILE", "the picture (default DIR/map.png)", &file_, false, {}},
-            {"--title", "TEXT", "printed above the map", &title_, false, {}},
-            {"--caption", "TEXT", "of each folder in turn; repeatable", &captions_, false, {}}};
+    return {
+        {"-o,--out", "FILE", ".png, .pdf or .svg (default DIR/map.png)", &file_, false, {}},
+        {"--width", "MM", "88: one column of a paper, 181: two; 60 to 420", &width_mm_, false, {}},
+        {"--title", "TEXT", "printed above the maps", &title_, false, {}},
+        {"--caption", "TEXT", "of each folder in turn; repeatable", &captions_, false, {}}};
   }
 
   [[nodiscard]] Result<int> run(Session& session) override {
+    const std::string path = file_.empty() ? folders_.front() + "/map.png" : file_;
+    const std::optional<PictureFormat> format = picture_format_of(path);
+    if (!format) {
+      return fail(ErrorCode::kInput, path, "the name of a picture ends in .png, .pdf or .svg");
+    }
     warn_of_old_names(folders_, session);
     std::vector<MapPicture> panels;
     for (const std::string& folder : folders_) {
-      Result<MapPicture> picture = picture_of_folder(folder);
-      if (!picture) return tl::make_unexpected(picture.error());
+      Result<MapPicture> panel = picture_of_folder(folder);
+      if (!panel) return tl::make_unexpected(panel.error());
       const std::size_t k = panels.size();
-      if (k < captions_.size()) picture->title = captions_[k];
-      panels.push_back(std::move(*picture));
+      if (k < captions_.size()) panel->caption = captions_[k] + ": " + panel->caption;
+      panels.push_back(std::move(*panel));
     }
-    if (panels.size() == 1 && !title_.empty()) panels.front().title = title_;
-    const Result<io::RgbImage> image =
-        panels.size() == 1 ? draw_map(panels.front()) : draw_maps(title_, panels);
-    if (!image) return tl::make_unexpected(image.error());
-    const std::string path = file_.empty() ? folders_.front() + "/map.png" : file_;
-    if (Status status = io::write_png(path, *image); !status) {
-      return tl::make_unexpected(status.error());
-    }
+    if (const std::string sentence = missing_font(); !sentence.empty()) session.warning(sentence);
+    const Result<std::vector<std::byte>> bytes = draw_maps(panels, {title_, width_mm_, *format});
+    if (!bytes) return tl::make_unexpected(bytes.error());
+    const Status written = io::write_file_atomic(path, std::span<const std::byte>(*bytes));
+    if (!written) return tl::make_unexpected(written.error());
     session.result(path + '\n');
     return kExitDone;
   }
@@ -60,6 +68,7 @@ class PictureCommand final : public Command {
  private:
   std::vector<std::string> folders_, captions_;
   std::string file_, title_;
+  double width_mm_ = kTwoColumns_mm;
 };
 
 }  // namespace

@@ -1,294 +1,178 @@
 #include "rali/cli/picture/map_picture.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <span>
 
 #include <fmt/format.h>
 
-#include "rali/cli/picture/height_layers.hpp"
+#include "rali/cli/picture/colours.hpp"
+#include "rali/cli/picture/layout.hpp"
+#include "rali/cli/picture/legend.hpp"
+#include "rali/cli/picture/map_panel.hpp"
 
 namespace rali::cli {
 namespace {
 
-constexpr Colour kWhite{255, 255, 255}, kInk{32, 36, 44}, kGrey{110, 116, 128};
-constexpr Colour kStart{20, 140, 60}, kEnd{32, 36, 44};
-constexpr double kLongSidePx = 1500.0, kShortSideMaxPx = 1100.0;
-constexpr int kMarginPx = 60, kHeaderPx = 110, kFooterPx = 110;
-constexpr double kTitlePx = 26.0, kTextPx = 15.0;
-/// Share of the points beyond each edge of the picture: a few strays do not make the map small.
-constexpr double kCut = 0.003;
-/// Cells larger than the map's spacing have no holes.
-constexpr double kPixelMin_m = 0.02, kSpacing_m = 0.05;
+constexpr double kMargin_pt = 5.0, kLine_pt = 10.0;
+/// Fraction of the points beyond each edge of the picture: a few strays do not make the map small.
+constexpr double kCut = 0.003, kHeightCut = 0.005;
 
-struct Range {
-  double low = 0.0, high = 0.0;
-
-  [[nodiscard]] double size() const { return high - low; }
-
-  void include(double value) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-
-  void include(const Range& other) {
-    include(other.low);
-    include(other.high);
-  }
-};
-
-Range quantiles(std::span<const float> values, double cut) {
-  std::vector<float> sorted;
-  sorted.reserve(values.size());
-  std::copy_if(values.begin(), values.end(), std::back_inserter(sorted),
-               [](float v) { return std::isfinite(v); });
-  if (sorted.empty()) return {};
-  const auto at = [&](double share) {
-    const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
-    std::nth_element(sorted.begin(), sorted.begin() + k, sorted.end());
-    return static_cast<double>(sorted[static_cast<std::size_t>(k)]);
-  };
-  return {at(cut), at(1.0 - cut)};
-}
-
-/// From metres of the map to pixels of the sheet.
-class Frame {
- public:
-  /// Of all pictures that are drawn at one scale.
-  explicit Frame(std::span<const MapPicture> pictures) {
-    x_ = quantiles(pictures.front().x_m, kCut);
-    y_ = quantiles(pictures.front().y_m, kCut);
-    for (const MapPicture& picture : pictures) {
-      x_.include(quantiles(picture.x_m, kCut));
-      y_.include(quantiles(picture.y_m, kCut));
-      for (const PictureWay& way : picture.ways) {
-        for (const geometry::Vec3& p : way.points_map_m) {
-          x_.include(p.x());
-          y_.include(p.y());
-        }
-      }
-    }
-    turned_ = y_.size() > x_.size();
-    const double across_m = std::max(turned_ ? y_.size() : x_.size(), 1.0);
-    const double up_m = std::max(turned_ ? x_.size() : y_.size(), 1.0);
-    m_per_px_ = std::max({across_m / kLongSidePx, up_m / kShortSideMaxPx, kPixelMin_m});
-    width_ = static_cast<int>(across_m / m_per_px_) + 1;
-    height_ = static_cast<int>(up_m / m_per_px_) + 1;
-  }
-
-  [[nodiscard]] double m_per_px() const { return m_per_px_; }
-
-  [[nodiscard]] int width() const { return width_; }
-
-  [[nodiscard]] int height() const { return height_; }
-
-  /// Pixels from the top left corner of the map's part of the sheet; a turn by 90 deg keeps left
-  /// and right.
-  [[nodiscard]] std::array<double, 2> pixel(double x_m, double y_m) const {
-    if (turned_) return {(y_.high - y_m) / m_per_px_, (x_.high - x_m) / m_per_px_};
-    return {(x_m - x_.low) / m_per_px_, (y_.high - y_m) / m_per_px_};
-  }
-
- private:
-  Range x_, y_;
-  bool turned_ = false;
-  double m_per_px_ = 1.0;
-  int width_ = 1, height_ = 1;
-};
-
-void draw_points(const MapPicture& picture, const Frame& frame, const Range& z, int left, int top,
-                 Canvas& canvas) {
-  HeightLayers layers(frame.width(), frame.height(), z.low, z.high);
-  // Below the spacing of the points, each fills a square of that size.
-  const int reach = frame.m_per_px() < kSpacing_m ? 1 : 0;
-  for (std::size_t i = 0; i < picture.x_m.size(); ++i) {
-    const auto [px, py] = frame.pixel(picture.x_m[i], picture.y_m[i]);
-    if (!(px >= 0.0 && py >= 0.0 && px < frame.width() && py < frame.height())) continue;
-    for (int dy = 0; dy <= reach; ++dy) {
-      for (int dx = 0; dx <= reach; ++dx) {
-        layers.add(static_cast<int>(px) + dx, static_cast<int>(py) + dy, picture.z_m[i]);
-      }
+Extent extent_of_panel(const MapPicture& picture, int axis) {
+  Extent extent = extent_of(axis == 0 ? picture.x_m : picture.y_m, kCut);
+  for (const PictureTrajectory& trajectory : picture.trajectories) {
+    for (const geometry::Vec3& p : trajectory.points_map_m) {
+      if (p.allFinite()) extent.include(p[axis]);
     }
   }
-  for (int y = 0; y < frame.height(); ++y) {
-    for (int x = 0; x < frame.width(); ++x) {
-      const double strength = layers.strength(x, y);
-      if (strength > 0.0) {
-        canvas.blend(left + x, top + y, height_colour(layers.share(x, y)), strength);
-      }
-    }
+  // A map of one point has a size too.
+  const double missing_m = std::max(1.0 - extent.size(), 0.0);
+  return {extent.low - 0.5 * missing_m, extent.high + 0.5 * missing_m};
+}
+
+/// One view for each panel: the same part of the map across and the same scale, each its own
+/// height.
+std::vector<PanelView> views_of(const std::vector<MapPicture>& panels) {
+  std::vector<Extent> x, y;
+  Extent all_x, all_y;
+  for (const MapPicture& panel : panels) {
+    all_x.include(x.emplace_back(extent_of_panel(panel, 0)));
+    all_y.include(y.emplace_back(extent_of_panel(panel, 1)));
   }
-}
-
-void draw_way(const PictureWay& way, const Frame& frame, int left, int top, Canvas& canvas) {
-  const auto at = [&](const geometry::Vec3& p) {
-    const auto [x, y] = frame.pixel(p.x(), p.y());
-    return std::array{x + left, y + top};
-  };
-  // A white seam sets the way off from the points under it.
-  for (const bool seam : {true, false}) {
-    for (std::size_t i = 1; i < way.points_map_m.size(); ++i) {
-      const auto [x0, y0] = at(way.points_map_m[i - 1]);
-      const auto [x1, y1] = at(way.points_map_m[i]);
-      canvas.line(x0, y0, x1, y1, way.width_px + (seam ? 3.0 : 0.0), seam ? kWhite : way.colour);
-    }
+  std::vector<PanelView> views(panels.size());
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    PanelView& view = views[i];
+    view.turned = all_y.size() > all_x.size();
+    view.right_m = view.turned ? Extent{-all_y.high, -all_y.low} : all_x;
+    view.up_m = view.turned ? x[i] : y[i];
   }
-}
-
-void draw_ends(const PictureWay& way, const Frame& frame, int left, int top, Canvas& canvas) {
-  if (way.points_map_m.empty()) return;
-  const auto mark = [&](const geometry::Vec3& p, Colour colour) {
-    const auto [x, y] = frame.pixel(p.x(), p.y());
-    canvas.disc(x + left, y + top, 10.0, kWhite);
-    canvas.disc(x + left, y + top, 7.5, colour);
-  };
-  mark(way.points_map_m.back(), kEnd);
-  mark(way.points_map_m.front(), kStart);
-}
-
-void draw_scale_bar(const Frame& frame, int left, double y, Canvas& canvas) {
-  const double length_m = scale_bar_m(240.0 * frame.m_per_px());
-  const double length_px = length_m / frame.m_per_px();
-  canvas.line(left, y, left + length_px, y, 3.0, kInk);
-  for (const double x : {0.0, length_px}) {
-    canvas.line(left + x, y - 7.0, left + x, y + 7.0, 3.0, kInk);
-  }
-  const std::string label = fmt::format("{:g} m", length_m);
-  const double width = Canvas::text_width(kTextPx, label);
-  canvas.text(left + 0.5 * (length_px - width), y - 16.0, kTextPx, label, kInk);
-}
-
-/// The bar of colours with the heights at its ends; it ends at `right`.
-void draw_height_bar(const Range& z, int right, int y, Canvas& canvas) {
-  constexpr int kLength = 240, kThick = 14;
-  for (int i = 0; i < kLength; ++i) {
-    canvas.rectangle(right - kLength + i, y - kThick / 2, 1, kThick,
-                     height_colour(static_cast<double>(i) / kLength));
-  }
-  const std::string high = fmt::format("{:.1f} m", z.high);
-  canvas.text(right - kLength, y - 16.0, kTextPx, fmt::format("{:.1f}", z.low), kInk);
-  canvas.text(right - Canvas::text_width(kTextPx, high), y - 16.0, kTextPx, high, kInk);
-  const std::string_view name = "height";
-  canvas.text(right - 0.5 * (kLength + Canvas::text_width(kTextPx, name)), y - 16.0, kTextPx, name,
-              kGrey);
-}
-
-void draw_legend(const MapPicture& picture, double x, double y, Canvas& canvas) {
-  const double middle = y - 0.5 * kTextPx;
-  for (const PictureWay& way : picture.ways) {
-    if (way.label.empty()) continue;
-    canvas.line(x, middle, x + 34.0, middle, way.width_px, way.colour);
-    x = canvas.text(x + 46.0, y, kTextPx, way.label, kInk) + 26.0;
-  }
-  if (picture.ways.empty()) return;
-  canvas.disc(x, middle, 7.5, kStart);
-  x = canvas.text(x + 16.0, y, kTextPx, "start", kInk) + 26.0;
-  canvas.disc(x, middle, 7.5, kEnd);
-  canvas.text(x + 16.0, y, kTextPx, "end", kInk);
-}
-
-}  // namespace
-
-Colour height_colour(double share) {
-  // Equal steps of lightness, dark enough for white paper at every height.
-  constexpr std::array<std::array<double, 3>, 5> kStops = {
-      {{36, 42, 120}, {22, 112, 160}, {20, 150, 110}, {205, 140, 20}, {196, 48, 40}}};
-  const double at = std::clamp(std::isfinite(share) ? share : 0.0, 0.0, 1.0) * (kStops.size() - 1);
-  const auto low = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
-  const double t = at - static_cast<double>(low);
-  const auto channel = [&](std::size_t c) {
-    return static_cast<std::uint8_t>(
-        std::lround(kStops[low][c] + t * (kStops[low + 1][c] - kStops[low][c])));
-  };
-  return {channel(0), channel(1), channel(2)};
-}
-
-double scale_bar_m(double most_m) {
-  if (!(most_m > 0.0) || !std::isfinite(most_m)) return 1.0;
-  const double power = std::pow(10.0, std::floor(std::log10(most_m)));
-  for (const double step : {5.0, 2.0}) {
-    if (step * power <= most_m) return step * power;
-  }
-  return power;
-}
-
-namespace {
-
-bool has_points(const MapPicture& picture) {
-  return !picture.x_m.empty() && picture.x_m.size() == picture.y_m.size() &&
-         picture.x_m.size() == picture.z_m.size();
-}
-
-void draw_panel(const MapPicture& picture, const Frame& frame, const Range& z, int left, int top,
-                Canvas& canvas) {
-  draw_points(picture, frame, z, left, top, canvas);
-  for (const PictureWay& way : picture.ways) draw_way(way, frame, left, top, canvas);
-  for (const PictureWay& way : picture.ways) draw_ends(way, frame, left, top, canvas);
+  return views;
 }
 
 /// Heights of all panels, so that a colour means one height.
-Range heights(std::span<const MapPicture> pictures) {
-  Range z = quantiles(pictures.front().z_m, 0.005);
-  for (const MapPicture& picture : pictures) z.include(quantiles(picture.z_m, 0.005));
+Extent heights_of(const std::vector<MapPicture>& panels) {
+  Extent z;
+  for (const MapPicture& panel : panels) z.include(extent_of(panel.z_m, kHeightCut));
   z.high = std::max(z.high, z.low + 0.1);
   return z;
 }
 
-/// Scale, legend and colours under the maps.
-void draw_footer(const MapPicture& picture, const Frame& frame, const Range& z, int sheet_px, int y,
-                 Canvas& canvas) {
-  draw_scale_bar(frame, kMarginPx, y, canvas);
-  draw_legend(picture, kMarginPx + 320.0, y + 0.5 * kTextPx, canvas);
-  draw_height_bar(z, kMarginPx + sheet_px, y, canvas);
+/// Everything of a sheet but its drawing.
+struct Plan {
+  Layout layout;
+  std::vector<PanelView> views;
+  std::vector<std::vector<std::string>> captions;  ///< lines
+  double width_pt = 0.0;                           ///< between the margins
+  double cell_pt = 0.0;                            ///< width of a panel
+  std::vector<double> row_pt;                      ///< heights of the rows without captions
+  std::vector<double> caption_pt;                  ///< of the rows
+  double title_pt = 0.0, legend_pt = 0.0;
+};
+
+std::string letter(std::size_t panel) { return fmt::format("({}) ", char('a' + panel)); }
+
+Plan plan_of(const std::vector<MapPicture>& panels, const SheetOptions& options, Legend& legend,
+             Sheet& measure) {
+  Plan plan;
+  plan.width_pt = options.width_mm * kPointsPerMm - 2.0 * kMargin_pt;
+  plan.views = views_of(panels);
+  PanelSizes sizes;
+  sizes.right_m = plan.views.front().right_m.size();
+  sizes.around_pt = 3.0 * kLine_pt;
+  for (const PanelView& view : plan.views) sizes.up_m.push_back(view.up_m.size());
+  plan.layout = choose_layout(sizes, plan.width_pt);
+  const auto columns = static_cast<double>(plan.layout.columns);
+  plan.cell_pt = (plan.width_pt - (columns - 1.0) * kPanelGap_pt) / columns;
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    plan.views[i].pt_per_m = plan.layout.pt_per_m;
+    plan.views[i].strips = plan.layout.strips;
+    const std::string text = panels.size() > 1 ? letter(i) + panels[i].caption : panels[i].caption;
+    plan.captions.push_back(wrapped(text, plan.cell_pt, [&](std::string_view part) {
+      return measure.text_width(kText_pt, part);
+    }));
+    const std::size_t row = i / plan.layout.columns;
+    plan.row_pt.resize(row + 1);
+    plan.caption_pt.resize(row + 1);
+    plan.row_pt[row] = std::max(plan.row_pt[row], plan.views[i].height_pt());
+    plan.caption_pt[row] = std::max(
+        plan.caption_pt[row], static_cast<double>(plan.captions[i].size()) * kLine_pt + kLine_pt);
+  }
+  plan.title_pt = options.title.empty() ? 0.0 : 2.0 * kLine_pt;
+  legend.set_map(plan.views.front(), plan.width_pt);
+  plan.legend_pt = legend.height_pt(plan.width_pt, measure);
+  return plan;
+}
+
+double height_of(const Plan& plan) {
+  double height = 2.0 * kMargin_pt + plan.title_pt + plan.legend_pt;
+  for (std::size_t r = 0; r < plan.row_pt.size(); ++r)
+    height += plan.row_pt[r] + plan.caption_pt[r];
+  return height;
+}
+
+/// On a dot of the PNG, so that cells of the map and dots are one.
+double on_dot(double pt) { return std::round(pt / kDotPt) * kDotPt; }
+
+void draw_plan(const Plan& plan, const std::vector<MapPicture>& panels, const Extent& z_m,
+               const Legend& legend, Sheet& sheet) {
+  double y = kMargin_pt + plan.title_pt;
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const std::size_t row = i / plan.layout.columns;
+    if (i > 0 && i % plan.layout.columns == 0) y += plan.row_pt[row - 1] + plan.caption_pt[row - 1];
+    const double cell_x =
+        kMargin_pt + static_cast<double>(i % plan.layout.columns) * (plan.cell_pt + kPanelGap_pt);
+    const double x = cell_x + 0.5 * (plan.cell_pt - plan.views[i].width_pt());
+    draw_panel(
+        panels[i], plan.views[i], z_m,
+        [&](const std::string& label) { return legend.number_of(label); }, on_dot(x),
+        on_dot(y + plan.row_pt[row] - plan.views[i].height_pt()), sheet);
+    double line_y = y + plan.row_pt[row] + kLine_pt;
+    for (const std::string& line : plan.captions[i]) {
+      const double width = sheet.text_width(kText_pt, line);
+      sheet.text(cell_x + 0.5 * (plan.cell_pt - width), line_y, kText_pt, line, kInk);
+      line_y += kLine_pt;
+    }
+  }
+  y += plan.row_pt.back() + plan.caption_pt.back();
+  legend.draw(kMargin_pt, y, plan.width_pt, sheet);
+}
+
+Status check(const std::vector<MapPicture>& panels, const SheetOptions& options) {
+  if (panels.empty() || panels.size() > kPanelsMax) {
+    return fail(ErrorCode::kInput, "picture",
+                fmt::format("{} maps; one sheet holds 1 to {}", panels.size(), kPanelsMax));
+  }
+  if (!(options.width_mm >= kWidthMin_mm && options.width_mm <= kWidthMax_mm)) {
+    return fail(ErrorCode::kInput, "--width",
+                fmt::format("{} mm; a sheet is {} to {} mm wide", options.width_mm, kWidthMin_mm,
+                            kWidthMax_mm));
+  }
+  for (const MapPicture& panel : panels) {
+    const std::size_t n = panel.x_m.size();
+    if (n == 0 || panel.y_m.size() != n || panel.z_m.size() != n) {
+      return fail(ErrorCode::kInput, panel.name, "the map has no points to draw");
+    }
+  }
+  return {};
 }
 
 }  // namespace
 
-Result<io::RgbImage> draw_maps(const std::string& title, const std::vector<MapPicture>& panels) {
-  constexpr int kCaptionPx = 72;
-  if (panels.empty() || panels.size() > kPanelsMost) {
-    return fail(ErrorCode::kInput, title,
-                fmt::format("{} maps; one sheet holds 1 to {}", panels.size(), kPanelsMost));
+Result<std::vector<std::byte>> draw_maps(const std::vector<MapPicture>& panels,
+                                         const SheetOptions& options) {
+  if (Status s = check(panels, options); !s) return tl::make_unexpected(s.error());
+  Sheet measure(1.0, 1.0, PictureFormat::kPng);
+  const Extent z_m = heights_of(panels);
+  Legend legend(panels, z_m);
+  const Plan plan = plan_of(panels, options, legend, measure);
+  Sheet sheet(options.width_mm * kPointsPerMm, height_of(plan), options.format);
+  if (!options.title.empty()) {
+    const std::string title = shortened(options.title, plan.width_pt, [&](std::string_view part) {
+      return measure.text_width(kTitle_pt, part, true);
+    });
+    sheet.text(kMargin_pt, kMargin_pt + kLine_pt, kTitle_pt, title, kInk, true);
   }
-  for (const MapPicture& panel : panels) {
-    if (!has_points(panel)) return fail(ErrorCode::kInput, panel.title, "no points to draw");
-  }
-  const Frame frame(panels);
-  const Range z = heights(panels);
-  const int sheet_px = std::max(frame.width(), 900);
-  const int step_px = frame.height() + kCaptionPx;
-  const int maps_px = static_cast<int>(panels.size()) * step_px;
-  Canvas canvas(static_cast<std::uint32_t>(sheet_px + 2 * kMarginPx),
-                static_cast<std::uint32_t>(maps_px + kHeaderPx + kFooterPx), kWhite);
-  const int left = kMarginPx + (sheet_px - frame.width()) / 2;
-  int top = kHeaderPx - 20;
-  for (const MapPicture& panel : panels) {
-    const double end = canvas.text(kMarginPx, top + 24.0, 1.2 * kTextPx, panel.title, kInk);
-    canvas.text(end + 24.0, top + 24.0, kTextPx, panel.subtitle, kGrey);
-    draw_panel(panel, frame, z, left, top + kCaptionPx - 24, canvas);
-    top += step_px;
-  }
-  canvas.text(kMarginPx, 56.0, kTitlePx, title, kInk);
-  draw_footer(panels.front(), frame, z, sheet_px, top + 80, canvas);
-  return canvas.image();
-}
-
-Result<io::RgbImage> draw_map(const MapPicture& picture) {
-  if (!has_points(picture)) {
-    return fail(ErrorCode::kInput, picture.title, "the map has no points to draw");
-  }
-  const std::span<const MapPicture> alone(&picture, 1);
-  const Frame frame(alone);
-  const Range z = heights(alone);
-  const int sheet_px = std::max(frame.width(), 900);
-  Canvas canvas(static_cast<std::uint32_t>(sheet_px + 2 * kMarginPx),
-                static_cast<std::uint32_t>(frame.height() + kHeaderPx + kFooterPx), kWhite);
-  draw_panel(picture, frame, z, kMarginPx + (sheet_px - frame.width()) / 2, kHeaderPx, canvas);
-  canvas.text(kMarginPx, 56.0, kTitlePx, picture.title, kInk);
-  canvas.text(kMarginPx, 88.0, kTextPx, picture.subtitle, kGrey);
-  draw_footer(picture, frame, z, sheet_px, kHeaderPx + frame.height() + 70, canvas);
-  return canvas.image();
+  draw_plan(plan, panels, z_m, legend, sheet);
+  return sheet.finish();
 }
 
 }  // namespace rali::cli

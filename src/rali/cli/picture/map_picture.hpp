@@ -1,51 +1,51 @@
 #pragma once
 
-#include <optional>
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "rali/base/result.hpp"
-#include "rali/cli/picture/canvas.hpp"
+#include "rali/cli/picture/sheet.hpp"
 #include "rali/geometry/types.hpp"
 
 namespace rali::cli {
 
-/// A way on the picture.
-struct PictureWay {
-  std::string label;  ///< for the legend; empty: not in it
-  Colour colour;
-  double width_px = 4.0;
+/// A trajectory on the picture.
+struct PictureTrajectory {
+  std::string label;   ///< for the legend; the same label has the same colour on all panels
+  bool truth = false;  ///< drawn broad and grey under all others
   std::vector<geometry::Vec3> points_map_m;
 };
 
-/// What a picture of a map shows.
+/// What one panel shows.
 struct MapPicture {
-  std::string title, subtitle;
+  std::string name;                  ///< where it is from, for errors
+  std::string caption;               ///< under the panel
   std::vector<float> x_m, y_m, z_m;  ///< points in the map frame, z up
-  std::vector<PictureWay> ways;      ///< later ones are drawn over earlier ones
+  std::vector<PictureTrajectory> trajectories;
 };
 
-/// Maps from above, one below the other at one scale and in one frame, each with its own title and
-/// subtitle; as draw_map() else. Errors (kInput): nothing to draw, or more than `kPanelsMost`.
-[[nodiscard]] Result<io::RgbImage> draw_maps(const std::string& title,
-                                             const std::vector<MapPicture>& panels);
+struct SheetOptions {
+  std::string title;  ///< above all panels; empty: none
+  double width_mm = 181.0;
+  PictureFormat format = PictureFormat::kPng;
+};
 
-inline constexpr std::size_t kPanelsMost = 6;
+inline constexpr double kOneColumn_mm = 88.0, kTwoColumns_mm = 181.0;
+inline constexpr double kWidthMin_mm = 60.0, kWidthMax_mm = 420.0;
+inline constexpr std::size_t kPanelsMax = 6;
 
-/// The map from above on white, coloured by height, with ways, scale bar and legend. What has
-/// upright extent is drawn strong, floors and ceilings pale, so that walls stand out indoors, too.
-/// Three points in a thousand beyond each edge are left out. The longer side lies across.
-/// Errors (kInput): nothing to draw.
-[[nodiscard]] Result<io::RgbImage> draw_map(const MapPicture& picture);
-
-/// The colours of heights: dark blue at 0 over green to orange-red at 1.
-[[nodiscard]] Colour height_colour(double share);
-
-/// Length of the scale bar: 1, 2 or 5 times a power of ten, the longest below `most_m`.
-[[nodiscard]] double scale_bar_m(double most_m);
+/// The file of a picture for a paper: maps from above, coloured by height, with trajectories and a
+/// caption each, all panels at one scale and in one frame; below them scale bar, axes, legend and
+/// heights. What has upright extent is drawn strong, floors and ceilings pale, so that walls stand
+/// out indoors too. Three points in a thousand beyond each edge are left out. The longer side lies
+/// across. Errors (kInput): a panel without points, no panel or more than kPanelsMax, a width that
+/// is no width; kMachine.
+[[nodiscard]] Result<std::vector<std::byte>> draw_maps(const std::vector<MapPicture>& panels,
+                                                       const SheetOptions& options);
 
 /// Reads map.ply (or map.pcd) and the trajectories of a folder that `rali map` has written; the
-/// truth, too, where `rali evaluate` has judged it.
+/// truth too, where `rali evaluate` has judged it. The caption holds distance travelled and error.
 /// Errors: kInput, with the file.
 [[nodiscard]] Result<MapPicture> picture_of_folder(const std::string& out_dir);
 

@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -16,8 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<Colour, 4> kWayColours = {
-    {{224, 24, 108}, {250, 120, 0}, {120, 40, 200}, {0, 120, 215}}};
+/// With more vehicles than this the caption gives their sum alone.
+constexpr std::size_t kNamedVehiclesMax = 4;
+/// A vehicle that never was farther from its start stands: its path is jitter.
+constexpr double kStandstill_m = 0.5;
 
 Status read_points(const std::string& out_dir, MapPicture& picture) {
   std::string path = out_dir + "/map.ply";
@@ -49,25 +51,44 @@ double length_m(const std::vector<geometry::Vec3>& points) {
   return sum_m;
 }
 
-constexpr Colour kTruthColour{150, 156, 166};
-constexpr double kTruthWidth = 11.0;
+bool stands(const std::vector<geometry::Vec3>& points) {
+  return std::all_of(points.begin(), points.end(), [&](const geometry::Vec3& p) {
+    return (p - points.front()).norm() < kStandstill_m;
+  });
+}
 
-/// Where `rali evaluate` has judged the run: the truth under the ways, and how far off they are.
+/// "v1 stands, v2 travelled 12.3 m".
+std::string distances_of(const std::vector<PictureTrajectory>& trajectories) {
+  if (trajectories.size() > kNamedVehiclesMax) {
+    double sum_m = 0.0;
+    for (const PictureTrajectory& t : trajectories) sum_m += length_m(t.points_map_m);
+    return fmt::format("{} vehicles travelled {:.0f} m", trajectories.size(), sum_m);
+  }
+  std::string text;
+  for (const PictureTrajectory& t : trajectories) {
+    if (!text.empty()) text += ", ";
+    text += stands(t.points_map_m)
+                ? t.label + " stands"
+                : fmt::format("{} travelled {:.1f} m", t.label, length_m(t.points_map_m));
+  }
+  return text;
+}
+
+/// Where `rali evaluate` has judged the run: the truth, and the error in the caption.
 Status add_truth(const std::string& out_dir, MapPicture& picture) {
   std::error_code error;
   if (!fs::exists(out_dir + "/evaluation.json", error)) return {};
   const Result<report::RunData> run = report::read_run(out_dir);
   if (!run) return tl::make_unexpected(run.error());
-  std::vector<PictureWay> truths;
   for (const report::VehicleView& vehicle : run->vehicles) {
-    PictureWay way{truths.empty() ? "truth" : "", kTruthColour, kTruthWidth, {}};
-    for (const report::WayPoint& point : vehicle.truth) way.points_map_m.push_back(point.p_m);
-    if (!way.points_map_m.empty()) truths.push_back(std::move(way));
+    PictureTrajectory truth{"truth", true, {}};
+    for (const report::WayPoint& point : vehicle.truth) truth.points_map_m.push_back(point.p_m);
+    if (!truth.points_map_m.empty()) picture.trajectories.push_back(std::move(truth));
   }
-  picture.ways.insert(picture.ways.begin(), truths.begin(), truths.end());
   for (const report::Measured& measured : run->evaluation) {
-    if (measured.key != "fleet.trajectory.ape_m.rmse") continue;
-    picture.subtitle += fmt::format(", off the truth by {:.3f} m (rmse)", measured.value);
+    if (measured.key != "fleet.trajectory.ape_m.rmse" || !std::isfinite(measured.value)) continue;
+    picture.caption +=
+        fmt::format("; error {:.{}f} m (APE rmse)", measured.value, measured.value < 1.0 ? 3 : 1);
   }
   return {};
 }
@@ -76,23 +97,19 @@ Status add_truth(const std::string& out_dir, MapPicture& picture) {
 
 Result<MapPicture> picture_of_folder(const std::string& out_dir) {
   MapPicture picture;
-  picture.title = "RaLI map from above";
+  picture.name = out_dir;
   if (Status status = read_points(out_dir, picture); !status) {
     return tl::make_unexpected(status.error());
   }
-  std::string ways;
   for (const std::string& name : trajectory_files(out_dir)) {
     const Result<io::TumFile> tum = io::read_tum(out_dir + "/trajectory/" + name);
     if (!tum) return tl::make_unexpected(tum.error());
-    PictureWay way;
-    way.label = name.substr(0, name.size() - 4);
-    way.colour = kWayColours[picture.ways.size() % kWayColours.size()];
-    for (const io::StampedPose& pose : tum->poses) way.points_map_m.push_back(pose.T.p);
-    ways += fmt::format(", {}: {:.1f} m in {} sweeps", way.label, length_m(way.points_map_m),
-                        way.points_map_m.size());
-    picture.ways.push_back(std::move(way));
+    PictureTrajectory trajectory;
+    trajectory.label = name.substr(0, name.size() - 4);
+    for (const io::StampedPose& pose : tum->poses) trajectory.points_map_m.push_back(pose.T.p);
+    picture.trajectories.push_back(std::move(trajectory));
   }
-  picture.subtitle = fmt::format("{} points{}", picture.x_m.size(), ways);
+  picture.caption = distances_of(picture.trajectories);
   if (Status s = add_truth(out_dir, picture); !s) return tl::make_unexpected(s.error());
   return picture;
 }
