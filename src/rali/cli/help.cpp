@@ -57,7 +57,7 @@ std::string option_names(const Option& option) {
 std::string usage_line(Command& command) {
   const Positional positional = command.positional();
   std::string input = positional.name;
-  if (positional.at_most > 1 && !input.empty()) input += "...";
+  if (positional.at_most > positional.at_least && !input.empty()) input += "...";
   if (positional.at_least == 0 && !input.empty()) input = '[' + input + ']';
   return fmt::format("rali {} {}{}[options]", command.name(), input, input.empty() ? "" : " ");
 }

@@ -65,8 +65,9 @@ enum class HeaderStamp { kAuto, kStart, kEnd };
 /// Where the laser's index of a point comes from.
 enum class RingFrom { kNone, kField, kElevation, kRow, kColumn };
 
-/// What to do with a second return of the same laser pulse.
-enum class Returns { kOne, kAll };
+/// What to do with a second return of the same laser pulse: one of the two, both, the one with the
+/// larger intensity, the farther one.
+enum class Returns { kOne, kAll, kStrongest, kLast };
 
 /// What the user fixed; the rest is found from the data (product.md section 3, vehicles.*.lidar).
 struct CloudFormatOptions {

@@ -206,6 +206,48 @@ TEST(DecodeCloud, one_return_per_pulse_is_kept) {
   EXPECT_EQ(scan.size(), dual.size());
 }
 
+// Drivers number returns as they like: which is the stronger or the farther shows in the points.
+TEST(DecodeCloud, the_stronger_or_the_farther_of_two_returns_is_kept) {
+  const LidarScan made = vlp16_sweep(kStamp, 300);
+  LidarScan dual, near, far;
+  std::vector<std::uint8_t> types;
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    const float x = made.x_m[i], y = made.y_m[i], z = made.z_m[i], dt = made.dt_s[i];
+    near.push_back(x, y, z, 90, dt, made.ring[i]);
+    far.push_back(x * 1.2F, y * 1.2F, z * 1.2F, 20, dt, made.ring[i]);
+    dual.push_back(x, y, z, 90, dt, made.ring[i]);
+    types.push_back(7);
+    dual.push_back(x * 1.2F, y * 1.2F, z * 1.2F, 20, dt, made.ring[i]);
+    types.push_back(2);
+  }
+  dual.t_begin = kStamp;
+  PackedCloud cloud = pack_cloud(dual, "", CloudStyle::kOuster);
+  cloud.view.fields.push_back({"return_type", 40, FieldType::kUint8, 1});
+  for (std::size_t i = 0; i < types.size(); ++i) {
+    cloud.data[i * 48 + 40] = static_cast<std::byte>(types[i]);
+  }
+  LidarScan scan;
+  CloudFormatOptions options;
+  options.returns = Returns::kStrongest;
+  ASSERT_TRUE(decode_cloud(cloud.view, decided(cloud.view, options), options, scan));
+  EXPECT_EQ(scan.x_m, near.x_m);
+  options.returns = Returns::kLast;
+  ASSERT_TRUE(decode_cloud(cloud.view, decided(cloud.view, options), options, scan));
+  EXPECT_EQ(scan.x_m, far.x_m);
+  EXPECT_NE(decided(cloud.view, options).summary.find("the farther of two"), std::string::npos);
+}
+
+TEST(DecodeCloud, a_return_that_no_field_names_is_reported) {
+  const PackedCloud cloud = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
+  CloudFormatOptions options;
+  options.returns = Returns::kLast;
+  const CloudFormat format = decided(cloud.view, options);
+  const auto named = std::find_if(
+      format.findings.begin(), format.findings.end(),
+      [](const Finding& f) { return f.text.find("names the return") != std::string::npos; });
+  EXPECT_NE(named, format.findings.end());
+}
+
 TEST(DecodeCloud, contradictory_layouts_are_refused_with_their_numbers) {
   const PackedCloud good = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(good.view);

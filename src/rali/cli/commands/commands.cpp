@@ -1,5 +1,6 @@
 #include "rali/cli/commands/commands.hpp"
 
+#include "rali/cli/commands/convert.hpp"
 #include "rali/cli/commands/demo.hpp"
 #include "rali/cli/commands/doctor.hpp"
 #include "rali/cli/commands/evaluate.hpp"
@@ -18,6 +19,7 @@ CommandList all_commands() {
   commands.push_back(make_evaluate_command());
   commands.push_back(make_report_command());
   commands.push_back(make_picture_command());
+  commands.push_back(make_convert_command());
   commands.push_back(make_simulate_command());
   commands.push_back(make_demo_command());
   commands.push_back(make_completion_command());

@@ -1,6 +1,5 @@
 #include "rali/drive/output/map_files.hpp"
 
-#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -25,12 +24,7 @@ Status write_las(const map::MapCloud& cloud, const std::string& path) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     options.shift_m[axis] = cloud.origin_map_m[static_cast<Eigen::Index>(axis)];
   }
-  // Sensors count to 1, 100, 255 or 65535: the largest value tells which.
-  const float most = cloud.intensity.empty()
-                         ? 0.0F
-                         : *std::max_element(cloud.intensity.begin(), cloud.intensity.end());
-  const double full = most <= 1.0F ? 1.0 : most <= 255.0F ? 255.0 : 65535.0;
-  options.intensity_scale = 65535.0 / full;
+  options.intensity_scale = io::las_intensity_scale(cloud.intensity);
   return io::write_map_las(path, cloud.size(), io::one_part(columns(cloud)), options);
 }
 

@@ -103,6 +103,7 @@ Result<CloudFile> parse_cloud_file(std::vector<std::byte> bytes, const std::stri
                                    const CloudFileOptions& options) {
   if (begins_pcd(bytes)) return parse_pcd(std::move(bytes), path);
   if (begins_ply(bytes)) return parse_ply(std::move(bytes), path);
+  if (begins_las(bytes)) return parse_las(std::move(bytes), path);
   const std::string extension = lower_case(std::filesystem::path(path).extension().string());
   if (extension == ".pcd" && !bytes.empty()) return parse_pcd(std::move(bytes), path);
   if (extension == ".bin" && !has_known_kind(bytes)) {
@@ -110,7 +111,7 @@ Result<CloudFile> parse_cloud_file(std::vector<std::byte> bytes, const std::stri
   }
   return fail(
       ErrorCode::kInput, path,
-      fmt::format("is {}, not a point cloud (PCD, PLY or KITTI .bin)", content_kind(bytes)));
+      fmt::format("is {}, not a point cloud (PCD, PLY, LAS or KITTI .bin)", content_kind(bytes)));
 }
 
 Result<CloudFile> read_cloud_file(const std::string& path, const CloudFileOptions& options) {

@@ -14,7 +14,7 @@
 
 namespace rali::io {
 
-enum class CloudFileKind { kPcd, kPly, kKitti };
+enum class CloudFileKind { kPcd, kPly, kKitti, kLas };
 
 /// A point cloud as it lies in a file, brought to the shape of a PointCloud2: whole points in rows
 /// of point_step bytes, little endian. Owns its bytes.
@@ -56,9 +56,9 @@ struct CloudFileOptions {
 /// Clouds above this size are refused: offsets within a PointCloud2 are 32 bits wide.
 inline constexpr std::uint64_t kCloudBytesMax = 0xffff'ffffULL;
 
-/// Reads a cloud; PCD and PLY are known by their content, KITTI .bin by its name. Errors: kInput,
-/// with file and line or offset, for damage and for what is no cloud; a KITTI .bin cut in the
-/// midst of a point is taken with a finding.
+/// Reads a cloud; PCD, PLY and LAS are known by their content, KITTI .bin by its name. Errors:
+/// kInput, with file and line or offset, for damage and for what is no cloud; a KITTI .bin cut in
+/// the midst of a point is taken with a finding.
 [[nodiscard]] Result<CloudFile> read_cloud_file(const std::string& path,
                                                 const CloudFileOptions& options = {});
 
@@ -71,6 +71,9 @@ inline constexpr std::uint64_t kCloudBytesMax = 0xffff'ffffULL;
 [[nodiscard]] Result<CloudFile> parse_ply(std::vector<std::byte> bytes, const std::string& path);
 [[nodiscard]] Result<CloudFile> parse_kitti(std::vector<std::byte> bytes, const std::string& path,
                                             KittiLayout layout);
+/// LAS 1.0 to 1.4, not compressed: x y z (float64), intensity, classification, point_source and,
+/// where the point format has it, gps_time; of extra dimensions only `sigma`.
+[[nodiscard]] Result<CloudFile> parse_las(std::vector<std::byte> bytes, const std::string& path);
 
 /// Bytes of one element of a field.
 [[nodiscard]] std::uint32_t field_bytes(wire::FieldType type);

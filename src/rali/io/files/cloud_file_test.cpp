@@ -102,15 +102,15 @@ TEST(CloudFile, says_what_a_file_is_that_is_no_cloud) {
     const auto cloud = parse_cloud_file(bytes_of(content), path);
     return cloud ? std::string("no error") : cloud.error().what;
   };
-  EXPECT_EQ(message("", "a.bin"), "is an empty file, not a point cloud (PCD, PLY or KITTI .bin)");
+  EXPECT_EQ(message("", "a.bin"),
+            "is an empty file, not a point cloud (PCD, PLY, LAS or KITTI .bin)");
   EXPECT_EQ(message("#ROSBAG V2.0\n", "a.bin"),
-            "is a ROS bag, not a point cloud (PCD, PLY or KITTI .bin)");
+            "is a ROS bag, not a point cloud (PCD, PLY, LAS or KITTI .bin)");
   EXPECT_EQ(message("hello, world, this is text\n", "a.bin"),
-            "is text, not a point cloud (PCD, PLY or KITTI .bin)");
-  EXPECT_EQ(message("LASF\x01\x04", "a.ply"),
-            "is a LAS cloud, not a point cloud (PCD, PLY or KITTI .bin)");
+            "is text, not a point cloud (PCD, PLY, LAS or KITTI .bin)");
+  EXPECT_EQ(message("LASF\x01\x04", "a.ply"), "ends in its header");
   EXPECT_EQ(message(std::string(32, '\0'), "a.ply"),
-            "is only zeros, not a point cloud (PCD, PLY or KITTI .bin)");
+            "is only zeros, not a point cloud (PCD, PLY, LAS or KITTI .bin)");
 }
 
 TEST(CloudFile, content_decides_over_the_name) {

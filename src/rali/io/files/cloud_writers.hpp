@@ -45,6 +45,10 @@ struct LasOptions {
   double intensity_scale = 1.0;
 };
 
+/// LasOptions::intensity_scale for these values: sensors count to 1, 255 or 65535, and the largest
+/// value shows which.
+[[nodiscard]] double las_intensity_scale(std::span<const float> intensity);
+
 /// map.las: LAS 1.4, point format 6, scale 0.001 m, offset near the first point, not compressed.
 /// sigma is an extra dimension ("sigma", float32), vehicle + 1 the point source (0 means "none"
 /// there), seen the user data (at most 255). Header without date: same input, same bytes.

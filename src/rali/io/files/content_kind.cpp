@@ -59,6 +59,8 @@ bool is_text(std::string_view head) {
 
 }  // namespace
 
+bool begins_las(std::span<const std::byte> head) { return as_text(head).starts_with("LASF"); }
+
 bool begins_ply(std::span<const std::byte> head) {
   const std::string_view text = as_text(head);
   return text.starts_with("ply\n") || text.starts_with("ply\r") || text.starts_with("ply ");

@@ -16,6 +16,9 @@ namespace rali::io {
 /// True where the bytes begin a PLY file.
 [[nodiscard]] bool begins_ply(std::span<const std::byte> head);
 
+/// True where the bytes begin a LAS file.
+[[nodiscard]] bool begins_las(std::span<const std::byte> head);
+
 /// True if these bytes are a known kind of file or printable text, so no bare numbers.
 [[nodiscard]] bool has_known_kind(std::span<const std::byte> head);
 

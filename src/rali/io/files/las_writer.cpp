@@ -144,6 +144,13 @@ class LasFile {
 
 }  // namespace
 
+double las_intensity_scale(std::span<const float> intensity) {
+  const float largest =
+      intensity.empty() ? 0.0F : *std::max_element(intensity.begin(), intensity.end());
+  const double full = largest <= 1.0F ? 1.0 : largest <= 255.0F ? 255.0 : 65535.0;
+  return 65535.0 / full;
+}
+
 Status write_map_las(const std::string& path, std::uint64_t points, const MapParts& parts,
                      const LasOptions& options) {
   auto file = AtomicFile::create(path);

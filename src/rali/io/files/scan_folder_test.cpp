@@ -118,7 +118,7 @@ TEST(ScanFolder, damaged_sweeps_are_named_and_passed_over_and_cut_ones_used) {
   ASSERT_EQ(scans->findings().size(), 4U);
   EXPECT_EQ(scans->findings()[1].text,
             folder.path("2.bin") +
-                ": is an empty file, not a point cloud (PCD, PLY or KITTI "
+                ": is an empty file, not a point cloud (PCD, PLY, LAS or KITTI "
                 ".bin). The sweep is left out");
 }
 

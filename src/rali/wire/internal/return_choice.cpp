@@ -11,8 +11,9 @@
 
 // The numbers behind return types differ between drivers (first, last, strongest, "identical"), so
 // their meaning is found from the points: two points of one direction in one sweep are two returns
-// of one pulse. Of the types that meet in a pulse the most frequent is kept; a type that always
-// comes alone ("identical") is kept, too.
+// of one pulse. Of the types that meet in a pulse one is kept: the most frequent, or the one that
+// is the stronger or the farther of the two in most pulses. A type that always comes alone
+// ("identical") is kept, too.
 namespace rali::wire::internal {
 namespace {
 
@@ -24,12 +25,17 @@ constexpr std::size_t kTypes = 32;
 struct Shot {
   std::int32_t azimuth = 0, elevation = 0;
   std::uint32_t type = 0;
+  double range_m = 0.0, intensity = 0.0;
 
   [[nodiscard]] auto direction() const { return std::tie(azimuth, elevation); }
 };
 
-std::vector<Shot> shots_of(const FirstClouds::Cloud& cloud, int field) {
+std::vector<Shot> shots_of(const FirstClouds::Cloud& cloud, int field, int intensity_field) {
   const std::vector<double> types = field_values(*cloud.view, cloud.layout, field, cloud.stride);
+  std::vector<double> intensity;
+  if (intensity_field >= 0) {
+    intensity = field_values(*cloud.view, cloud.layout, intensity_field, cloud.stride);
+  }
   std::vector<Shot> shots;
   shots.reserve(cloud.valid_count);
   constexpr double kStepsPerRad = 50.0 * 180.0 / 3.14159265358979323846;
@@ -40,7 +46,8 @@ std::vector<Shot> shots_of(const FirstClouds::Cloud& cloud, int field) {
         {static_cast<std::int32_t>(
              std::lround(std::atan2(cloud.y_m[i], cloud.x_m[i]) * kStepsPerRad)),
          static_cast<std::int32_t>(std::lround(std::atan2(cloud.z_m[i], flat_m) * kStepsPerRad)),
-         static_cast<std::uint32_t>(types[i])});
+         static_cast<std::uint32_t>(types[i]), std::hypot(flat_m, cloud.z_m[i]),
+         i < intensity.size() ? intensity[i] : 0.0});
   }
   std::sort(shots.begin(), shots.end(), [](const Shot& a, const Shot& b) {
     return std::tuple(a.azimuth, a.elevation, a.type) < std::tuple(b.azimuth, b.elevation, b.type);
@@ -51,6 +58,7 @@ std::vector<Shot> shots_of(const FirstClouds::Cloud& cloud, int field) {
 /// Per type: points, and points that share their pulse with another type.
 struct Census {
   std::array<std::size_t, kTypes> all{}, shared{};
+  std::array<std::size_t, kTypes> stronger{}, farther{};  ///< of the two of a pulse
 };
 
 void count(const std::vector<Shot>& shots, Census& census) {
@@ -61,7 +69,34 @@ void count(const std::vector<Shot>& shots, Census& census) {
     const bool shared = (i > 0 && same(i - 1)) || (i + 1 < shots.size() && same(i + 1));
     ++census.all[shots[i].type];
     census.shared[shots[i].type] += shared ? 1U : 0U;
+    if (i == 0 || !same(i - 1)) continue;
+    const Shot &a = shots[i - 1], &b = shots[i];
+    ++census.farther[a.range_m > b.range_m ? a.type : b.type];
+    ++census.stronger[a.intensity > b.intensity ? a.type : b.type];
   }
+}
+
+/// What the kept type has most of, by what was asked.
+const std::array<std::size_t, kTypes>& ranking(const Census& census, Returns returns) {
+  if (returns == Returns::kStrongest) return census.stronger;
+  return returns == Returns::kLast ? census.farther : census.all;
+}
+
+std::string choice_words(Returns returns) {
+  if (returns == Returns::kStrongest) return "returns: the stronger of two (set)";
+  return returns == Returns::kLast ? "returns: the farther of two (set)" : "returns: one of two";
+}
+
+bool must_choose(const CloudFormatOptions& options) {
+  return options.returns == Returns::kStrongest || options.returns == Returns::kLast;
+}
+
+/// The user asked for a return that nothing in the clouds names.
+void note_no_field(CloudFormat& format) {
+  format.findings.push_back(cloud_finding(
+      "D06", Severity::kWarning, "the clouds have no field that names the return of a point",
+      "every point is used, whatever lidar.returns asks for",
+      "Let the driver publish one return, or its field of return types."));
 }
 
 }  // namespace
@@ -72,10 +107,13 @@ std::string choose_returns(const FirstClouds& first, const CloudFormatOptions& o
   for (const std::string_view name : kReturnNames) {
     if (field < 0) field = find_field(*first.clouds[0].view, name);
   }
-  if (field < 0) return {};
+  if (field < 0) {
+    if (must_choose(options)) note_no_field(format);
+    return {};
+  }
   Census census;
   for (const FirstClouds::Cloud& cloud : first.clouds) {
-    if (cloud.stride == 1) count(shots_of(cloud, field), census);
+    if (cloud.stride == 1) count(shots_of(cloud, field, format.intensity), census);
   }
   // Shared pulses by chance are few; a second return is shared for the most part.
   std::size_t best = kTypes;
@@ -84,7 +122,8 @@ std::string choose_returns(const FirstClouds& first, const CloudFormatOptions& o
   };
   for (std::size_t type = 0; type < kTypes; ++type) {
     if (!second(type)) continue;
-    if (best == kTypes || census.all[type] > census.all[best]) best = type;
+    const auto& rank = ranking(census, options.returns);
+    if (best == kTypes || rank[type] > rank[best]) best = type;
   }
   std::uint32_t dropped = 0;
   for (std::size_t type = 0; type < kTypes; ++type) {
@@ -93,11 +132,11 @@ std::string choose_returns(const FirstClouds& first, const CloudFormatOptions& o
   if (dropped == 0) return {};
   format.findings.push_back(cloud_finding(
       "D06", Severity::kInfo, "the clouds hold two returns per laser pulse",
-      options.returns == Returns::kOne ? "one of them is used" : "both are used", {}));
+      options.returns == Returns::kAll ? "both are used" : "one of them is used", {}));
   if (options.returns == Returns::kAll) return "returns: all (set)";
   format.return_type = field;
   format.returns_dropped = dropped;
-  return "returns: one of two";
+  return choice_words(options.returns);
 }
 
 }  // namespace rali::wire::internal
