@@ -2,6 +2,7 @@
 # make demo     build, simulate, map, evaluate: rali-demo/out/report.html and rali-demo/map.png
 # make install PREFIX=/usr/local   program, manual page, completions, documents
 # make deb      build/packages/rali_*.deb; make check-deb installs, runs and removes it in a chroot
+# make bundle   the scripts of report.html again, into web/dist, after a change in web/ (needs npm)
 # make fuzz     each fuzz target for FUZZ_SECONDS (needs clang)
 # make bench    Google Benchmark programs
 # make docs     generated pages; make tutorials: what they print; make site: build/site/index.html
@@ -9,7 +10,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo install deb check-deb share fuzz bench format lint asan tsan docs tutorials figures site packages release clean
+.PHONY: test demo install deb bundle check-deb share fuzz bench format lint asan tsan docs tutorials figures site packages release clean
 
 JOBS ?= $(shell nproc)
 FUZZ_SECONDS ?= 60
@@ -50,6 +51,11 @@ deb: share
 check-deb: deb
 	@tools/install_packages.sh lintian mmdebstrap
 	tools/check_deb.sh build/packages/rali_*.deb
+
+bundle: packages
+	@tools/install_packages.sh nodejs npm
+	cmake --preset release -DRALI_BENCH=OFF
+	cmake --build build/release --target rali_bundle
 
 bench: packages
 	cmake --preset release -B build/bench -DRALI_BENCH=ON -DRALI_TESTS=OFF

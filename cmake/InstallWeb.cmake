@@ -12,8 +12,8 @@ execute_process(
   WORKING_DIRECTORY ${BUILD} RESULT_VARIABLE code OUTPUT_VARIABLE said ERROR_VARIABLE said)
 if(NOT code EQUAL 0)
   file(WRITE ${BUILD}/npm.log "${said}")
-  message(FATAL_ERROR "uPlot, three.js and esbuild could not be fetched from the npm registry (see "
-    "${BUILD}/npm.log): connect to the network once, or configure with -DRALI_WEB=OFF to build "
-    "reports without drawings.")
+  message(FATAL_ERROR "the packages of web/package-lock.json could not be fetched from the npm registry "
+    "(see ${BUILD}/npm.log): connect to the network once, or configure with -DRALI_WEB=OFF: reports "
+    "then have no drawings.")
 endif()
 file(TOUCH ${BUILD}/installed.stamp)

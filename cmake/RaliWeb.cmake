@@ -1,7 +1,11 @@
-# rali_web(TARGET rali_report): bundles web/ (uPlot, three.js and our scripts) with npm and esbuild and
-# compiles the result into TARGET. npm runs once per build folder and lock file; the bundle is made
-# again only when a script changes. -DRALI_WEB=OFF builds without: reports then have no drawings.
-option(RALI_WEB "bundle the scripts of report.html (needs npm and, once, the network)" ON)
+# rali_web(TARGET rali_report): compiles the scripts of report.html into TARGET.
+#
+# web/dist holds them bundled, so that a build needs neither npm nor the network. Where web/ holds
+# other scripts or packages than web/dist was made from, npm and esbuild bundle them in the build
+# folder; `make bundle` (target rali_bundle) then renews web/dist. What is bundled is web/'s business:
+# this file names no package. -DRALI_WEB=OFF builds without scripts.
+option(RALI_WEB "the scripts of report.html in the program" ON)
+find_program(RALI_NPM npm)
 
 function(rali_web)
   cmake_parse_arguments(WEB "" "TARGET" "" ${ARGN})
@@ -10,28 +14,27 @@ function(rali_web)
   set(build ${CMAKE_BINARY_DIR}/web)
   set(assets ${build}/assets.cpp)
   set(embed ${Python3_EXECUTABLE} ${CMAKE_SOURCE_DIR}/tools/embed_files.py)
+  set(keep ${Python3_EXECUTABLE} ${CMAKE_SOURCE_DIR}/tools/web_bundle.py)
+  file(GLOB_RECURSE scripts CONFIGURE_DEPENDS ${source}/src/*.js)
+  if(RALI_NPM)
+    rali_web_bundle(${source} ${build} "${scripts}")
+    add_custom_target(rali_bundle COMMAND ${keep} pack ${source} ${build}/report.js
+      DEPENDS ${build}/report.js COMMENT "Writing web/dist" VERBATIM)
+  endif()
   if(RALI_WEB)
-    find_program(RALI_NPM npm)
-    if(NOT RALI_NPM)
-      message(FATAL_ERROR "npm is needed to bundle the scripts of report.html. "
-        "Install it (Debian: apt-get install --no-install-recommends npm) or configure with -DRALI_WEB=OFF.")
+    set_property(DIRECTORY ${CMAKE_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${scripts}
+      ${source}/package-lock.json ${source}/dist/sources.sha256)
+    execute_process(COMMAND ${keep} fresh ${source} RESULT_VARIABLE stale OUTPUT_QUIET)
+    set(script ${source}/dist/report.js.gz)
+    if(stale AND NOT RALI_NPM)
+      message(FATAL_ERROR "web/dist was made from other scripts than web/ holds, and npm is not there "
+        "to bundle them. Install it (Debian: apt-get install --no-install-recommends nodejs npm) or "
+        "configure with -DRALI_WEB=OFF: reports then have no drawings.")
+    elseif(stale)
+      message(STATUS "web/dist is older than web/: npm bundles the scripts (make bundle renews it)")
+      set(script ${build}/report.js)
     endif()
-    set(installed ${build}/installed.stamp)
-    add_custom_command(OUTPUT ${installed}
-      COMMAND ${CMAKE_COMMAND} -D NPM=${RALI_NPM} -D SOURCE=${source} -D BUILD=${build}
-        -P ${CMAKE_SOURCE_DIR}/cmake/InstallWeb.cmake
-      DEPENDS ${source}/package.json ${source}/package-lock.json
-        ${CMAKE_SOURCE_DIR}/cmake/InstallWeb.cmake
-      COMMENT "Fetching uPlot, three.js and esbuild (npm, once)" VERBATIM)
-    file(GLOB scripts CONFIGURE_DEPENDS ${source}/src/*.js)
-    add_custom_command(OUTPUT ${build}/report.js
-      COMMAND ${CMAKE_COMMAND} -E env NODE_PATH=${build}/node_modules
-        ${build}/node_modules/.bin/esbuild ${source}/src/main.js --bundle --minify --format=iife
-        --target=es2020 --legal-comments=inline --log-level=warning --outfile=${build}/report.js
-      DEPENDS ${installed} ${scripts}
-      COMMENT "Bundling the scripts of report.html" VERBATIM)
-    set(script ${build}/report.js)
-    set(licence ${CMAKE_SOURCE_DIR}/THIRD_PARTY_NOTICES.md)
+    set(licence ${source}/licences.txt)
   endif()
   add_custom_command(OUTPUT ${assets}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${build}
@@ -42,5 +45,21 @@ function(rali_web)
   target_sources(${WEB_TARGET} PRIVATE ${assets})
   # Literals longer than the standard asks for are no fault here.
   set_source_files_properties(${assets} PROPERTIES COMPILE_OPTIONS
-    "-Wno-overlength-strings;-O0")
+    "-Wno-overlength-strings;-O0" SKIP_PRECOMPILE_HEADERS ON)
+endfunction()
+
+# The rule that makes <build>/report.js. npm runs once per build folder and lock file.
+function(rali_web_bundle source build scripts)
+  set(installed ${build}/installed.stamp)
+  add_custom_command(OUTPUT ${installed}
+    COMMAND ${CMAKE_COMMAND} -D NPM=${RALI_NPM} -D SOURCE=${source} -D BUILD=${build}
+      -P ${CMAKE_SOURCE_DIR}/cmake/InstallWeb.cmake
+    DEPENDS ${source}/package.json ${source}/package-lock.json
+      ${CMAKE_SOURCE_DIR}/cmake/InstallWeb.cmake
+    COMMENT "Fetching the packages of web/package-lock.json (npm, once)" VERBATIM)
+  add_custom_command(OUTPUT ${build}/report.js
+    COMMAND ${CMAKE_COMMAND} -D SOURCE=${source} -D BUILD=${build}
+      -P ${CMAKE_SOURCE_DIR}/cmake/BundleWeb.cmake
+    DEPENDS ${installed} ${scripts} ${CMAKE_SOURCE_DIR}/cmake/BundleWeb.cmake
+    COMMENT "Bundling the scripts of report.html" VERBATIM)
 endfunction()

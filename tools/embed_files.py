@@ -3,10 +3,11 @@
 
 usage: embed_files.py OUT.cpp NAMESPACE NAME=FILE...
 
-Each NAME becomes `std::string_view NAME()` in NAMESPACE. Text is written as string literals in
+Each NAME becomes `std::string_view NAME()` in NAMESPACE; a FILE.gz is unpacked first. Text is written as string literals in
 pieces, because compilers read those a hundred times faster than lists of numbers.
 """
 
+import gzip
 import sys
 from pathlib import Path
 
@@ -38,7 +39,8 @@ def main(arguments):
     files = []
     for argument in arguments[2:]:
         name, _, path = argument.partition("=")
-        files.append((name, Path(path).read_bytes() if path else b""))
+        data = Path(path).read_bytes() if path else b""
+        files.append((name, gzip.decompress(data) if path.endswith(".gz") else data))
     Path(arguments[0]).write_text(source(arguments[1], files), encoding="ascii")
     return 0
 
