@@ -18,17 +18,18 @@ constexpr double kWeek_s = 7.0 * 86400.0;
 void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
   v("topic", lidar.topic, "cloud topic; auto: the only one, two or more are an error");
   v.custom("model",
-           known_word(lidar.model, "auto, " + sensor::lidar_model_names(),
+           known_word(lidar.cloud.model, "auto, " + sensor::lidar_model_names(),
                       [](const std::string& name) {
                         return name == "auto" || sensor::find_lidar_model(name) != nullptr;
                       }),
            "for ring angles and rebuilt point times");
-  v.choice("point_time", lidar.point_time, kPointTimeNames, "how point times are stored");
-  v.choice("header_stamp", lidar.header_stamp, kHeaderStampNames,
+  v.choice("point_time", lidar.cloud.point_time, wire::kPointTimeNames,
+           "how point times are stored");
+  v.choice("header_stamp", lidar.cloud.header_stamp, wire::kHeaderStampNames,
            "which end of the sweep the stamp names (with relative times)");
-  v("deskewed", lidar.deskewed, "the driver has already undistorted the sweeps");
+  v("deskewed", lidar.cloud.deskewed, "the driver has already undistorted the sweeps");
   v.choice("returns", lidar.returns, kReturnsNames, "which return of a dual-return sensor");
-  v("range_m", lidar.range_m, 0.0, 1000.0, "nearest and farthest point used [m]");
+  v("range_m", lidar.cloud.range_m, 0.0, 1000.0, "nearest and farthest point used [m]");
   v.custom("T_body_lidar", extrinsics_target(lidar.T_body_lidar, true),
            "pose of the LiDAR in the body; auto: /tf_static, the maker's figure, or the data");
   v.custom("time_offset_s", number_or(lidar.time_offset_s, "auto", -10.0, 10.0),

@@ -37,11 +37,7 @@ inspect::DoctorOptions options_of(const config::VehicleConfig& vehicle) {
   options.vehicle = vehicle.name;
   options.lidar_topic = word_or_empty(vehicle.lidar.topic);
   options.imu_topic = word_or_empty(vehicle.imu.topic);
-  options.cloud.model = vehicle.lidar.model;
-  options.cloud.point_time = static_cast<wire::PointTime>(vehicle.lidar.point_time);
-  options.cloud.header_stamp = static_cast<wire::HeaderStamp>(vehicle.lidar.header_stamp);
-  options.cloud.deskewed = vehicle.lidar.deskewed;
-  options.cloud.range_m = vehicle.lidar.range_m;
+  options.cloud = vehicle.lidar.cloud;
   if (vehicle.lidar.T_body_lidar.source == config::Extrinsics::Source::kGiven) {
     options.T_body_lidar = vehicle.lidar.T_body_lidar.T;
   }
