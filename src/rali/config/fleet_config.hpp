@@ -20,7 +20,7 @@ enum class Returns { kAuto, kSingle, kStrongest, kLast };
 inline constexpr ChoiceNames<4> kReturnsNames{"auto", "single", "strongest", "last"};
 
 struct LidarConfig {
-  std::string topic = "auto";  ///< auto: the only cloud topic
+  std::string topic = "auto";      ///< auto: the only cloud topic
   wire::CloudFormatOptions cloud;  ///< keys of its fields stand beside `topic`
   Returns returns = Returns::kAuto;
   Extrinsics T_body_lidar;

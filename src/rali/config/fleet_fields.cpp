@@ -24,7 +24,8 @@ void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
                         return name == "auto" || sensor::find_lidar_model(name) != nullptr;
                       }),
            "sensor model, for ring angles and rebuilt point times");
-  v.choice("point_time", lidar.cloud.point_time, wire::kPointTimeNames, "how point times are stored");
+  v.choice("point_time", lidar.cloud.point_time, wire::kPointTimeNames,
+           "how point times are stored");
   v.choice("header_stamp", lidar.cloud.header_stamp, wire::kHeaderStampNames,
            "whether the stamp is the start or the end of the scan (with relative times)");
   v("deskewed", lidar.cloud.deskewed, "the driver has already undistorted the scans");

@@ -143,7 +143,7 @@ const char* severity_name(Severity severity) {
 }
 
 std::string doctor_text(const DoctorReport& report) {
-  return fmt::format("{}: {} ({:.1f} s looked at)\n", report.path, verdict(report.findings),
+  return fmt::format("{}: {} ({:.1f} s checked)\n", report.path, verdict(report.findings),
                      report.seconds) +
          findings_text(report.findings);
 }

@@ -71,8 +71,13 @@ class DoctorCommand final : public Command {
 
   [[nodiscard]] std::vector<Option> options() override {
     return {
-        {"--seconds", "S", "look at so much data [s] (default 120); 0: all", &seconds_, false, {}},
-        {"--write", "FILE", "write a first fleet.yaml with all that was found", &write_, false, {}},
+        {"--seconds", "S", "data that is checked [s] (default 120); 0: all", &seconds_, false, {}},
+        {"--write",
+         "FILE",
+         "write a first fleet.yaml with everything detected",
+         &write_,
+         false,
+         {}},
         {"-o,--out", "DIR", "write doctor.json there", &out_dir_, false, {}},
         {"--lidar-topic", "TOPIC", "cloud topic, if there are several", &lidar_topic_, false, {}},
         {"--imu-topic", "TOPIC", "IMU topic, if there are several", &imu_topic_, false, {}},
@@ -180,7 +185,7 @@ Result<int> DoctorCommand::run(Session& session) {
   inspect::RangeStudy ranges;
   bool spoilt = false;
   for (const inspect::DoctorOptions& job : plan->recordings) {
-    session.detail(fmt::format("looking at {}", job.path));
+    session.detail(fmt::format("checking {}", job.path));
     Result<inspect::DoctorReport> report = inspect::examine(job, *executor, ranges);
     if (!report) return tl::make_unexpected(report.error());
     if (text) session.result(inspect::doctor_text(*report));
