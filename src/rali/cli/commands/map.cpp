@@ -90,7 +90,7 @@ std::vector<Option> MapCommand::options() {
        {"robust", "paper"}},
       {"--set",
        "KEY=VALUE",
-       "any setting of docs/reference/settings.md; repeatable",
+       "any setting of rali help-settings --all; repeatable",
        &assignments_,
        false,
        {}},
@@ -99,7 +99,7 @@ std::vector<Option> MapCommand::options() {
       {"--lidar-model", "NAME", "for point times that are missing", &lidar_model_, true, {}},
       {"--imu", "FILE", "CSV of inertial data of a scan folder", &imu_file_, false, {}},
       {"--ranges", "FILE", "CSV of ranges between the vehicles", &ranges_, true, {}},
-      {"--radio", "FILE", "CSV of signal strengths: tells why rounds end", &radio_, true, {}},
+      {"--radio", "FILE", "CSV of signal strengths: why rounds end", &radio_, true, {}},
       {"--start", "S", "leave out so much data [s]", &start_s_, false, {}},
       {"--duration", "S", "use so much data [s]; 0: all", &duration_s_, false, {}},
       {"--require", "COND", "max_sigma_m=M, connected; else exit 1", &requirements_, true, {}},
@@ -134,7 +134,7 @@ Result<config::FleetConfig> MapCommand::load(const config::Overrides& overrides)
   const auto file = std::find_if(inputs_.begin(), inputs_.end(), is_yaml);
   if (file == inputs_.end()) return config::fleet_of_recordings(inputs_, overrides);
   if (inputs_.size() > 1) {
-    return fail(ErrorCode::kUsage, *file, "a fleet.yaml stands alone",
+    return fail(ErrorCode::kUsage, *file, "a fleet.yaml is the only input",
                 "Name the other recordings in it.");
   }
   return config::load_fleet(*file, overrides);

@@ -11,7 +11,7 @@ class PictureCommand final : public Command {
   [[nodiscard]] std::string name() const override { return "picture"; }
 
   [[nodiscard]] std::string summary() const override {
-    return "draw the map of a run from above, with its ways, as a PNG";
+    return "draw the map of a run from above, with its trajectories, as a PNG";
   }
 
   [[nodiscard]] std::vector<std::string> examples() const override {

@@ -88,7 +88,7 @@ Result<MapPicture> picture_of_folder(const std::string& out_dir) {
     way.label = name.substr(0, name.size() - 4);
     way.colour = kWayColours[picture.ways.size() % kWayColours.size()];
     for (const io::StampedPose& pose : tum->poses) way.points_map_m.push_back(pose.T.p);
-    ways += fmt::format(", {}: {:.1f} m in {} sweeps", way.label, length_m(way.points_map_m),
+    ways += fmt::format(", {}: {:.1f} m in {} scans", way.label, length_m(way.points_map_m),
                         way.points_map_m.size());
     picture.ways.push_back(std::move(way));
   }
