@@ -139,7 +139,8 @@ class Documents:
         named = [(n, key) for n, c in commands for key in SET.findall(c)]
         if path.parent.name == "guide":
             lines = enumerate(text.splitlines(), 1)
-            named += [(n, key) for n, line in lines for key in KEY.findall(line)]
+            keys = [(n, key) for n, line in lines for key in KEY.findall(line)]
+            named += [(n, key) for n, key in keys if not key.endswith((".csv", ".yaml"))]
         for number, key in named:
             if not self.is_setting(key):
                 self.report(path, number, f"no setting {key}")

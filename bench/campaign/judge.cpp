@@ -136,7 +136,7 @@ bool is_lost_finding(const Finding& f) {
 }
 
 /// The pose is not known as well as elsewhere.
-bool is_blind_finding(const Finding& f) { return f.id == "odometry.blind"; }
+bool is_blind_finding(const Finding& f) { return f.id == "odometry.degenerate"; }
 
 bool covers(const Finding& f, const SilentFailure& failure, const Recording& recording) {
   if (f.vehicle != failure.vehicle || f.t.ns == 0) return false;

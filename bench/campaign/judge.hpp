@@ -41,8 +41,8 @@ struct RunScore {
   Solvable solvable;
   std::vector<VehicleScore> vehicles;
   std::vector<SilentFailure> silent;
-  /// Failures of which only odometry.blind was said: the error is stated too small, or shows where
-  /// the alignment of the whole path has put it.
+  /// Failures of which only odometry.degenerate was reported: the error is stated too small, or
+  /// shows where the alignment of the whole path has put it.
   std::size_t only_blind = 0;
   std::size_t groups = 1;
   double fleet_rmse_m = 0.0;  ///< final, one alignment for the largest group

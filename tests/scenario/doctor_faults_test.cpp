@@ -61,18 +61,18 @@ TEST_P(DoctorNames, the_fault) {
 
 INSTANTIATE_TEST_SUITE_P(
     Faults, DoctorNames,
-    testing::Values(Case{"drop:v1@4-8", "D01", "of the sweeps are missing"},
+    testing::Values(Case{"drop:v1@4-8", "D01", "of the scans are missing"},
                     Case{"drop:v1@4-8", "D10", "of the inertial samples are missing"},
                     Case{"gap:v1@5-7", "D01", "longest gap 2."},
                     Case{"gap:v1@5-7", "D10", "longest gap 2."},
                     Case{"clock_jump:v1@5-8", "D04", "2 jumps of the clock"},
                     Case{"nan:v1@4-8", "D05", "jumps from 0 to 33 %"},
-                    Case{"time_field:v1@4-8", "D02", "40 sweeps whose point times"},
+                    Case{"time_field:v1@4-8", "D02", "40 scans whose point times"},
                     Case{"time_field:v1@0-12", "D02", "'timestamp' is 0 in every point"},
                     Case{"imu_scale:v1@4-8", "D08", "its scale is off"},
                     Case{"imu_scale:v1@0-12", "D08", "its scale is off"},
-                    Case{"imu_saturate:v1@4-12", "D10", "stand at the end of the sensor's range"},
-                    Case{"imu_saturate:v1@0-12", "D10", "stand at the end of the sensor's range"},
+                    Case{"imu_saturate:v1@4-12", "D10", "are at the end of the sensor's range"},
+                    Case{"imu_saturate:v1@0-12", "D10", "are at the end of the sensor's range"},
                     Case{"cut_file:v1@8", "D19", "record ends after the file"}),
     [](const testing::TestParamInfo<Case>& test) {
       const std::string& fault = test.param.fault;

@@ -225,7 +225,7 @@ TEST(Evaluation, a_straight_way_is_aligned_by_yaw_and_says_so) {
   EXPECT_EQ(e->frames[0].used, eval::Alignment::kYaw);
   EXPECT_NEAR(e->fleet.ape_m.max, 0.0, 1e-4);
   ASSERT_EQ(e->warnings.size(), 1U);
-  EXPECT_NE(e->warnings[0].find("the way is straight"), std::string::npos);
+  EXPECT_NE(e->warnings[0].find("the path is straight"), std::string::npos);
 }
 
 TEST(Evaluation, one_pose_and_a_vehicle_at_rest_are_judged) {

@@ -44,9 +44,10 @@ Result<FrameFit> fit_frame(const eval::PairList& pairs, Alignment asked) {
   const bool straight = !(spread[1] > kStraightRatio * kStraightRatio * spread[0]);
   Result<FrameFit> fit = fail(ErrorCode::kNoAnswer, {}, "stands still");
   if (moves && asked == Alignment::kSe3 && straight) {
-    fit = fitted(pairs, Alignment::kYaw,
-                 "the way is straight, which leaves the roll about it open; yaw alone is solved "
-                 "instead (alignment yaw: both frames level)");
+    fit = fitted(
+        pairs, Alignment::kYaw,
+        "the path is straight, which does not constrain the roll about it; yaw alone is solved "
+        "instead (alignment yaw: both frames level)");
   } else if (moves) {
     fit = fitted(pairs, asked, {});
   }

@@ -61,7 +61,7 @@ void add_drift(std::vector<Row>& rows) {
   rows.push_back({"drift at the end [m]", [](const TrackScore& s) {
                     return s.drift ? metres(s.drift->final_m) : std::string(kNotKnown);
                   }});
-  rows.push_back({"  per cent of the way", [](const TrackScore& s) {
+  rows.push_back({"  per cent of the distance", [](const TrackScore& s) {
                     if (!s.drift || !(s.drift->way_m > 0.0)) return std::string(kNotKnown);
                     return fmt::format("{:.2f}", 100.0 * s.drift->final_m / s.drift->way_m);
                   }});
@@ -77,7 +77,7 @@ void add_blind(std::vector<Row>& rows) {
   const auto blind = [](const TrackScore& s, auto text) {
     return s.blind && s.blind->along_m.count > 0 ? text(*s.blind) : std::string(kNotKnown);
   };
-  rows.push_back({"blind, share of the way [%]", [](const TrackScore& s) {
+  rows.push_back({"blind, fraction of the distance [%]", [](const TrackScore& s) {
                     return s.blind ? percent(s.blind->way_share) : std::string(kNotKnown);
                   }});
   rows.push_back({"  error along it, rmse [m]", [blind](const TrackScore& s) {
@@ -105,7 +105,8 @@ std::vector<Row> rows_of(const EvaluationOptions& options, bool alone) {
   rows.push_back({"poses judged", [](const TrackScore& s) { return fmt::format("{}", s.poses); }});
   rows.push_back(
       {"of the truth's time [%]", [](const TrackScore& s) { return percent(s.time_share); }});
-  rows.push_back({"way [m]", [](const TrackScore& s) { return fmt::format("{:.1f}", s.way_m); }});
+  rows.push_back(
+      {"distance [m]", [](const TrackScore& s) { return fmt::format("{:.1f}", s.way_m); }});
   rows.push_back(ape("APE, rmse [m]", &eval::Statistics::rmse));
   rows.push_back(ape("     mean [m]", &eval::Statistics::mean));
   rows.push_back(ape("     median [m]", &eval::Statistics::median));

@@ -251,7 +251,7 @@ TEST(Help, tells_every_option_and_help_all_the_rare_ones) {
 
 TEST(Help, of_radio_names_what_the_signal_strengths_are_for) {
   const Outcome help = run_rali({"map", "--help-all"});
-  EXPECT_NE(help.out.find("CSV of signal strengths: tells why rounds end"), std::string::npos);
+  EXPECT_NE(help.out.find("CSV of signal strengths: why rounds end"), std::string::npos);
   EXPECT_EQ(help.out.find("not used"), std::string::npos) << help.out;
 }
 

@@ -230,7 +230,7 @@ std::string mission_text(const drive::MissionLog& mission, double duration_s) {
   } else if (mission.explored) {
     text += "no frontier is left, everything is explored\n";
   } else {
-    text += fmt::format("nobody got any further, {} frontier{} left (frontiers.csv says where)\n",
+    text += fmt::format("no vehicle could reach more: {} frontier{} left (see frontiers.csv)\n",
                         left.size(), left.size() == 1 ? " is" : "s are");
     text += reasons_text(left);
   }

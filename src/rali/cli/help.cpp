@@ -81,7 +81,7 @@ std::string program_help(const CommandList& commands) {
   return text +
          "\n  rali map run1.bag                 one vehicle, topics found\n"
          "  rali map fleet.yaml -o out        vehicles and sensors named in a file\n\n"
-         "`rali COMMAND -h` tells the options, `rali --version` the version.\n"
+         "`rali COMMAND -h` lists the options, `rali --version` the version.\n"
          "exit codes: 0 done  1 below what was asked  2 not started  3 done with gaps\n"
          "            4 stopped by the machine  5 internal fault  130, 143 interrupted\n";
 }

@@ -108,14 +108,14 @@ std::vector<Damage> damages() {
          return path;
        },
        3, "nothing but zeros to the end"},
-      {"missing sweeps",
+      {"missing scans",
        [](const auto& f) {
          HallRecording recording = short_recording();
          recording.gap_from = 15;
          recording.gap_sweeps = 6;
          return recorded(f, recording);
        },
-       0, "s without sweeps"},
+       0, "s without scans"},
       {"NaN points",
        [](const auto& f) {
          HallRecording recording = short_recording();
@@ -166,7 +166,7 @@ TEST(MapDamage, without_a_pose_no_error_is_expected) {
   EXPECT_EQ(outcome.code, 3) << outcome.out << outcome.err;
   EXPECT_EQ(outcome.out.find("expected position error"), std::string::npos) << outcome.out;
   EXPECT_EQ(outcome.out.find("blind:"), std::string::npos) << outcome.out;
-  EXPECT_NE(outcome.err.find("no pose from 0 sweeps. See rali doctor"), std::string::npos)
+  EXPECT_NE(outcome.err.find("no pose from 0 scans. See rali doctor"), std::string::npos)
       << outcome.err;
   EXPECT_NE(folder.read("out/metrics.json").find("\"sigma_max_m\": null"), std::string::npos);
   const Outcome asked = run_rali(

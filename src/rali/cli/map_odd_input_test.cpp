@@ -105,9 +105,9 @@ std::vector<Odd> odd_recordings() {
       [](OddRecording& r) { r.imu_hz = 1.0; });
   add("IMU at 8 Hz", 3, "too slow to be integrated: mapped with LiDAR alone",
       [](OddRecording& r) { r.imu_hz = 8.0; });
-  add("IMU after the LiDAR", 3, "inertial data lie wholly after the sweeps",
+  add("IMU after the LiDAR", 3, "inertial data lie wholly after the scans",
       [](OddRecording& r) { r.imu_delay_s = 30.0; });
-  add("IMU before the LiDAR", 3, "inertial data lie wholly before the sweeps",
+  add("IMU before the LiDAR", 3, "inertial data lie wholly before the scans",
       [](OddRecording& r) { r.imu_delay_s = -30.0; });
   add("all twice", 0, "", [](OddRecording& r) { r.twice = true; });
   add("stamps of 0", 0, "the record time is used", [](OddRecording& r) { r.zero_stamps = true; });

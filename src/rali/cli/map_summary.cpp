@@ -93,7 +93,7 @@ std::string sigma_line(const MapSummary& summary) {
       median_m, worst->sigma_max_m, worst->name, at_s);
 }
 
-/// "blind: v1 8 %, v2 27 % of the way; held by ranges 94 % of it".
+/// "blind: v1 8 %, v2 27 % of the distance travelled; constrained by ranges 94 % of it".
 /// Nothing where no vehicle has a pose.
 std::string blind_line(const MapSummary& summary) {
   std::vector<std::string> shares;
@@ -102,14 +102,14 @@ std::string blind_line(const MapSummary& summary) {
     shares.push_back(fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share));
   }
   if (shares.empty()) return {};
-  std::string line = fmt::format("blind: {} of the way", fmt::join(shares, ", "));
+  std::string line = fmt::format("blind: {} of the distance travelled", fmt::join(shares, ", "));
   double blind_m = 0.0, held_m = 0.0;
   for (const VehicleSummary& v : summary.vehicles) {
     blind_m += v.blind_share * v.path_m;
     held_m += v.blind_held_share * v.blind_share * v.path_m;
   }
   if (summary.ranges.total > 0 && blind_m > 0.0) {
-    line += fmt::format("; held by ranges {:.0f} % of it", 100.0 * held_m / blind_m);
+    line += fmt::format("; constrained by ranges {:.0f} % of it", 100.0 * held_m / blind_m);
   }
   return line + '\n';
 }
@@ -144,7 +144,7 @@ std::string gaps_of(const VehicleSummary& vehicle) {
   const drive::InputGaps& gaps = vehicle.input.gaps;
   std::vector<std::string> parts;
   add(parts, gaps.jumps, "clock jump", "closed");
-  if (gaps.missing_s > 0.0) parts.push_back(fmt::format("{:.1f} s without sweeps", gaps.missing_s));
+  if (gaps.missing_s > 0.0) parts.push_back(fmt::format("{:.1f} s without scans", gaps.missing_s));
   if (gaps.imu_missing_s > 0.0) {
     parts.push_back(fmt::format("{:.1f} s without inertial data", gaps.imu_missing_s));
   }
@@ -153,7 +153,7 @@ std::string gaps_of(const VehicleSummary& vehicle) {
   add(parts, gaps.imu_invalid, "inertial sample", "not usable");
   add(parts, gaps.undecodable, "message", "unreadable");
   add(parts, gaps.bytes_lost, "byte", "lost at the end");
-  add(parts, vehicle.sweeps_dropped, "sweep", "left out");
+  add(parts, vehicle.sweeps_dropped, "scan", "left out");
   if (vehicle.diverged_s > 0.0) {
     parts.push_back(
         fmt::format("{:.1f} s cut out where the odometry diverged", vehicle.diverged_s));

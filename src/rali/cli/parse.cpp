@@ -78,7 +78,7 @@ std::vector<Option> all_options(Command& command, CommonOptions& common) {
     options.push_back({"--json", "", "stdout is one JSON document", &common.json, false, {}});
   }
   options.push_back({"-q,--quiet", "", "errors only", &common.quiet, false, {}});
-  options.push_back({"-v,--verbose", "", "say more", &common.verbose, false, {}});
+  options.push_back({"-v,--verbose", "", "print more", &common.verbose, false, {}});
   options.push_back({"--progress",
                      "KIND",
                      "progress on stderr: auto, json (one object a line), off",

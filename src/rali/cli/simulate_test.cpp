@@ -100,13 +100,13 @@ TEST(MissionText, of_a_mission_that_stops_says_what_stopped_it) {
   row.round = 1;
   mission.frontiers.push_back(row);
   row.round = 2;
-  row.reason = "another vehicle stands in every path to it";
+  row.reason = "another vehicle blocks every path to it";
   mission.frontiers.push_back(row);
   mission.frontiers.push_back(row);
   const std::string text = mission_text(mission, 60.0);
-  EXPECT_NE(text.find("nobody got any further, 2 frontiers are left"), std::string::npos) << text;
-  EXPECT_NE(text.find("  2 of them: another vehicle stands in every path to it\n"),
-            std::string::npos)
+  EXPECT_NE(text.find("no vehicle could reach more: 2 frontiers are left"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("  2 of them: another vehicle blocks every path to it\n"), std::string::npos)
       << text;
   EXPECT_EQ(text.find("unknown behind"), std::string::npos) << text;
 }

@@ -50,7 +50,7 @@ class FleetChecker {
         return fail(ErrorCode::kUsage, name_, key + " has no recording",
                     fmt::format("Write {}.recording.", key));
       }
-      if (Status status = ordered(key + ".lidar.range_m", vehicle.lidar.range_m); !status) {
+      if (Status status = ordered(key + ".lidar.range_m", vehicle.lidar.cloud.range_m); !status) {
         return status;
       }
     }

@@ -36,12 +36,17 @@ struct CustomTarget {
 using Target = std::variant<double*, int*, std::size_t*, bool*, std::string*, std::span<double>,
                             ChoiceTarget, CustomTarget>;
 
+/// Public settings keep their names; unstable ones may change with any release.
+enum class Visibility { kUnstable, kPublic };
+
 /// One setting: its full name, where its value is, and what it may be.
 struct Field {
   std::string key;  ///< "odometry.imu_noise.gyro_radps_rthz"
   Target target;
   double min = 0.0, max = 0.0;  ///< bounds of numbers, both allowed
   std::string help;
+  Visibility visibility = Visibility::kUnstable;
+  std::string group_help = {};  ///< what the innermost group of the key is for
 };
 
 using FieldList = std::vector<Field>;
@@ -54,8 +59,8 @@ using Origins = std::map<std::string, std::string>;
 /// point into it. The struct must outlive the list and stay where it is.
 class FieldCollector {
  public:
-  FieldCollector(std::string prefix, FieldList& fields)
-      : prefix_(std::move(prefix)), fields_(&fields) {}
+  FieldCollector(std::string prefix, FieldList& fields, std::string group_help = {})
+      : prefix_(std::move(prefix)), fields_(&fields), group_help_(std::move(group_help)) {}
 
   void operator()(std::string_view key, double& value, double min, double max,
                   std::string_view help) {
@@ -99,19 +104,20 @@ class FieldCollector {
   }
 
   template <class S>
-  void group(std::string_view key, S& settings, std::string_view /*help*/) {
-    FieldCollector inner(prefix_ + std::string(key) + '.', *fields_);
+  void group(std::string_view key, S& settings, std::string_view help) {
+    FieldCollector inner(prefix_ + std::string(key) + '.', *fields_, std::string(help));
     settings.visit(inner);
   }
 
  private:
   void add(std::string_view key, Target target, double min, double max, std::string_view help) {
-    fields_->push_back(
-        {prefix_ + std::string(key), std::move(target), min, max, std::string(help)});
+    fields_->push_back({prefix_ + std::string(key), std::move(target), min, max, std::string(help),
+                        Visibility::kUnstable, group_help_});
   }
 
   std::string prefix_;
   FieldList* fields_;
+  std::string group_help_;
 };
 
 /// The fields of one settings struct, named `prefix` + key; prefix is "" or ends with a dot.

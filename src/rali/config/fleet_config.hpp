@@ -12,40 +12,17 @@
 #include "rali/config/field.hpp"
 #include "rali/config/room_settings.hpp"
 #include "rali/geometry/se3.hpp"
+#include "rali/wire/cloud_format.hpp"
 
 namespace rali::config {
-
-/// How point times are stored; same order as wire::PointTime.
-enum class PointTime {
-  kAuto,
-  kAbsoluteS,
-  kAbsoluteNs,
-  kRelativeS,
-  kRelativeMs,
-  kRelativeUs,
-  kRelativeNs,
-  kAzimuth,
-  kNone
-};
-inline constexpr ChoiceNames<9> kPointTimeNames{"auto",        "absolute_s",  "absolute_ns",
-                                                "relative_s",  "relative_ms", "relative_us",
-                                                "relative_ns", "azimuth",     "none"};
-
-/// Which end of the sweep a header stamp names; same order as wire::HeaderStamp.
-enum class HeaderStamp { kAuto, kStart, kEnd };
-inline constexpr ChoiceNames<3> kHeaderStampNames{"auto", "start", "end"};
 
 enum class Returns { kAuto, kSingle, kStrongest, kLast };
 inline constexpr ChoiceNames<4> kReturnsNames{"auto", "single", "strongest", "last"};
 
 struct LidarConfig {
-  std::string topic = "auto";  ///< auto: the only cloud topic
-  std::string model = "auto";
-  PointTime point_time = PointTime::kAuto;
-  HeaderStamp header_stamp = HeaderStamp::kAuto;
-  bool deskewed = false;
+  std::string topic = "auto";      ///< auto: the only cloud topic
+  wire::CloudFormatOptions cloud;  ///< keys of its fields stand beside `topic`
   Returns returns = Returns::kAuto;
-  std::array<double, 2> range_m = {0.4, 100.0};
   Extrinsics T_body_lidar;
   std::optional<double> time_offset_s;  ///< added to LiDAR stamps; empty = auto
 };

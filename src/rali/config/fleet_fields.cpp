@@ -8,6 +8,7 @@
 #include "rali/config/fleet_lists.hpp"
 #include "rali/config/imu_models.hpp"
 #include "rali/config/presets.hpp"
+#include "rali/config/public_settings.hpp"
 #include "rali/sensor/lidar_models.hpp"
 
 namespace rali::config {
@@ -18,17 +19,18 @@ constexpr double kWeek_s = 7.0 * 86400.0;
 void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
   v("topic", lidar.topic, "cloud topic; auto: the only one, two or more are an error");
   v.custom("model",
-           known_word(lidar.model, "auto, " + sensor::lidar_model_names(),
+           known_word(lidar.cloud.model, "auto, " + sensor::lidar_model_names(),
                       [](const std::string& name) {
                         return name == "auto" || sensor::find_lidar_model(name) != nullptr;
                       }),
-           "for ring angles and rebuilt point times");
-  v.choice("point_time", lidar.point_time, kPointTimeNames, "how point times are stored");
-  v.choice("header_stamp", lidar.header_stamp, kHeaderStampNames,
-           "which end of the sweep the stamp names (with relative times)");
-  v("deskewed", lidar.deskewed, "the driver has already undistorted the sweeps");
+           "sensor model, for ring angles and rebuilt point times");
+  v.choice("point_time", lidar.cloud.point_time, wire::kPointTimeNames,
+           "how point times are stored");
+  v.choice("header_stamp", lidar.cloud.header_stamp, wire::kHeaderStampNames,
+           "whether the stamp is the start or the end of the scan (with relative times)");
+  v("deskewed", lidar.cloud.deskewed, "the driver has already undistorted the scans");
   v.choice("returns", lidar.returns, kReturnsNames, "which return of a dual-return sensor");
-  v("range_m", lidar.range_m, 0.0, 1000.0, "nearest and farthest point used [m]");
+  v("range_m", lidar.cloud.range_m, 0.0, 1000.0, "nearest and farthest point used [m]");
   v.custom("T_body_lidar", extrinsics_target(lidar.T_body_lidar, true),
            "pose of the LiDAR in the body; auto: /tf_static, the maker's figure, or the data");
   v.custom("time_offset_s", number_or(lidar.time_offset_s, "auto", -10.0, 10.0),
@@ -58,12 +60,13 @@ void imu_fields(ImuConfig& imu, const std::string& prefix, const std::string& ba
                         return std::find(names.begin(), names.end(), name) != names.end();
                       }),
            "data sheet that the noise is taken from");
-  v.choice("accel_unit", imu.accel_unit, kAccelUnitNames, "auto: by value at rest");
-  v.choice("gyro_unit", imu.gyro_unit, kGyroUnitNames, "auto: by value");
+  v.choice("accel_unit", imu.accel_unit, kAccelUnitNames,
+           "unit of accelerations; auto: by their value at standstill");
+  v.choice("gyro_unit", imu.gyro_unit, kGyroUnitNames, "unit of turn rates; auto: by their value");
   FieldCollector noise(prefix + "noise.", fields);
   noise_fields(imu.noise, noise);
   v.custom("vibration_factor", number_or(imu.vibration_factor, "auto", 1.0, 100.0),
-           "noise while driving / at rest; auto: 3");
+           "noise while driving / noise at standstill; auto: 3");
   v.custom("T_body_imu", extrinsics_target(imu.T_body_imu, true),
            "pose of the IMU in the body; body = IMU unless given; auto: base_link of /tf_static");
 }
@@ -73,25 +76,26 @@ void vehicle_fields(VehicleConfig& vehicle, const std::string& prefix, const std
   FieldCollector v(prefix, fields);
   v.custom("recording", path_list(vehicle.recordings, base_dir),
            "files read in order, or a folder; relative to this file");
-  v("start_s", vehicle.start_s, 0.0, kWeek_s, "data left out at the beginning [s]");
+  v("start_s", vehicle.start_s, 0.0, kWeek_s, "data left out at the start [s]");
   v("duration_s", vehicle.duration_s, 0.0, kWeek_s, "data used [s]; 0: all");
   FieldCollector lidar(prefix + "lidar.", fields);
   lidar_fields(vehicle.lidar, lidar);
   imu_fields(vehicle.imu, prefix + "imu.", base_dir, fields);
   v.custom("antennas", antennas_target(vehicle.antennas), "radio antennas in the body [m]");
   v.custom("self_box_m", box_or_none(vehicle.self_box_m),
-           "own structure in the body: points inside are left out [m]");
+           "box around the own structure, in the body: points inside are left out [m]");
 }
 
 void range_fields(RangesConfig& ranges, const std::string& base_dir, FieldList& fields) {
   FieldCollector v("ranges.", fields);
-  v.custom("sources", range_sources_target(ranges.sources, base_dir), "where ranges come from");
-  v.choice("stamp", ranges.stamp, kStampSourceNames, "which clock stamps the ranges");
+  v.custom("sources", range_sources_target(ranges.sources, base_dir),
+           "files, topics or logs with ranges");
+  v.choice("stamp", ranges.stamp, kStampSourceNames, "clock of the stamps of ranges");
   v.custom("latency_s", number_or(ranges.latency_s, "auto", -5.0, 5.0),
            "age of a range at its stamp [s]; auto: from motion");
   v("sigma_m", ranges.sigma_m, 1e-3, 10.0, "noise of one range, 1 sigma [m]");
   v.custom("bias_m", range_bias_target(ranges), "constant error per pair [m]");
-  v("limits_m", ranges.limits_m, 0.0, 10000.0, "ranges outside are not used [m]");
+  v("limits_m", ranges.limits_m, 0.0, 10000.0, "shortest and longest range used [m]");
 }
 
 /// The map's voxel and grid are kept in the settings of room map, but named here.
@@ -146,17 +150,21 @@ FieldList fleet_fields(FleetConfig& config, const std::string& base_dir) {
   FieldCollector v("", fields);
   v.custom("schema", schema_target(config.schema), "version of this file's form");
   v.custom("preset", known_word(config.preset, preset_names_text(), is_preset),
-           "robust: does what is right; paper: does what is printed");
+           "robust: the default; paper: the method of the paper as published");
   for (VehicleConfig& vehicle : config.vehicles) {
     vehicle_fields(vehicle, "vehicles." + vehicle.name + '.', base_dir, fields);
   }
   range_fields(config.ranges, base_dir, fields);
   FieldCollector radio("radio.", fields);
-  radio.custom("file", path_or_none(config.radio_file, base_dir), "CSV of signal strengths");
+  radio.custom("file", path_or_none(config.radio_file, base_dir),
+               "CSV of signal strengths, for the end of rounds");
   v.choice("clock", config.clock, kClockNames,
-           "synchronised; offset: one per vehicle; separate: other days");
-  v.custom("priors", priors_target(config.priors), "known start poses");
-  v.custom("rounds", rounds_target(config.rounds, base_dir), "who stood still as anchor, and when");
+           "clocks of the vehicles: synchronised; offset: one offset per vehicle; separate: "
+           "recorded on other days");
+  v.custom("priors", priors_target(config.priors),
+           "known start poses of vehicles relative to each other");
+  v.custom("rounds", rounds_target(config.rounds, base_dir),
+           "which vehicle was the anchor at standstill, and when");
   output_fields(config.output, config.settings.map, base_dir, fields);
   collect_fields("settings.", config.settings, fields);
   // One place for one thing: these are named under output:, under ranges: and under each vehicle's
@@ -168,6 +176,9 @@ FieldList fleet_fields(FleetConfig& config, const std::string& base_dir) {
            field.key == "settings.ranging.limits.sigma_m" ||
            field.key.find("settings.odometry.imu_noise.") == 0;
   });
+  for (Field& field : fields) {
+    if (is_public_setting(field.key)) field.visibility = Visibility::kPublic;
+  }
   return fields;
 }
 

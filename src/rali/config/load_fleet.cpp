@@ -257,35 +257,4 @@ std::uint64_t hash_fleet(const FleetConfig& config) {
   return hash_fields(fleet_fields(copy, ""));
 }
 
-std::string settings_manual() {
-  FleetConfig config;
-  config.vehicles.emplace_back();
-  config.vehicles.back().recordings = {"v1.bag"};
-  const FieldList all = fleet_fields(config, "");
-  FieldList fleet, rooms;
-  for (const Field& field : all) {
-    (field.key.compare(0, kSettings.size(), kSettings) == 0 ? rooms : fleet).push_back(field);
-  }
-  return "# Settings\n\nMade by `rali help-settings`; do not edit.\n\n"
-         "Keys of `fleet.yaml`, `v1` standing for each vehicle. Only `recording` is needed. The\n"
-         "same keys go with `--set KEY=VALUE`, where `settings.` may be left out. Order of rule:\n"
-         "default, preset, carrier, file, command line; `settings.yaml` of a run names the origin "
-         "of each\n"
-         "value and is itself a valid `fleet.yaml`.\n\n"
-         "`odometry.robust.carrier` sets defaults of `odometry.robust.constraints`. `ground`: all\n"
-         "constraints, 2 m/s usual, 40 m/s and 8 m/s2 at most. `handheld`: without "
-         "`non_holonomic`\n"
-         "and `ground`; 1.5 m/s, 12 m/s, 15 m/s2. `drone`: without `standstill` as well, since "
-         "one\n"
-         "that hovers is not at rest (set it to true where a drone lands as a range reference);\n"
-         "5 m/s, 60 m/s, 30 m/s2.\n\n"
-         "`ranges`, `radio`, `priors`, `rounds` and `antennas` are between vehicles: alone, a\n"
-         "vehicle has no use for them. `clock: offset` is checked but has no effect yet. Both is\n"
-         "said by a warning. `lidar.returns`, `output.frame` and `output.georeference` are "
-         "refused\n"
-         "unless they have their default.\n\n"
-         "## The fleet\n\n" +
-         manual_table(fleet) + "\n## Rooms\n\n" + manual_table(rooms);
-}
-
 }  // namespace rali::config

@@ -37,7 +37,11 @@ struct Overrides {
 /// Hash of every effective value; paths count as given.
 [[nodiscard]] std::uint64_t hash_fleet(const FleetConfig& config);
 
-/// docs/reference/settings.md: every key with default, what is allowed, and meaning.
+/// docs/reference/settings.md: the public settings by symptom, with default, what is allowed, and
+/// meaning.
 [[nodiscard]] std::string settings_manual();
+
+/// Every setting, the unstable ones too, by group.
+[[nodiscard]] std::string full_settings_manual();
 
 }  // namespace rali::config

@@ -83,10 +83,10 @@ TEST(LoadFleet, every_key_of_the_contract_is_read) {
   const Result<FleetConfig> config = parse(kComplete);
   ASSERT_TRUE(config) << config.error().message();
   const VehicleConfig& v1 = config->vehicles.at(0);
-  EXPECT_EQ(v1.lidar.model, "rs16");
-  EXPECT_EQ(v1.lidar.point_time, PointTime::kAbsoluteS);
-  EXPECT_EQ(v1.lidar.header_stamp, HeaderStamp::kEnd);
-  EXPECT_EQ(v1.lidar.range_m[1], 90.0);
+  EXPECT_EQ(v1.lidar.cloud.model, "rs16");
+  EXPECT_EQ(v1.lidar.cloud.point_time, wire::PointTime::kAbsoluteS);
+  EXPECT_EQ(v1.lidar.cloud.header_stamp, wire::HeaderStamp::kEnd);
+  EXPECT_EQ(v1.lidar.cloud.range_m[1], 90.0);
   // 90 deg left: the LiDAR's x is the body's y.
   EXPECT_NEAR(v1.lidar.T_body_lidar.T.R(1, 0), 1.0, 1e-12);
   EXPECT_EQ(v1.lidar.T_body_lidar.T.p.z(), 0.25);
@@ -350,7 +350,7 @@ TEST(LoadFleet, a_folder_of_scans_brings_its_calibration) {
   const Result<FleetConfig> wrong = fleet_of_recordings({dir.string()}, {});
   std::filesystem::remove_all(dir);
   ASSERT_TRUE(config) << config.error().message();
-  EXPECT_EQ(config->vehicles[0].lidar.model, "rs16");
+  EXPECT_EQ(config->vehicles[0].lidar.cloud.model, "rs16");
   ASSERT_FALSE(wrong);
   EXPECT_NE(wrong.error().message().find("calib.yaml:1: unknown key 'lidr'. Did you mean 'lidar'?"),
             std::string::npos);

@@ -77,6 +77,7 @@ std::uint64_t hash_fields(const FieldList& fields) {
 }
 
 std::string manual_table(const FieldList& fields) {
+  if (fields.empty()) return {};
   std::string text = "| key | default | allowed | meaning |\n|---|---|---|---|\n";
   for (const Field& field : fields) {
     text += fmt::format("| `{}` | `{}` | {} | {} |\n", field.key, cell(encode_field(field)),

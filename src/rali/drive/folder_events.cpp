@@ -137,7 +137,7 @@ class FolderEvents final : public ReportedSource {
     f.id = "D19";
     f.vehicle = report_.vehicle;
     f.topic = folder_.path();
-    f.text = fmt::format("sweep {} left out: {}", sweeps_, error.message());
+    f.text = fmt::format("scan {} left out: {}", sweeps_, error.message());
     report_.findings.push_back(std::move(f));
   }
 
@@ -238,17 +238,17 @@ Result<std::vector<sensor::ImuSample>> first_imu(const std::string& path,
                 "Correct it, or map with LiDAR alone by imu.topic: none.");
   }
   if (newest < t_first) {
-    return fail(ErrorCode::kInput, path,
-                fmt::format("ends at {:.3f} s, before the first sweep at {:.3f} s", newest.s(),
-                            t_first.s()),
-                folder.times_assumed() ? "Give times.txt with the stamps of the sweeps."
-                                       : "Are both on one clock and in seconds?");
+    return fail(
+        ErrorCode::kInput, path,
+        fmt::format("ends at {:.3f} s, before the first scan at {:.3f} s", newest.s(), t_first.s()),
+        folder.times_assumed() ? "Give times.txt with the stamps of the scans."
+                               : "Are both on one clock and in seconds?");
   }
   if (!samples.empty() && samples.front().t > t_last) {
     return fail(ErrorCode::kInput, path,
-                fmt::format("begins at {:.3f} s, after the last sweep at {:.3f} s",
+                fmt::format("starts at {:.3f} s, after the last scan at {:.3f} s",
                             samples.front().t.s(), t_last.s()),
-                folder.times_assumed() ? "Give times.txt with the stamps of the sweeps."
+                folder.times_assumed() ? "Give times.txt with the stamps of the scans."
                                        : "Are both on one clock and in seconds?");
   }
   return samples;
@@ -260,7 +260,7 @@ void no_imu_finding(const std::string& folder, InputReport& report) {
   f.severity = Severity::kInfo;
   f.vehicle = report.vehicle;
   f.text = fmt::format(
-      "{}{} no imu.csv. Mapping with LiDAR alone; blind directions are held by "
+      "{}{} no imu.csv. Mapping with LiDAR alone; blind directions are constrained by "
       "ranges only",
       folder, folder.ends_with('/') ? ":" : "/:");
   report.findings.push_back(std::move(f));

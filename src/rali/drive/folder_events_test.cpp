@@ -63,9 +63,9 @@ TEST(FolderEvents, refuse_inertial_data_of_another_time) {
   const io::TestFolder folder;
   write_sweeps(folder);
   folder.write("imu.csv", imu_rows(50.0, 0.01, "0,0,0,0,0,9.81"));
-  EXPECT_TRUE(holds(refusal(folder), "before the first sweep")) << refusal(folder);
+  EXPECT_TRUE(holds(refusal(folder), "before the first scan")) << refusal(folder);
   folder.write("imu.csv", imu_rows(500.0, 0.01, "0,0,0,0,0,9.81"));
-  EXPECT_TRUE(holds(refusal(folder), "after the last sweep")) << refusal(folder);
+  EXPECT_TRUE(holds(refusal(folder), "after the last scan")) << refusal(folder);
   folder.write("imu.csv", imu_rows(99.8, 0.01, "0,0,0,0,0,9.81"));
   EXPECT_EQ(refusal(folder), "accepted");
 }
@@ -131,7 +131,7 @@ TEST(FolderEvents, count_a_cut_sweep_as_damage) {
   const auto source = open_folder_events(folder.path(), "", InputOptions{});
   ASSERT_TRUE(source) << source.error().message();
   drain(**source);
-  EXPECT_TRUE((*source)->report().gaps.damaged) << "a run with half a sweep ended with 0";
+  EXPECT_TRUE((*source)->report().gaps.damaged) << "a run with half a scan ended with 0";
 }
 
 }  // namespace

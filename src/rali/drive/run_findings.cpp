@@ -62,7 +62,7 @@ Finding no_pose_finding(const std::string& vehicle, const InputReport& input) {
   f.id = "map.no_pose";
   f.severity = Severity::kError;
   f.vehicle = vehicle;
-  f.text = fmt::format("no pose from {}", counted(input.sweeps, "sweep"));
+  f.text = fmt::format("no pose from {}", counted(input.sweeps, "scan"));
   f.remedy = input.sweeps > 0             ? "See run.log for what was refused."
              : input.gaps.empty_scans > 0 ? "See rali doctor."
                                           : "Let start_s and duration_s leave a part of the "

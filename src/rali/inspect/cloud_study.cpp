@@ -66,14 +66,14 @@ void CloudStudy::report(const wire::CloudFormat& format, const std::string& topi
   const double usable = points_per_sweep();
   const bool few = usable < kFewPoints;
   out.push_back(make_finding("D01", few ? Severity::kWarning : Severity::kInfo, topic,
-                             {fmt::format("{:.0f} usable points per sweep", usable),
+                             {fmt::format("{:.0f} usable points per scan", usable),
                               few ? "there may be too little to match" : "",
                               few ? "Check range limits, self box and the driver's filters." : ""},
                              {usable, kFewPoints}));
   if (empty_ > 0) {
     out.push_back(make_finding(
         "D01", share_of(empty_, sweeps_) > 0.2 ? Severity::kError : Severity::kWarning, topic,
-        {counted(empty_, "sweep") + " without a usable point", "the pose is only predicted there",
+        {counted(empty_, "scan") + " without a usable point", "the pose is only predicted there",
          "Check the LiDAR's cover."},
         {static_cast<double>(empty_), 0.0}));
   }
@@ -109,9 +109,10 @@ void CloudStudy::report_nan_jumps(const std::string& topic, FindingList& out) co
   };
   out.push_back(make_finding(
       "D05", Severity::kWarning, topic,
-      {fmt::format("the share of points that are NaN or zero jumps from {:.0f} to {:.0f} % within "
-                   "one sweep ({}, the largest at sweep {})",
-                   percent(worst - 1), percent(worst), counted(jumps, "jump"), worst),
+      {fmt::format(
+           "the fraction of points that are NaN or zero jumps from {:.0f} to {:.0f} % within "
+           "one scan ({}, the largest at scan {})",
+           percent(worst - 1), percent(worst), counted(jumps, "jump"), worst),
        "fewer points to match", "Check cover, cable and supply of the LiDAR, and its driver."},
       {static_cast<double>(most), static_cast<double>(kNanJump)}));
 }
@@ -122,7 +123,7 @@ void CloudStudy::report_odd_times(const std::string& topic, FindingList& out) co
   out.push_back(
       make_finding("D02", share > 0.2 ? Severity::kError : Severity::kWarning, topic,
                    {fmt::format("{} whose point times are all alike or make no sense ({})",
-                                counted(odd_time_sweeps_, "sweep"), percent(share)),
+                                counted(odd_time_sweeps_, "scan"), percent(share)),
                     "they cannot be undistorted, or are left out",
                     "Check the LiDAR's driver, or set lidar.point_time: azimuth."},
                    {share, 0.0}));
@@ -140,7 +141,7 @@ void CloudStudy::report_times(const wire::CloudFormat& format, const std::string
   const bool odd = span_s < kSpanMin_s || span_s > kSpanMax_s;
   out.push_back(make_finding(
       "D02", odd ? Severity::kWarning : Severity::kInfo, topic,
-      {fmt::format("points of a sweep span {:.1f} ms", 1e3 * span_s),
+      {fmt::format("points of a scan span {:.1f} ms", 1e3 * span_s),
        odd ? "no LiDAR turns like this: the unit may be wrong, or the clouds are cut" : "",
        odd ? "Set lidar.point_time." : ""},
       {span_s, odd && span_s > kSpanMax_s ? kSpanMax_s : kSpanMin_s}));
@@ -149,7 +150,7 @@ void CloudStudy::report_times(const wire::CloudFormat& format, const std::string
   if (stamp_told) return;
   out.push_back(
       make_finding("D03", Severity::kInfo, topic,
-                   {fmt::format("the header stamp names the {} of the sweep",
+                   {fmt::format("the header stamp names the {} of the scan",
                                 format.header_stamp == wire::HeaderStamp::kEnd ? "end" : "start"),
                     "", ""}));
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,11 +15,8 @@ namespace {
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
-const char* point_time_name(wire::PointTime time) {
-  constexpr const char* kNames[] = {"auto",        "absolute_s",  "absolute_ns",
-                                    "relative_s",  "relative_ms", "relative_us",
-                                    "relative_ns", "azimuth",     "none"};
-  return kNames[static_cast<std::size_t>(time)];
+std::string_view point_time_name(wire::PointTime time) {
+  return wire::kPointTimeNames[static_cast<std::size_t>(time)];
 }
 
 /// A YAML string that no name in a file can break out of.
@@ -145,7 +143,7 @@ const char* severity_name(Severity severity) {
 }
 
 std::string doctor_text(const DoctorReport& report) {
-  return fmt::format("{}: {} ({:.1f} s looked at)\n", report.path, verdict(report.findings),
+  return fmt::format("{}: {} ({:.1f} s checked)\n", report.path, verdict(report.findings),
                      report.seconds) +
          findings_text(report.findings);
 }

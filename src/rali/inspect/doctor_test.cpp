@@ -194,7 +194,7 @@ TEST(Doctor, a_folder_of_which_nothing_can_be_mapped_is_not_fit) {
   EXPECT_FALSE(has_error(examined_folder(1.0).findings)) << doctor_text(examined_folder(1.0));
   const DoctorReport nan = examined_folder(0.0);
   ASSERT_NE(find(nan, "D01", Severity::kError), nullptr) << doctor_text(nan);
-  EXPECT_NE(doctor_text(nan).find("3 sweeps without a usable point"), std::string::npos);
+  EXPECT_NE(doctor_text(nan).find("3 scans without a usable point"), std::string::npos);
   const auto of = [&](const char* id) {
     return std::count_if(nan.findings.begin(), nan.findings.end(),
                          [&](const Finding& f) { return f.id == id; });

@@ -75,7 +75,7 @@ void Examination::track(const sensor::LidarScan& scan) {
 void Examination::judge_rates(const DoctorReport& report, FindingList& out) const {
   const StampStatistics lidar = study_stamps(cloud_stamps_), imu = study_stamps(imu_stamps_);
   if (lidar.messages > 0) {
-    report_rate(lidar, "D01", "sweeps", report.lidar_topic, out);
+    report_rate(lidar, "D01", "scans", report.lidar_topic, out);
     report_stamps(lidar, report.lidar_topic, out);
   }
   if (imu.messages > 0) {
@@ -140,17 +140,18 @@ void Examination::finish(DoctorReport& report) {
         static_cast<double>(turning_.lost()) / static_cast<double>(turning_.sweeps());
     out.push_back(make_finding(
         "D18", Severity::kWarning, report.lidar_topic,
-        {fmt::format("LiDAR alone loses the way in {:.0f} % of the sweeps", 100.0 * share),
-         "inertial data and ranges must hold the pose there", ""},
+        {fmt::format("LiDAR alone loses the pose in {:.0f} % of the scans", 100.0 * share),
+         "inertial data and ranges must constrain the pose there", ""},
         {share, 0.1}));
   }
   if (!imu_.empty()) {
     judge_rotations(report, out);
   } else {
-    out.push_back(make_finding("D10", Severity::kWarning, "",
-                               {"no inertial data: mapping with LiDAR alone",
-                                "blind directions are held by ranges only, gravity is not known",
-                                "Record the IMU with the LiDAR."}));
+    out.push_back(
+        make_finding("D10", Severity::kWarning, "",
+                     {"no inertial data: mapping with LiDAR alone",
+                      "blind directions are constrained by ranges only, gravity is not known",
+                      "Record the IMU with the LiDAR."}));
   }
 }
 

@@ -113,7 +113,7 @@ void study_units(std::span<const sensor::ImuSample> valid, std::optional<double>
     study.units_known = false;
     out.push_back(make_finding(
         "D08", Severity::kError, topic,
-        {units.error().what, "nothing tells which way is up",
+        {units.error().what, "the direction of gravity is not known",
          units.error().remedy.empty() ? "Record the raw accelerometer." : units.error().remedy},
         {drive::quietest_stretch(valid).accel_norm_median, kGravity}));
     return;
@@ -132,7 +132,7 @@ void report_noise(const ImuStudy& study, const std::string& topic, FindingList& 
       "D10", loud ? Severity::kWarning : Severity::kInfo, topic,
       {fmt::format("noise at rest {:.2g} rad/s/rtHz and {:.2g} m/s^2/rtHz",
                    study.gyro_noise_radps_rthz, study.accel_noise_mps2_rthz),
-       loud ? "poses between sweeps are poor" : "",
+       loud ? "poses between scans are poor" : "",
        loud ? "Mount the IMU on a stiff, damped base; check its filter settings." : ""},
       {study.gyro_noise_radps_rthz, 0.01}));
 }
@@ -158,7 +158,7 @@ void study_noise(std::span<const sensor::ImuSample> si, double period_s, const s
       make_finding("D10", shaken ? Severity::kWarning : Severity::kInfo, topic,
                    {fmt::format("driving shakes the IMU {:.1f} times as much as its noise at rest",
                                 study.vibration_factor),
-                    shaken ? "the inertial data are worth less than the data sheet says" : "",
+                    shaken ? "the inertial data are noisier than the data sheet states" : "",
                     shaken ? fmt::format("Set imu.vibration_factor: {:.0f}, or damp the mount.",
                                          study.vibration_factor)
                            : ""},
@@ -205,8 +205,8 @@ void study_start(std::span<const sensor::ImuSample> si, const std::string& topic
                         stats.gyro_mean_radps.norm() < settings.gyro_mean_max_radps;
   if (!study.rest_at_start) {
     out.push_back(make_finding("D13", Severity::kWarning, topic,
-                               {"no standstill at the start: the recording begins in motion",
-                                "gravity and gyro bias are found while driving, less exactly",
+                               {"no standstill at the start: the recording starts in motion",
+                                "gravity and gyro bias are estimated while driving, less exactly",
                                 "Stand still for two seconds before driving off."},
                                {stats.gyro_sd_radps.maxCoeff(), 0.02}));
     return;
@@ -239,7 +239,7 @@ void report_counts(const ImuStudy& study, std::size_t samples, const std::string
   if (study.saturated == 0) return;
   out.push_back(make_finding(
       "D10", share(study.saturated) > 0.01 ? Severity::kError : Severity::kWarning, topic,
-      {fmt::format("{} values stand at the end of the sensor's range", study.saturated),
+      {fmt::format("{} values are at the end of the sensor's range", study.saturated),
        "turns and shocks are cut off and the pose jumps there",
        "Set a larger range of the IMU, or damp its mount."},
       {share(study.saturated), 0.01}));

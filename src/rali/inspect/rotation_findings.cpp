@@ -74,7 +74,7 @@ Candidate best_other(const geometry::Mat3& R_given, std::span<const imu::LidarTu
   for (const geometry::Mat3& swap : axis_swaps()) {
     others.push_back({"swapped axes", R_given * swap, 0.0});
   }
-  others.push_back({"the rotation found from the data", study.best.R_imu_lidar, 0.0});
+  others.push_back({"the rotation estimated from the data", study.best.R_imu_lidar, 0.0});
   for (Candidate& c : others) c.misfit = imu::misfit_of(c.R, lidar, imu, study);
   // The first of equals: the inverse is the likelier mistake than a swap that does the same.
   return *std::min_element(others.begin(), others.end(),
@@ -155,7 +155,7 @@ void report_extrinsics(const imu::RotationStudy& study, const ExtrinsicsGiven& g
   if (!wrong && least > kMisfitMax && excess < std::max(kMisfitMax, chance)) {
     out.push_back(make_finding(
         "D11", Severity::kInfo, "",
-        {fmt::format("{} fits the turning as well as any other; it turned too little to tell more",
+        {fmt::format("{} fits the turning as well as any other; it turned too little to decide",
                      which),
          "", "Turn the vehicle left and right a few times at the start of a recording."},
         {misfit * kDegPerRad, kMisfitMax * kDegPerRad}));
@@ -177,8 +177,9 @@ void report_extrinsics(const imu::RotationStudy& study, const ExtrinsicsGiven& g
       {fmt::format("{} does not fit, {} does: {:.1f} against {:.1f} deg", which, other.name,
                    other.misfit * kDegPerRad, misfit * kDegPerRad),
        "the map falls apart at the first turn",
-       one_axis ? "Check the direction of T_body_lidar; turn about a second axis to have it found."
-                : fmt::format("Set lidar.T_body_lidar rpy_deg: {}.", rpy_text(R_body_lidar))},
+       one_axis
+           ? "Check the direction of T_body_lidar; turn about a second axis to have it estimated."
+           : fmt::format("Set lidar.T_body_lidar rpy_deg: {}.", rpy_text(R_body_lidar))},
       {misfit * kDegPerRad, other.misfit * kDegPerRad}));
 }
 
@@ -215,7 +216,7 @@ void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Ve
     out.push_back(make_finding(
         "D07", Severity::kInfo, topic,
         {"the plane nearest to level lies above the LiDAR: a ceiling, or the LiDAR hangs upside "
-         "down and T_body_lidar does not say so",
+         "down, which T_body_lidar does not include",
          "", ""},
         {tilt_rad * kDegPerRad, kTiltMax_rad * kDegPerRad}));
     return;

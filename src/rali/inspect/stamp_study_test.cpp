@@ -29,7 +29,7 @@ TEST(StampStudy, ten_hertz_is_ten_hertz_and_nothing_is_wrong) {
   EXPECT_NEAR(s.span_s, 9.9, 1e-6);
   EXPECT_EQ(s.missing, 0U);
   FindingList findings;
-  report_rate(s, "D01", "sweeps", "/points", findings);
+  report_rate(s, "D01", "scans", "/points", findings);
   report_stamps(s, "/points", findings);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].severity, Severity::kInfo);
@@ -43,7 +43,7 @@ TEST(StampStudy, three_sweeps_left_out_are_missing_with_place_and_length) {
   EXPECT_NEAR(s.longest_gap_s, 0.4, 1e-6);
   EXPECT_NEAR(s.t_longest_gap.s(), 1004.9, 1e-6);
   FindingList findings;
-  report_rate(s, "D01", "sweeps", "/points", findings);
+  report_rate(s, "D01", "scans", "/points", findings);
   const Finding* gap = find(findings, "D01", "missing");
   ASSERT_NE(gap, nullptr);
   EXPECT_EQ(gap->severity, Severity::kWarning);
@@ -82,8 +82,8 @@ TEST(StampStudy, an_imu_on_boot_time_is_an_error) {
 
 TEST(StampStudy, no_messages_and_one_message_do_not_divide_by_zero) {
   FindingList findings;
-  report_rate(study_stamps({}), "D01", "sweeps", "/points", findings);
-  report_rate(study_stamps(ticking(1, 0.1)), "D01", "sweeps", "/points", findings);
+  report_rate(study_stamps({}), "D01", "scans", "/points", findings);
+  report_rate(study_stamps(ticking(1, 0.1)), "D01", "scans", "/points", findings);
   ASSERT_EQ(findings.size(), 2U);
   EXPECT_EQ(findings[0].severity, Severity::kError);
 }

@@ -20,7 +20,7 @@ Result<config::FleetConfig> load_inputs(const std::vector<std::string>& inputs,
   const auto file = std::find_if(inputs.begin(), inputs.end(), is_yaml);
   if (file == inputs.end()) return config::fleet_of_recordings(inputs, overrides);
   if (inputs.size() > 1) {
-    return fail(ErrorCode::kUsage, *file, "a fleet.yaml stands alone",
+    return fail(ErrorCode::kUsage, *file, "a fleet.yaml is the only input",
                 "Name the other recordings in it.");
   }
   return config::load_fleet(*file, overrides);

@@ -17,15 +17,7 @@ using config::Extrinsics;
 using config::FleetConfig;
 using config::VehicleConfig;
 
-// The rooms config and wire may not know each other; their lists must stay alike.
-static_assert(static_cast<int>(config::PointTime::kNone) ==
-              static_cast<int>(wire::PointTime::kNone));
-static_assert(static_cast<int>(config::PointTime::kAzimuth) ==
-              static_cast<int>(wire::PointTime::kAzimuth));
-static_assert(static_cast<int>(config::PointTime::kRelativeMs) ==
-              static_cast<int>(wire::PointTime::kRelativeMs));
-static_assert(static_cast<int>(config::HeaderStamp::kEnd) ==
-              static_cast<int>(wire::HeaderStamp::kEnd));
+// Alike by order: the room drive has its own.
 static_assert(static_cast<int>(config::AccelUnit::kG) == static_cast<int>(drive::AccelUnit::kG));
 static_assert(static_cast<int>(config::GyroUnit::kDegps) ==
               static_cast<int>(drive::GyroUnit::kDegps));
@@ -102,11 +94,7 @@ drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig&
   input.vehicle = vehicle.name;
   input.lidar_topic = vehicle.lidar.topic;
   input.imu_topic = vehicle.imu.topic;
-  input.cloud.model = vehicle.lidar.model;
-  input.cloud.point_time = static_cast<wire::PointTime>(vehicle.lidar.point_time);
-  input.cloud.header_stamp = static_cast<wire::HeaderStamp>(vehicle.lidar.header_stamp);
-  input.cloud.deskewed = vehicle.lidar.deskewed;
-  input.cloud.range_m = vehicle.lidar.range_m;
+  input.cloud = vehicle.lidar.cloud;
   if (vehicle.self_box_m) {
     input.cloud.self_box_lidar_m = box_in_lidar(*vehicle.self_box_m, vehicle.lidar.T_body_lidar.T);
   }

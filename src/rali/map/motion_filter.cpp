@@ -239,7 +239,7 @@ void MotionFilter::decide(FindingList& findings) {
       "gone with them (limit {:.1f} %)",
       100.0 * share, 100.0 * settings_.plane_share_max);
   finding.effect = "people and vehicles stay in the map";
-  finding.remedy = "Walls seen through mean wrong poses: look at the walls for double sheets.";
+  finding.remedy = "Rays through walls mean wrong poses: check the map for doubled walls.";
   finding.value = share;
   finding.limit = settings_.plane_share_max;
   findings.push_back(std::move(finding));

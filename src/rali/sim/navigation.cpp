@@ -47,7 +47,7 @@ Result<NavigationGrid> NavigationGrid::build(const TriangleMesh& mesh,
   while (internal::cells_touched(mesh, grid.options_.cell_m) > kCellsMost) {
     grid.options_.cell_m *= 1.25;
     if (grid.options_.cell_m > kCellMost_m) {
-      return fail(ErrorCode::kUsage, "mesh", "is too large to plan ways in it",
+      return fail(ErrorCode::kUsage, "mesh", "is too large to plan paths in it",
                   "Give the routes, or cut the mesh to the part that is driven.");
     }
   }
@@ -290,7 +290,7 @@ Result<std::vector<Vec3>> NavigationGrid::plan(const Vec3& from, const Vec3& to)
   search(first, last, before, cost);
   if (first != last && before[static_cast<std::size_t>(last)] < 0) {
     return fail(ErrorCode::kNoAnswer, "plan",
-                fmt::format("there is no way from [{:.2f}, {:.2f}] to [{:.2f}, {:.2f}] for a "
+                fmt::format("there is no path from [{:.2f}, {:.2f}] to [{:.2f}, {:.2f}] for a "
                             "vehicle of radius {} m",
                             from.x(), from.y(), to.x(), to.y(), options_.radius_m));
   }

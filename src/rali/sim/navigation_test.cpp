@@ -90,7 +90,7 @@ TEST(Navigation, too_narrow_doors_are_no_way) {
   const auto way = grid->plan({1.0, 3.0, 0.0}, {9.0, 3.0, 0.0});
   ASSERT_FALSE(way);
   EXPECT_EQ(way.error().code, ErrorCode::kNoAnswer);
-  EXPECT_NE(way.error().what.find("there is no way from [1.00, 3.00] to [9.00, 3.00]"),
+  EXPECT_NE(way.error().what.find("there is no path from [1.00, 3.00] to [9.00, 3.00]"),
             std::string::npos);
 }
 

@@ -113,7 +113,7 @@ class Vehicle::Impl {
     f.id = "vehicle.late_scan";
     f.t = scan ? scan->t_end : t_scan_;
     f.vehicle = settings_.name;
-    f.text = "a sweep that ends before the one already processed was refused";
+    f.text = "a scan that ends before the one already processed was refused";
     return f;
   }
 

@@ -10,6 +10,7 @@
 
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
+#include "rali/base/settings.hpp"
 #include "rali/base/time.hpp"
 #include "rali/sensor/lidar_scan.hpp"
 #include "rali/wire/encoding.hpp"
@@ -58,9 +59,13 @@ enum class PointTime {
   kAzimuth,
   kNone
 };
+inline constexpr ChoiceNames<9> kPointTimeNames{"auto",        "absolute_s",  "absolute_ns",
+                                                "relative_s",  "relative_ms", "relative_us",
+                                                "relative_ns", "azimuth",     "none"};
 
 /// Which end of the sweep the header stamp names (with relative times).
 enum class HeaderStamp { kAuto, kStart, kEnd };
+inline constexpr ChoiceNames<3> kHeaderStampNames{"auto", "start", "end"};
 
 /// Where the laser's index of a point comes from.
 enum class RingFrom { kNone, kField, kElevation, kRow, kColumn };

@@ -34,7 +34,7 @@ TEST(CloudFormat, velodyne_rows_are_seconds_after_the_header) {
       EXPECT_EQ(format->model, "vlp16");
       EXPECT_EQ(format->summary,
                 "time: field 'time' float32 s after the header (span 0.0999 s); stamp = start of "
-                "sweep; ring: field 'ring' 0..15; model vlp16 (guessed from the elevations)");
+                "scan; ring: field 'ring' 0..15; model vlp16 (guessed from the elevations)");
       EXPECT_TRUE(format->findings.empty());
       expect_third(clouds[2].view, *format, {}, 1e-6);
     }
@@ -305,8 +305,7 @@ TEST(CloudFormat, a_unit_set_by_hand_that_makes_sweeps_of_minutes_is_refused_wit
     const auto format = decide_cloud_format(views(seconds), options);
     ASSERT_FALSE(format.has_value());
     EXPECT_EQ(format.error().where, "lidar.point_time");
-    EXPECT_NE(format.error().what.find("spans 99.89 s in a sweep if it counts s"),
-              std::string::npos)
+    EXPECT_NE(format.error().what.find("spans 99.89 s in a scan if it counts s"), std::string::npos)
         << format.error().what;
     EXPECT_FALSE(decide_cloud_format(views(endless), options).has_value());
   }

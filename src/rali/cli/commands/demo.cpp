@@ -57,7 +57,7 @@ class DemoCommand final : public Command {
         {"--seed", "N", "another number, other noise and another place", &seed_, false, {}},
         {"--duration",
          "S",
-         "length of the recording [s]; 0: the whole way",
+         "length of the recording [s]; 0: the whole drive",
          &duration_s_,
          false,
          {}},
@@ -154,7 +154,7 @@ Words DemoCommand::picture_words() const {
           "--caption",
           "LiDAR and IMU alone",
           "--caption",
-          "with ranges to v1, which stands in the middle"};
+          "with ranges to v1, which stands still in the middle"};
 }
 
 Result<int> DemoCommand::run(Session& session) {

@@ -37,11 +37,7 @@ inspect::DoctorOptions options_of(const config::VehicleConfig& vehicle) {
   options.vehicle = vehicle.name;
   options.lidar_topic = word_or_empty(vehicle.lidar.topic);
   options.imu_topic = word_or_empty(vehicle.imu.topic);
-  options.cloud.model = vehicle.lidar.model;
-  options.cloud.point_time = static_cast<wire::PointTime>(vehicle.lidar.point_time);
-  options.cloud.header_stamp = static_cast<wire::HeaderStamp>(vehicle.lidar.header_stamp);
-  options.cloud.deskewed = vehicle.lidar.deskewed;
-  options.cloud.range_m = vehicle.lidar.range_m;
+  options.cloud = vehicle.lidar.cloud;
   if (vehicle.lidar.T_body_lidar.source == config::Extrinsics::Source::kGiven) {
     options.T_body_lidar = vehicle.lidar.T_body_lidar.T;
   }
@@ -75,8 +71,13 @@ class DoctorCommand final : public Command {
 
   [[nodiscard]] std::vector<Option> options() override {
     return {
-        {"--seconds", "S", "look at so much data [s] (default 120); 0: all", &seconds_, false, {}},
-        {"--write", "FILE", "write a first fleet.yaml with all that was found", &write_, false, {}},
+        {"--seconds", "S", "data that is checked [s] (default 120); 0: all", &seconds_, false, {}},
+        {"--write",
+         "FILE",
+         "write a first fleet.yaml with everything detected",
+         &write_,
+         false,
+         {}},
         {"-o,--out", "DIR", "write doctor.json there", &out_dir_, false, {}},
         {"--lidar-topic", "TOPIC", "cloud topic, if there are several", &lidar_topic_, false, {}},
         {"--imu-topic", "TOPIC", "IMU topic, if there are several", &imu_topic_, false, {}},
@@ -184,7 +185,7 @@ Result<int> DoctorCommand::run(Session& session) {
   inspect::RangeStudy ranges;
   bool spoilt = false;
   for (const inspect::DoctorOptions& job : plan->recordings) {
-    session.detail(fmt::format("looking at {}", job.path));
+    session.detail(fmt::format("checking {}", job.path));
     Result<inspect::DoctorReport> report = inspect::examine(job, *executor, ranges);
     if (!report) return tl::make_unexpected(report.error());
     if (text) session.result(inspect::doctor_text(*report));

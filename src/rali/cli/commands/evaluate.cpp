@@ -69,7 +69,7 @@ std::vector<Option> EvaluateCommand::options() {
        &fleet_,
        false,
        {"one", "each"}},
-      {"--delta", "LIST", "ways of the relative pose error [m]", &delta_, false, {}},
+      {"--delta", "LIST", "distances of the relative pose error [m]", &delta_, false, {}},
       {"--associate", "HOW", "interpolate, or nearest:SECONDS (as evo)", &associate_, false, {}},
       {"--limit",
        "NAME=MAX",
@@ -92,7 +92,7 @@ std::vector<Option> EvaluateCommand::options() {
        {}},
       {"--pairs",
        "WHICH",
-       "pieces of way: all (overlapping) or consecutive",
+       "segments of the path: all (overlapping) or consecutive",
        &pairs_,
        true,
        {"all", "consecutive"}},
@@ -110,7 +110,7 @@ Status EvaluateCommand::read_words() {
   job_.input = inputs_.front();
   if (inputs_.size() == 2) {
     if (!job_.truth.empty()) {
-      return fail(ErrorCode::kUsage, "rali evaluate", "--truth and a second INPUT say the same",
+      return fail(ErrorCode::kUsage, "rali evaluate", "--truth and a second INPUT name the same",
                   "Leave one out.");
     }
     job_.truth = inputs_[1];

@@ -108,12 +108,7 @@ std::vector<Option> SimulateCommand::options() {
        &faults_,
        false,
        {}},
-      {"--no-priors",
-       "",
-       "fleet.yaml does not tell where the vehicles start",
-       &no_priors_,
-       false,
-       {}},
+      {"--no-priors", "", "fleet.yaml has no start poses of the vehicles", &no_priors_, false, {}},
       {"--closed-loop",
        "",
        "the fleet's software drives, from unknown to mapped",
@@ -292,7 +287,7 @@ std::string SimulateCommand::text(const RecordingSummary& s) const {
                       s.interrupted ? " (interrupted)" : "");
   for (const scenario::VehicleSummary& v : s.vehicles) {
     text += fmt::format(
-        "{}: {} sweeps, {:.1f} million points, {} inertial samples, {:.0f} m driven{}{}\n", v.file,
+        "{}: {} scans, {:.1f} million points, {} inertial samples, {:.0f} m driven{}{}\n", v.file,
         v.sweeps, static_cast<double>(v.points) * 1e-6, v.imu_samples, v.way_m,
         v.lost == 0 ? "" : fmt::format(", {} messages lost", v.lost), v.cut ? ", cut off" : "");
   }

@@ -69,6 +69,37 @@ class PageCommand final : public Command {
   std::string (*page_)();
 };
 
+class HelpSettingsCommand final : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "help-settings"; }
+
+  [[nodiscard]] std::string summary() const override {
+    return "print the public settings by symptom";
+  }
+
+  [[nodiscard]] std::vector<std::string> examples() const override {
+    return {"rali help-settings", "rali help-settings --all"};
+  }
+
+  [[nodiscard]] std::string exit_codes() const override { return "0 done"; }
+
+  [[nodiscard]] Positional positional() override { return {"", "", nullptr, 0, 0, {}}; }
+
+  [[nodiscard]] std::vector<Option> options() override {
+    return {{"--all", "", "all settings, the unstable ones too", &all_, false, {}}};
+  }
+
+  [[nodiscard]] bool hidden() const override { return true; }
+
+  [[nodiscard]] Result<int> run(Session& session) override {
+    session.result(all_ ? config::full_settings_manual() : config::settings_manual());
+    return kExitDone;
+  }
+
+ private:
+  bool all_ = false;
+};
+
 std::string cli_page() { return cli_manual(all_commands()); }
 
 std::string manual_page() { return man_page(all_commands()); }
@@ -78,8 +109,7 @@ std::string manual_page() { return man_page(all_commands()); }
 std::unique_ptr<Command> make_completion_command() { return std::make_unique<CompletionCommand>(); }
 
 std::unique_ptr<Command> make_help_settings_command() {
-  return std::make_unique<PageCommand>("help-settings", "print docs/reference/settings.md",
-                                       config::settings_manual);
+  return std::make_unique<HelpSettingsCommand>();
 }
 
 std::unique_ptr<Command> make_help_man_command() {

@@ -48,17 +48,17 @@ std::string_view text_of(fleet::RoleActionKind kind) {
     case fleet::RoleActionKind::kSealed:
       return "ends its round";
     case fleet::RoleActionKind::kOrphaned:
-      return "hears no anchor and stands";
+      return "receives no anchor and stops";
     case fleet::RoleActionKind::kRejoined:
-      return "hears an anchor again";
+      return "receives an anchor again";
     case fleet::RoleActionKind::kMayLeave:
       return "was the anchor and may move";
     case fleet::RoleActionKind::kNotInFleet:
       return "is not counted on any more";
     case fleet::RoleActionKind::kConflict:
-      return "heard of a second anchor";
+      return "received a second anchor";
     case fleet::RoleActionKind::kRefused:
-      return "could not stand for election";
+      return "could not be elected";
   }
   return "";
 }

@@ -297,8 +297,7 @@ TEST(Mission, that_a_dead_vehicle_stops_says_that_it_stands_in_every_path) {
   for (const fleet::FrontierRow& row : log.frontiers) {
     if (row.round != log.rounds.size() || row.state != map::FrontierState::kOpen) continue;
     ++left;
-    EXPECT_EQ(row.reason, "another vehicle stands in every path to it")
-        << row.x_m << ' ' << row.y_m;
+    EXPECT_EQ(row.reason, "another vehicle blocks every path to it") << row.x_m << ' ' << row.y_m;
   }
   EXPECT_GE(left, 1U);
 }

@@ -117,7 +117,7 @@ void EventOutlet::close_imu(InputReport& report) const {
   f.id = "D10";
   f.vehicle = report.vehicle;
   f.topic = report.imu_topic;
-  f.text = fmt::format("{} of {} sweeps have no inertial data: mapped with LiDAR alone there",
+  f.text = fmt::format("{} of {} scans have no inertial data: mapped with LiDAR alone there",
                        sweeps_without_imu_, report.sweeps);
   f.remedy = "See rali doctor.";
   f.value = share;
@@ -130,7 +130,7 @@ void EventOutlet::close_imu(InputReport& report) const {
 
 void EventOutlet::close(InputReport& report) const {
   for (auto finding :
-       {gap_finding(sweeps_, "D01", "sweeps"), gap_finding(imu_, "D10", "inertial data")}) {
+       {gap_finding(sweeps_, "D01", "scans"), gap_finding(imu_, "D10", "inertial data")}) {
     if (!finding) continue;
     finding->vehicle = report.vehicle;
     report.findings.push_back(std::move(*finding));

@@ -36,11 +36,11 @@ std::optional<std::string> unfit_inertial(std::span<const Time> sweeps, std::spa
   const auto [imu_first, imu_last] = std::minmax_element(imu.begin(), imu.end());
   const double after_s = seconds_between(*sweep_last, *imu_first);
   if (after_s > kApart_s) {
-    return fmt::format("inertial data lie wholly after the sweeps, by {:.1f} s", after_s);
+    return fmt::format("inertial data lie wholly after the scans, by {:.1f} s", after_s);
   }
   const double before_s = seconds_between(*imu_last, *sweep_first);
   if (before_s > kApart_s) {
-    return fmt::format("inertial data lie wholly before the sweeps, by {:.1f} s", before_s);
+    return fmt::format("inertial data lie wholly before the scans, by {:.1f} s", before_s);
   }
   const std::optional<double> imu_s = period_s(imu), sweep_s = period_s(sweeps);
   if (!imu_s || !sweep_s || kSamplesPerSweep * *imu_s <= *sweep_s) return std::nullopt;

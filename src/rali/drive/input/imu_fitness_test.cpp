@@ -21,7 +21,7 @@ TEST(ImuFitness, usual_rates_and_late_or_early_starts_are_fit) {
   for (const double hz : {50.0, 100.0, 200.0, 1000.0}) EXPECT_EQ(said(times(99.9, 103.0, hz)), "");
   EXPECT_EQ(said(times(0.0, 101.0, 100.0)), "") << "ran a minute before the LiDAR was on";
   EXPECT_EQ(said(times(102.5, 103.0, 100.0)), "") << "came up late";
-  EXPECT_EQ(said(times(104.0, 105.0, 100.0)), "") << "comes soon after the first sweeps";
+  EXPECT_EQ(said(times(104.0, 105.0, 100.0)), "") << "comes soon after the first scans";
 }
 
 TEST(ImuFitness, less_than_two_samples_per_sweep_are_too_slow) {
@@ -34,9 +34,8 @@ TEST(ImuFitness, less_than_two_samples_per_sweep_are_too_slow) {
 
 TEST(ImuFitness, data_of_another_time_are_named_with_the_distance) {
   EXPECT_EQ(said(times(130.0, 133.0, 100.0)),
-            "inertial data lie wholly after the sweeps, by 27.1 s");
-  EXPECT_EQ(said(times(70.0, 73.0, 100.0)),
-            "inertial data lie wholly before the sweeps, by 27.0 s");
+            "inertial data lie wholly after the scans, by 27.1 s");
+  EXPECT_EQ(said(times(70.0, 73.0, 100.0)), "inertial data lie wholly before the scans, by 27.0 s");
 }
 
 TEST(ImuFitness, too_little_says_nothing) {

@@ -86,7 +86,7 @@ LidarTimeOffset judge_time_offset(const imu::RotationStudy& study, double looked
     return out;
   }
   if (!study.time_offset_s || study.time_offset_sigma_s > kOffsetSigmaMax_s) {
-    out.origin = fmt::format("not estimated: {:.0f} deg of turning in {:.0f} s do not tell it",
+    out.origin = fmt::format("not estimated: {:.0f} deg of turning in {:.0f} s are too little",
                              study.turned_rad * kDegPerRad, looked_at_s);
     return out;
   }

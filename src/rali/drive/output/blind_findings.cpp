@@ -38,17 +38,19 @@ std::vector<Stretch> stretches_of(const std::vector<PoseRecord>& poses) {
 
 Finding finding_of(const PoseRecord& begin, const PoseRecord& end, Time t_first, double most_m) {
   Finding f;
-  f.id = "odometry.blind";
+  f.id = "odometry.degenerate";
   f.severity = Severity::kWarning;
   f.t = begin.t;
   f.t_end = end.t;
   f.text = fmt::format(
-      "blind along the way from {:.0f} to {:.0f} s, and no range held the vehicle: its position "
+      "blind along the path from {:.0f} to {:.0f} s, and no range constrained the vehicle: its "
+      "position "
       "there is known to {:.1f} m (1 sigma)",
       seconds_between(t_first, begin.t), seconds_between(t_first, end.t), most_m);
   f.effect = "the map may be longer or shorter there by as much";
   f.remedy =
-      "Let another vehicle stand in sight and measure ranges, or see that vehicles have them.";
+      "Let another vehicle stand still in line of sight and measure ranges, or check that ranges "
+      "arrive.";
   f.value = most_m;
   f.limit = kReported_m;
   return f;

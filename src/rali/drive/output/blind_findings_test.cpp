@@ -28,7 +28,7 @@ TEST(BlindFindings, say_where_the_position_rested_on_the_imu_and_what_came_of_it
   add(poses, 100.0, HeldBy::kLidar, 1.6);
   const FindingList found = blind_findings(poses, "v2");
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].id, "odometry.blind");
+  EXPECT_EQ(found[0].id, "odometry.degenerate");
   EXPECT_EQ(found[0].vehicle, "v2");
   EXPECT_NEAR(found[0].t.s(), 40.0, 0.11);
   EXPECT_NEAR(found[0].t_end.s(), 47.9, 0.11);

@@ -30,7 +30,7 @@ double sigma_along_m(const PoseRecord& pose) {
 
 std::vector<std::string> tum_header(const std::string& frame, const std::string& body) {
   return {fmt::format("T_{}_body: pose of {} in {}", frame == "map" ? "map" : "odom", body, frame),
-          "stamp = last point of the sweep [s]; x forward, y left, z up",
+          "stamp = last point of the scan [s]; x forward, y left, z up",
           "stamp_s x y z qx qy qz qw"};
 }
 

@@ -131,7 +131,7 @@ class RoundsWalk {
     Finding f;
     f.id = "fleet.frontier_grid_full";
     f.text = fmt::format("the grid for frontiers has more than {:.0f} cells", job_.grid.cells_max);
-    f.effect = "frontiers.csv tells those of a part of the map";
+    f.effect = "frontiers.csv covers a part of the map only";
     return f;
   }
 
@@ -163,7 +163,7 @@ void check_table(const FleetRunView& fleet, const std::vector<fleet::RoundRow>& 
   Finding f;
   f.id = "fleet.rounds_elsewhere";
   f.text = "no round of the table lies within the recordings";
-  f.effect = "it tells nothing about them";
+  f.effect = "it has no frontiers of them";
   f.remedy = "Give start_s and end_s as the recordings stamp their data.";
   findings.push_back(f);
 }

@@ -77,7 +77,7 @@ Finding finding_of(const SeenThrough& s, const std::string& when) {
                                  100.0 * s.ratio)
                    : fmt::format("{} it saw walls of which {:.0f} % are looked through by others",
                                  when, 100.0 * s.ratio);
-  f.effect = "its place against the rest of the map is wrong there";
+  f.effect = "its position relative to the rest of the map is wrong there";
   f.remedy = "Look at the map for doubled walls. Check start poses; drive where others have been.";
   return f;
 }

@@ -41,8 +41,8 @@ std::string remedy_of(RangeReason reason) {
     case RangeReason::kLate:
       return "They must be on the clock of the recordings, see ranges.stamp.";
     case RangeReason::kNoPose:
-      return "A range needs two vehicles with data at its time, one that stands, and where it "
-             "stands "
+      return "A range needs two vehicles with data at its time, one at standstill, and its "
+             "position "
              "(priors, or ranges while the LiDAR is not blind).";
     case RangeReason::kNotNeeded:
       return "Preset paper uses ranges at keyframes that its detector calls blind: see "

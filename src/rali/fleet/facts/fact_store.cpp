@@ -77,7 +77,8 @@ void FactStore::report_conflict(const FactKey& key, Time t, Stream& stream) {
   finding.severity = Severity::kError;
   finding.t = t;
   finding.text = fmt::format("two different facts have one name: {}", text_of(key));
-  finding.effect = "the first one is kept; vehicles that heard the second first have another map";
+  finding.effect =
+      "the first one is kept; vehicles that received the second first have another map";
   finding.remedy =
       "Look for two vehicles with one number, a cloned disk, or an epoch that was not raised.";
   findings_.push_back(std::move(finding));

@@ -117,7 +117,7 @@ std::string FrameSolver::text(StreamKey key, const VehicleNames& names) const {
   const StreamKey with = partner_of(key, groups_[b].frames);
   const bool agreeing = link->decision.ready;
   if (agreeing) {
-    return tied + fmt::format("{}: place against {} found, to be confirmed ({} of {})", own,
+    return tied + fmt::format("{}: frame relative to {} estimated, to be confirmed ({} of {})", own,
                               name_of(with, names), link->gate.agreed(),
                               settings_.commit.evaluations);
   }

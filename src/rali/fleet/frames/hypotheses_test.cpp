@@ -292,22 +292,24 @@ std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m,
 TEST(Hypotheses, of_places_that_look_alike_ask_for_what_helps_without_ranges) {
   EXPECT_EQ(
       by_scans({Vec3(5, 0, 0), Vec3(10, 0, 0), Vec3(15, 0, 0)}, 0.01),
-      "v2: 3 places against v1 look alike; scans alone cannot tell. Let both see a place that "
+      "v2: 3 places against v1 look alike; scans alone cannot decide. Let both see a place that "
       "is like no other, or give a start pose (priors)");
 }
 
 // KITTI's halves begin in motion: what is told must not send anybody to look for other places.
 TEST(Hypotheses, of_places_beyond_doubt_that_deny_each_other_are_told_as_that) {
-  EXPECT_EQ(by_scans({Vec3(5, 0, 0), Vec3(5.8, 0, 0)}, 0.01, true),
-            "v2: places recognised in the map of v1 contradict each other by 0.8 m and 0.0 deg: "
-            "odometry errs more than it says, or one of them is another place. Give a start pose "
-            "(priors), or leave out where the sensor began in motion (start_s)");
+  EXPECT_EQ(
+      by_scans({Vec3(5, 0, 0), Vec3(5.8, 0, 0)}, 0.01, true),
+      "v2: places recognised in the map of v1 contradict each other by 0.8 m and 0.0 deg: "
+      "the odometry error exceeds its sigma, or one of them is another place. Give a start pose "
+      "(priors), or leave out where the sensor started in motion (start_s)");
 }
 
 TEST(Hypotheses, of_a_passage_without_marks_are_told_as_that) {
-  EXPECT_EQ(by_scans({Vec3(5, 0, 0)}, 1e3),
-            "v2: what it saw fits all along the way of v1; scans alone cannot tell where. Let both "
-            "see a place that is like no other, or give a start pose (priors)");
+  EXPECT_EQ(
+      by_scans({Vec3(5, 0, 0)}, 1e3),
+      "v2: its scans fit everywhere along the path of v1; scans alone cannot decide. Let both "
+      "see a place that is like no other, or give a start pose (priors)");
 }
 
 }  // namespace

@@ -135,16 +135,16 @@ std::string by_scans_text(Advice advice, const Observability& seen, const std::s
   if (advice == Advice::kContradict) {
     return fmt::format(
         "{}: places recognised in the map of {} contradict each other by {:.1f} m and {:.1f} deg: "
-        "odometry errs more than it says, or one of them is another place. Give a start pose "
-        "(priors), or leave out where the sensor began in motion (start_s)",
+        "the odometry error exceeds its sigma, or one of them is another place. Give a start pose "
+        "(priors), or leave out where the sensor started in motion (start_s)",
         a, b, seen.rival_m, seen.rival_rad / kDegree);
   }
   const std::string why =
       advice == Advice::kSlides
-          ? fmt::format("what it saw fits all along the way of {}; scans alone cannot tell where",
+          ? fmt::format("its scans fit everywhere along the path of {}; scans alone cannot decide",
                         b)
-          : fmt::format("{} places against {} look alike; scans alone cannot tell", seen.rivals + 1,
-                        b);
+          : fmt::format("{} places against {} look alike; scans alone cannot decide",
+                        seen.rivals + 1, b);
   return fmt::format(
       "{}: {}. Let both see a place that is like no other, or give a start pose (priors)", a, why);
 }
@@ -156,8 +156,7 @@ std::string refusal_text(Advice advice, const Observability& seen, const std::st
     case Advice::kMisfit:
       return fmt::format("{}: ranges to {} contradict the odometry of both, no place fits", a, b);
     case Advice::kTooGood:
-      return fmt::format("{}: ranges to {} are better than their sigma says; give a smaller one", a,
-                         b);
+      return fmt::format("{}: ranges to {} are better than their sigma; give a smaller one", a, b);
     case Advice::kNotVerified:
       return fmt::format("{}: scans do not overlap with the map of {} where they should", a, b);
     case Advice::kNoPrior:

@@ -246,11 +246,12 @@ std::string_view reason_of(Reach reach) {
     case Reach::kNoPath:
       return "no vehicle that can drive has a path to it";
     case Reach::kBlocked:
-      return "another vehicle stands in every path to it";
+      return "another vehicle blocks every path to it";
     case Reach::kTooFar:
       return "it is farther from the anchor than a vehicle may go";
     case Reach::kNoLink:
-      return "no range to a standing vehicle arrives on the way, where the LiDAR is degenerate";
+      return "no range to a vehicle at standstill arrives on the path, where the LiDAR is "
+             "degenerate";
     case Reach::kThere:
       return "a path leads there, but no drive arrived";
   }

@@ -107,12 +107,12 @@ TEST(RoundMachine, says_of_frontiers_that_a_mission_leaves_what_kept_the_vehicle
   const std::vector open = {area(1, map::FrontierState::kOpen, 3.0),
                             area(2, map::FrontierState::kOpen, 8.0)};
   machine.frontiers_seen(open, two, true);
-  machine.frontier_stopped(2, "another vehicle stands in every path to it");
+  machine.frontier_stopped(2, "another vehicle blocks every path to it");
   machine.anchor_ended(RoundEnd::kFinished, at(50.0));
   const auto& rows = machine.frontiers();
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].reason, "0 m2 unknown behind it");
-  EXPECT_EQ(rows[1].reason, "another vehicle stands in every path to it");
+  EXPECT_EQ(rows[1].reason, "another vehicle blocks every path to it");
   EXPECT_EQ(rows[1].state, map::FrontierState::kOpen);
 }
 

@@ -80,9 +80,9 @@ Result<std::vector<RoundRow>> rounds_of_table(std::span<const Stand> table) {
     }
     if (!rows.empty() && s.start < *rows.back().end) {
       return fail(ErrorCode::kInput, where,
-                  fmt::format("the round begins at {:.3f} s, before the one above ends at {:.3f} s",
+                  fmt::format("the round starts at {:.3f} s, before the one above ends at {:.3f} s",
                               s.start.s(), rows.back().end->s()),
-                  "Sort the rounds by time and let one anchor stand at a time.");
+                  "Sort the rounds by time and let one anchor stand still at a time.");
     }
     if (!rows.empty()) rows.back().next_anchor = s.vehicle;
     RoundRow row;

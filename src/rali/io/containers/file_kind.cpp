@@ -19,7 +19,7 @@ constexpr std::string_view kSqliteMagic = "SQLite format 3\0"sv;
 constexpr std::string_view kPackets = "Convert with the maker's driver to a bag or an MCAP.";
 constexpr std::string_view kCloud = "A recording is a ROS 1 .bag, an MCAP or a rosbag2.";
 constexpr std::string_view kSweep =
-    "If it is a sweep, give the folder that holds all sweeps. A recording is a ROS 1 .bag, an MCAP "
+    "If it is a scan, give the folder that holds all scans. A recording is a ROS 1 .bag, an MCAP "
     "or a rosbag2.";
 constexpr std::string_view kUnpack = "Unpack it first.";
 

@@ -80,7 +80,7 @@ Result<CloudFile> parse_kitti(std::vector<std::byte> bytes, const std::string& p
                 fmt::format("has {} bytes, less than one point of {}", bytes.size(), step));
   }
   if (bytes.size() > kCloudBytesMax) {
-    return fail(ErrorCode::kInput, path, "has more than 4 GiB, too much for one sweep");
+    return fail(ErrorCode::kInput, path, "has more than 4 GiB, too much for one scan");
   }
   if (layout == KittiLayout::kAuto) {
     if (auto status = check_layout(bytes, path); !status) {

@@ -46,7 +46,7 @@ Result<std::vector<Time>> read_times_txt(const std::string& path) {
     const std::string where = fmt::format("{}:{}", path, n);
     if (!t) {
       return fail(ErrorCode::kInput, where, quoted(line) + " is no stamp in seconds",
-                  "Each line holds one number, the time of one sweep.");
+                  "Each line holds one number, the time of one scan.");
     }
     if (!times.empty() && *t <= times.back()) {
       return fail(ErrorCode::kInput, where,
@@ -89,14 +89,14 @@ Status ScanFolder::list() {
   }
   if (error) return fail(ErrorCode::kMachine, path_, "cannot be listed to its end");
   if (names.empty()) {
-    return fail(ErrorCode::kInput, path_, "holds no sweeps (*.pcd, *.ply, *.bin)");
+    return fail(ErrorCode::kInput, path_, "holds no scans (*.pcd, *.ply, *.bin)");
   }
   if (kinds.size() > 1) {
     std::string text;
     for (const auto& [kind, n] : kinds)
       text += fmt::format("{}{} {}", text.empty() ? "" : " and ", n, kind);
     return fail(ErrorCode::kInput, path_,
-                "holds " + text + " files; which are the sweeps is not known",
+                "holds " + text + " files; which are the scans is not known",
                 "Keep one kind in the folder.");
   }
   std::sort(names.begin(), names.end(), natural_less);
@@ -110,12 +110,12 @@ Status ScanFolder::read_times() {
   const std::size_t sweeps = entries_.size();
   if (times->size() < sweeps || times->size() > sweeps + kSurplusTimesMax) {
     return fail(ErrorCode::kInput, *times_path_,
-                fmt::format("has {} stamps for {} sweeps", times->size(), sweeps),
-                "There must be one line for each sweep.");
+                fmt::format("has {} stamps for {} scans", times->size(), sweeps),
+                "There must be one line for each scan.");
   }
   if (times->size() > sweeps) {
     add_finding("scans.times",
-                fmt::format("{}: has {} stamps for {} sweeps; the last {} are not used",
+                fmt::format("{}: has {} stamps for {} scans; the last {} are not used",
                             *times_path_, times->size(), sweeps, times->size() - sweeps),
                 static_cast<double>(times->size() - sweeps));
   }
@@ -130,7 +130,7 @@ void ScanFolder::assume_times() {
     entry.t = t;
     t = t + kAssumedPeriod;
   }
-  add_finding("scans.times", path_ + ": no times.txt; 10 sweeps a second are assumed", 10.0);
+  add_finding("scans.times", path_ + ": no times.txt; 10 scans a second are assumed", 10.0);
 }
 
 void ScanFolder::add_finding(const char* id, std::string text, double value) {
@@ -174,7 +174,7 @@ Result<bool> ScanFolder::next(CloudFile& cloud, Time& t) {
     ++skipped_;
     // A folder of another kind altogether must not give a thousand sentences.
     if (named_++ < kNamedMax) {
-      add_finding("scans.damaged", read.error().message() + " The sweep is left out",
+      add_finding("scans.damaged", read.error().message() + " The scan is left out",
                   static_cast<double>(next_ - 1));
     }
   }

@@ -43,7 +43,7 @@ TEST(ScanFolder, reads_sweeps_in_natural_order_at_ten_hertz) {
   EXPECT_FALSE(scans->calib_path());
   ASSERT_EQ(scans->findings().size(), 1U);
   EXPECT_EQ(scans->findings()[0].text,
-            folder.path() + ": no times.txt; 10 sweeps a second are assumed");
+            folder.path() + ": no times.txt; 10 scans a second are assumed");
   CloudFile cloud;
   Time t;
   const double order[] = {2, 9, 10};
@@ -77,7 +77,7 @@ TEST(ScanFolder, times_that_do_not_fit_are_refused) {
   const std::string times = folder.path("times.txt");
   folder.write("times.txt", "1\n");
   EXPECT_EQ(ScanFolder::open(folder.path()).error().message(),
-            times + ": has 1 stamps for 2 sweeps. There must be one line for each sweep.");
+            times + ": has 1 stamps for 2 scans. There must be one line for each scan.");
   folder.write("times.txt", "1\n2\n3\n4\n5\n6\n7\n8\n");
   EXPECT_FALSE(ScanFolder::open(folder.path()));
   folder.write("times.txt", "1\n2\n3\n");
@@ -85,7 +85,7 @@ TEST(ScanFolder, times_that_do_not_fit_are_refused) {
   ASSERT_TRUE(surplus);
   ASSERT_EQ(surplus->findings().size(), 1U);
   EXPECT_EQ(surplus->findings()[0].text,
-            times + ": has 3 stamps for 2 sweeps; the last 1 are not used");
+            times + ": has 3 stamps for 2 scans; the last 1 are not used");
   folder.write("times.txt", "2\n1\n");
   EXPECT_EQ(ScanFolder::open(folder.path()).error().message(),
             times + ":2: '1' is not after the stamp before, 2.000000000.");
@@ -110,7 +110,7 @@ TEST(ScanFolder, damaged_sweeps_are_named_and_passed_over_and_cut_ones_used) {
   ASSERT_TRUE(scans->next(cloud, t).value());
   EXPECT_EQ(first_intensity(cloud), 3.0);
   EXPECT_EQ(cloud.size(), 2U);
-  EXPECT_EQ(t.ns, 200000000) << "the gap of the damaged sweep stays";
+  EXPECT_EQ(t.ns, 200000000) << "the gap of the damaged scan stays";
   ASSERT_TRUE(scans->next(cloud, t).value());
   EXPECT_EQ(first_intensity(cloud), 5.0);
   EXPECT_FALSE(scans->next(cloud, t).value());
@@ -119,16 +119,16 @@ TEST(ScanFolder, damaged_sweeps_are_named_and_passed_over_and_cut_ones_used) {
   EXPECT_EQ(scans->findings()[1].text,
             folder.path("2.bin") +
                 ": is an empty file, not a point cloud (PCD, PLY, LAS or KITTI "
-                ".bin). The sweep is left out");
+                ".bin). The scan is left out");
 }
 
 TEST(ScanFolder, says_why_a_folder_is_none_of_sweeps) {
   const TestFolder folder;
-  EXPECT_EQ(ScanFolder::open(folder.path()).error().what, "holds no sweeps (*.pcd, *.ply, *.bin)");
+  EXPECT_EQ(ScanFolder::open(folder.path()).error().what, "holds no scans (*.pcd, *.ply, *.bin)");
   folder.write("a.pcd", "x");
   folder.write("b.ply", "x");
   EXPECT_EQ(ScanFolder::open(folder.path()).error().what,
-            "holds 1 .pcd and 1 .ply files; which are the sweeps is not known");
+            "holds 1 .pcd and 1 .ply files; which are the scans is not known");
   EXPECT_EQ(ScanFolder::open("/nowhere").error().what, "is no folder that can be read");
 }
 

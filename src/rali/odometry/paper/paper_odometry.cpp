@@ -86,7 +86,7 @@ ScanResult PaperOdometry::process(const LidarScan& scan, Executor& executor,
   t_last_ = scan.t_end;
   if (has_imu_ && !guess_.inertial() && path_.size() > 1) {
     note(findings, said_no_imu_, "odometry.imu_gap", scan.t_end,
-         "no inertial samples for more than half of a sweep", "constant velocity is assumed there",
+         "no inertial samples for more than half of a scan", "constant velocity is assumed there",
          "");
   }
   undistort(scan);

@@ -91,7 +91,7 @@ void PaperOdometry::tell_if_lost(Time t, FindingList& findings) {
                : fmt::format("lost: the position is known to {:.1f} m only", sigma_m);
   f.effect = "the map is stretched or shortened here by as much";
   f.remedy =
-      "Let another vehicle stand in line of sight with a range sensor, or use preset robust.";
+      "Let another vehicle stand still in line of sight with a range sensor, or use preset robust.";
   findings.push_back(std::move(f));
 }
 

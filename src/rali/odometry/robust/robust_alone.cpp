@@ -175,7 +175,8 @@ void RobustOdometry::stray(const FilterState& predicted, FindingList& findings) 
   f.t_end = state_.t;
   f.text = "a scan contradicts the one before wherever it is placed";
   f.effect = "this stretch is cut from the map";
-  f.remedy = "More scans per second, or inertial data, tell the motion between two scans.";
+  f.remedy =
+      "Record more scans per second, or inertial data: they measure the motion between two scans.";
   findings.push_back(f);
 }
 

@@ -199,7 +199,7 @@ void RobustOdometry::begin_hold(FindingList& findings) {
     f.t = state_.t - Duration::from_s(standstill_.window_s());
     f.t_end = state_.t;
     f.text = fmt::format(
-        "the inertial sensor is at rest while the pose moves at {:.1f} m/s: standstill is taken",
+        "the inertial sensor is still while the pose moves at {:.1f} m/s: standstill is taken",
         state_.v.norm());
     f.effect = "the poses before it may be off";
     findings.push_back(f);
@@ -269,9 +269,9 @@ void RobustOdometry::widen_speed(const Vec3& axis_odom, FindingList& findings) {
       "blind for {:.0f} s, by the inertial sensor alone the vehicle would drive at {:.1f} m/s, and "
       "usual are {:.1f}: the sensor has not felt all that slowed it down",
       blind_s, std::abs(speed_mps), settings_.constraints.speed_usual_mps);
-  f.effect = fmt::format("speed and position along the way are taken back, by up to {:.0f} m",
+  f.effect = fmt::format("speed and position along the path are taken back, by up to {:.0f} m",
                          std::abs(way_m));
-  f.remedy = "If the vehicle is as fast, say so: odometry.robust.constraints.speed_usual_mps.";
+  f.remedy = "If the vehicle is that fast, set odometry.robust.constraints.speed_usual_mps.";
   findings.push_back(f);
 }
 

@@ -255,8 +255,8 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   f.id = guess->at_rest ? "odometry.start_at_rest" : "odometry.start_in_motion";
   f.severity = Severity::kInfo;
   f.t = state_.t;
-  f.text = guess->at_rest ? "gravity and gyro bias found at rest"
-                          : "gravity, speed and gyro bias found while moving";
+  f.text = guess->at_rest ? "gravity and gyro bias estimated at standstill"
+                          : "gravity, speed and gyro bias estimated while moving";
   findings.push_back(f);
 }
 

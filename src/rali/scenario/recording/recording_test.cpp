@@ -180,7 +180,7 @@ TEST(Recording, fleet_yaml_loads_with_the_nominal_calibration) {
   ASSERT_EQ(loaded->vehicles.size(), 2U);
   const auto& v2 = loaded->vehicles[1];
   EXPECT_EQ(v2.name, "v2");
-  EXPECT_EQ(v2.lidar.model, "rs16");
+  EXPECT_EQ(v2.lidar.cloud.model, "rs16");
   EXPECT_LT((v2.lidar.T_body_lidar.T.p - sim->calibration_nominal(1).T_body_lidar.p).norm(), 1e-4);
   EXPECT_GT((v2.lidar.T_body_lidar.T.p - sim->calibration_true(1).T_body_lidar.p).norm(), 1e-3);
   ASSERT_EQ(v2.antennas.size(), 1U);

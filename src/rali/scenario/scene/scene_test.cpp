@@ -190,7 +190,7 @@ TEST(Scene, a_mesh_file_in_millimetres_with_y_up_is_a_world) {
   const auto giant =
       world_from("mesh: {file: rooms.ply, up: y}\nvehicles: [{start: [1, 1]}]\n", folder.path());
   ASSERT_FALSE(giant);
-  EXPECT_NE(giant.error().message().find("too large to plan ways"), std::string::npos);
+  EXPECT_NE(giant.error().message().find("too large to plan paths"), std::string::npos);
 }
 
 TEST(Scene, the_effective_scene_reads_back_as_the_same_scene) {
@@ -311,7 +311,7 @@ TEST(Scene, goals_behind_closed_walls_have_no_way) {
   EXPECT_EQ(error_of("floor_plan:\n  areas:\n    - {rectangle: [0, 0, 4, 4]}\n"
                      "    - {rectangle: [5, 0, 9, 4]}\n"
                      "vehicles: [{start: [1, 1], goal: [8, 1]}]\n")
-                .find("scene.yaml:5: there is no way from [1.00, 1.00] to [8.00, 1.00]"),
+                .find("scene.yaml:5: there is no path from [1.00, 1.00] to [8.00, 1.00]"),
             0U);
 }
 

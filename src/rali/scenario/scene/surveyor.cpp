@@ -62,7 +62,7 @@ Result<Way> Surveyor::along_ground(const Way& way, const Vec3& from, const std::
           clearance_.ground_below(x, y, points.back().z() + kClimb_m, kClimb_m + kDrop_m);
       if (!z) {
         return fail(ErrorCode::kUsage, where,
-                    fmt::format("the way of {} has no ground at [{:.2f}, {:.2f}]", name, x, y),
+                    fmt::format("the path of {} has no ground at [{:.2f}, {:.2f}]", name, x, y),
                     "It leaves the free space there.");
       }
       points.emplace_back(x, y, *z);
@@ -115,10 +115,10 @@ Status Surveyor::check_way(const Way& way, double rounding_m, const std::string&
   const auto contact = clearance_.first_contact(points, shape_);
   if (!contact) return {};
   return fail(ErrorCode::kUsage, where,
-              fmt::format("the way of {} touches a wall at [{:.2f}, {:.2f}]: a vehicle needs "
+              fmt::format("the path of {} touches a wall at [{:.2f}, {:.2f}]: a vehicle needs "
                           "{:.2f} m on each side",
                           name, contact->x(), contact->y(), shape_.radius_m),
-              "Corners are cut a little; lead the way farther around.");
+              "Corners are cut a little; lead the path farther around.");
 }
 
 Result<sim::NavigationGrid*> Surveyor::grid_of(double radius_m) {

@@ -88,7 +88,7 @@ Result<Bytes> body_of(const fleet::Message& message, PackWriter& header) {
 
 tl::unexpected<Error> damaged(std::string what) {
   return fail(ErrorCode::kInput, "message between vehicles", std::move(what),
-              "It is dropped; what it told is asked for again.");
+              "It is dropped; its content is requested again.");
 }
 
 /// Reads the body of a known kind as T.

@@ -76,7 +76,7 @@ std::string deskewing_off(std::string_view because, CloudFormat& format) {
   format.point_time = PointTime::kNone;
   format.findings.push_back(cloud_finding("D02", Severity::kWarning,
                                           fmt::format("no point times: {}", because),
-                                          "deskewing is off: motion within a sweep blurs the map",
+                                          "deskewing is off: motion within a scan blurs the map",
                                           "Set lidar.model if the sensor spins, deskewed: true if "
                                           "the clouds are undistorted already."));
   return "time: none, deskewing off";
@@ -97,9 +97,9 @@ std::string choose_azimuth(const FirstClouds& first, const CloudFormatOptions& o
   // programme that has undistorted them.
   constexpr double kSlowestTurn_s = 0.25;
   if (!asked && format.sweep_period_s > kSlowestTurn_s) {
-    return deskewing_off(fmt::format("no time field, and no sensor turns once in {:.2f} s",
-                                     format.sweep_period_s),
-                         format);
+    return deskewing_off(
+        fmt::format("no time field, and no sensor turns once in {:.2f} s", format.sweep_period_s),
+        format);
   }
   constexpr double kWholeHorizon = 0.6;
   if (!asked && !known && !ringed) {
@@ -127,7 +127,7 @@ std::string choose_azimuth(const FirstClouds& first, const CloudFormatOptions& o
         "clouds that are undistorted already would be distorted by it",
         "Set deskewed: true or point_time: none for undistorted clouds."));
   }
-  return fmt::format("time: from azimuth, {} {}, {:.4f} s per turn; stamp = {} of sweep",
+  return fmt::format("time: from azimuth, {} {}, {:.4f} s per turn; stamp = {} of scan",
                      format.azimuth_clockwise ? "clockwise" : "counter-clockwise", from,
                      format.sweep_period_s,
                      format.header_stamp == HeaderStamp::kEnd ? "end" : "start");

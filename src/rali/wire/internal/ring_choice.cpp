@@ -225,7 +225,7 @@ std::string choose_rings(const FirstClouds& first, const CloudFormatOptions& opt
   if (take_elevations(first, options, format, said)) return said;
   format.findings.push_back(cloud_finding("D06", Severity::kInfo,
                                           "the clouds have no rings and no discrete elevations",
-                                          "the sweep is treated as one set of points", {}));
+                                          "the scan is treated as one set of points", {}));
   return "ring: none";
 }
 

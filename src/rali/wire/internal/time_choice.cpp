@@ -100,7 +100,7 @@ std::string unusable_because(const TimeValues& times, const CloudField& field) {
   if (times.all_zero) return fmt::format("field '{}' is 0 in every point", field.name);
   if (times.span <= 0.0) return fmt::format("field '{}' is the same in every point", field.name);
   if (times.distinct < kDistinctMin) {
-    return fmt::format("field '{}' ({}) has only {} different values in a sweep", field.name,
+    return fmt::format("field '{}' ({}) has only {} different values in a scan", field.name,
                        type_name(field.type), times.distinct);
   }
   return {};
@@ -153,30 +153,30 @@ void judge_relative(const AgainstHeader& at, const CloudFormatOptions& options, 
   if (options.header_stamp == HeaderStamp::kEnd && !ends) {
     format.header_stamp = HeaderStamp::kEnd;
     format.time_shift_s = -at.last_s;
-    said = "stamp = end of sweep (set)";
+    said = "stamp = end of scan (set)";
   } else if (options.header_stamp == HeaderStamp::kStart && (ends || inside)) {
     format.header_stamp = HeaderStamp::kStart;
     format.time_shift_s = -at.first_s;
-    said = "stamp = start of sweep (set)";
+    said = "stamp = start of scan (set)";
   } else if (ends) {
-    said = "stamp = end of sweep (times are negative)";
+    said = "stamp = end of scan (times are negative)";
     format.findings.push_back(cloud_finding(
         "D03", Severity::kInfo,
-        fmt::format("the header stamp is the end of the sweep: point times run from {:.4f} to "
+        fmt::format("the header stamp is the end of the scan: point times run from {:.4f} to "
                     "{:.4f} s",
                     at.first_s, at.last_s),
         {}, {}));
   } else if (inside) {
-    said = fmt::format("stamp lies {:.3f} s after the start of the sweep", -at.first_s);
+    said = fmt::format("stamp lies {:.3f} s after the start of the scan", -at.first_s);
     format.findings.push_back(
         cloud_finding("D03", Severity::kInfo,
-                      fmt::format("the header stamp lies within the sweep: point times run from "
+                      fmt::format("the header stamp lies within the scan: point times run from "
                                   "{:.4f} to {:.4f} s",
                                   at.first_s, at.last_s),
                       {}, {}));
   } else {
-    said = options.header_stamp == HeaderStamp::kStart ? "stamp = start of sweep (set)"
-                                                       : "stamp = start of sweep";
+    said = options.header_stamp == HeaderStamp::kStart ? "stamp = start of scan (set)"
+                                                       : "stamp = start of scan";
   }
 }
 
@@ -197,7 +197,7 @@ void judge_absolute(const AgainstHeader& at, const FirstClouds& first,
     if (!close) {
       said = fmt::format("first point {:+.3f} s from the stamp", at.first_s);
     } else {
-      said = end_s < start_s ? "stamp = end of sweep" : "stamp = start of sweep";
+      said = end_s < start_s ? "stamp = end of scan" : "stamp = start of scan";
     }
     if (!close || end_s < start_s) {
       format.findings.push_back(cloud_finding(
@@ -211,7 +211,7 @@ void judge_absolute(const AgainstHeader& at, const FirstClouds& first,
     format.anchor_to_header = true;
     format.header_stamp =
         options.header_stamp == HeaderStamp::kEnd ? HeaderStamp::kEnd : HeaderStamp::kStart;
-    said = fmt::format("stamp = {} of sweep ({}; the points' clock is another)",
+    said = fmt::format("stamp = {} of scan ({}; the points' clock is another)",
                        format.header_stamp == HeaderStamp::kEnd ? "end" : "start",
                        options.header_stamp == HeaderStamp::kAuto ? "assumed" : "set");
     format.findings.push_back(cloud_finding(
@@ -219,8 +219,8 @@ void judge_absolute(const AgainstHeader& at, const FirstClouds& first,
         fmt::format("the points' clock is {:+.3f} s from that of the header stamps; the first "
                     "point is put at the stamp",
                     at.first_s),
-        "the sweep may lie up to one period too late against the IMU",
-        "Set header_stamp if it is the end of the sweep; the time offset is estimated."));
+        "the scan may lie up to one period too late against the IMU",
+        "Set header_stamp if it is the end of the scan; the time offset is estimated."));
   }
 }
 
@@ -262,12 +262,12 @@ void judge_span(const FirstClouds& first, const CloudField& field, CloudFormat& 
         "D02", Severity::kWarning,
         fmt::format("the times of field '{}' span {:.4f} s, but the clouds come every {:.4f} s",
                     field.name, format.span_s, period_s),
-        "motion within the sweep may be undone by the wrong amount",
+        "motion within the scan may be undone by the wrong amount",
         "Set lidar.point_time, or none if the field holds something else."));
   } else if (format.span_s < kSpanUsualMinS || format.span_s > kSpanUsualMaxS) {
     format.findings.push_back(
         cloud_finding("D02", Severity::kWarning,
-                      fmt::format("one sweep spans {:.4f} s by field '{}'; usual are 0.02 to 0.2 s",
+                      fmt::format("one scan spans {:.4f} s by field '{}'; usual are 0.02 to 0.2 s",
                                   format.span_s, field.name),
                       {}, {}));
   }
@@ -331,7 +331,7 @@ Result<std::string> choose_time(const FirstClouds& first, const CloudFormatOptio
       unit = fixed->unit;
       if (!(times.span * unit->scale_s <= kSpanSetMaxS)) {
         fault = fmt::format(
-            "field '{}' spans {:.4g} s in a sweep if it counts {}; usual are 0.02 "
+            "field '{}' spans {:.4g} s in a scan if it counts {}; usual are 0.02 "
             "to 0.2 s",
             candidate.name, times.span * unit->scale_s, unit->name);
       }
@@ -339,7 +339,7 @@ Result<std::string> choose_time(const FirstClouds& first, const CloudFormatOptio
     if (fault.empty() && unit == nullptr) unit = unit_for(times.span, first.stamp_period_s);
     if (fault.empty() && unit == nullptr) unit = unit_for(times.span, 0.0);
     if (fault.empty() && unit == nullptr) {
-      fault = fmt::format("field '{}' spans {:.6g} in a sweep, which is 0.02 to 0.2 s in no unit",
+      fault = fmt::format("field '{}' spans {:.6g} in a scan, which is 0.02 to 0.2 s in no unit",
                           candidate.name, times.span);
     }
     if (!fault.empty()) {

@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "rali/config/load_fleet.hpp"
+#include "rali/config/public_settings.hpp"
+#include "rali/config/text_of.hpp"
+
+namespace rali::config {
+namespace {
+
+constexpr std::string_view kIntroduction =
+    R"(Keys of `fleet.yaml`, `v1` standing for each vehicle. The same keys go with `--set KEY=VALUE`, where
+`settings.` may be left out. Later ones win: default, preset, carrier, file, command line. The
+`settings.yaml` of a run names the origin of each value and is itself a valid `fleet.yaml`.
+)";
+
+constexpr std::string_view kNotes = R"(
+## Notes
+
+`settings.odometry.robust.carrier` sets defaults of `settings.odometry.robust.constraints`. `ground`: all
+constraints, 2 m/s usual, 40 m/s and 8 m/s2 at most. `handheld`: without `non_holonomic` and `ground`;
+1.5 m/s, 12 m/s, 15 m/s2. `drone`: without `standstill` as well, since a hovering drone is not at
+standstill (set it to true where a drone lands as a range reference); 5 m/s, 60 m/s, 30 m/s2.
+
+`ranges`, `radio`, `priors`, `rounds` and `antennas` are between vehicles: one vehicle alone does not use
+them. `clock: offset` is checked but has no effect yet. A warning names keys without effect.
+`lidar.returns`, `output.frame` and `output.georeference` are refused unless they have their default.
+)";
+
+FleetConfig one_vehicle() {
+  FleetConfig config;
+  config.vehicles.emplace_back();
+  config.vehicles.back().recordings = {"v1.bag"};
+  return config;
+}
+
+std::string group_of(const std::string& key) {
+  const std::size_t dot = key.rfind('.');
+  return dot == std::string::npos ? std::string() : key.substr(0, dot);
+}
+
+}  // namespace
+
+std::string settings_manual() {
+  FleetConfig config = one_vehicle();
+  const FieldList all = fleet_fields(config, "");
+  std::string text = "# Settings\n\nMade by `rali help-settings`; do not edit.\n\n";
+  text += kIntroduction;
+  text +=
+      "\nThese settings keep their names. `rali help-settings --all` prints all others too; those "
+      "are "
+      "unstable:\nthey work in files and with `--set`, but may change with any release.\n";
+  for (const SymptomGroup& group : public_settings()) {
+    text += fmt::format("\n## {}\n\n{}{}", group.symptom, group.advice,
+                        group.advice.empty() ? "" : "\n\n");
+    FieldList fields;
+    for (const std::string_view key : group.keys) {
+      const auto field =
+          std::find_if(all.begin(), all.end(), [&](const Field& f) { return f.key == key; });
+      if (field != all.end()) fields.push_back(*field);
+    }
+    text += manual_table(fields);
+  }
+  text += kNotes;
+  return text;
+}
+
+std::string full_settings_manual() {
+  FleetConfig config = one_vehicle();
+  const FieldList all = fleet_fields(config, "");
+  std::string text = "# All settings\n\nMade by `rali help-settings --all`.\n\n";
+  text += kIntroduction;
+  text +=
+      "Keys with (public) keep their names. All others are unstable: they may change with any "
+      "release.\n";
+  std::vector<std::string> groups;
+  for (const Field& field : all) {
+    if (std::find(groups.begin(), groups.end(), group_of(field.key)) == groups.end()) {
+      groups.push_back(group_of(field.key));
+    }
+  }
+  for (const std::string& group : groups) {
+    FieldList fields;
+    for (const Field& field : all) {
+      if (group_of(field.key) != group) continue;
+      fields.push_back(field);
+      if (field.visibility == Visibility::kPublic) fields.back().help += " (public)";
+    }
+    const std::string& help = fields.front().group_help;
+    text += fmt::format("\n## {}{}{}\n\n{}", group.empty() ? "fleet.yaml" : group,
+                        help.empty() ? "" : ": ", help, manual_table(fields));
+  }
+  return text;
+}
+
+}  // namespace rali::config
