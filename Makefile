@@ -1,7 +1,8 @@
 # make test     install what is missing, build, run all tests
 # make demo     build, simulate, map, evaluate: rali-demo/out/report.html and rali-demo/map.png
-# make install PREFIX=/usr/local   program, manual page, completions, documents
-# make deb      build/packages/rali_*.deb; make check-deb installs, runs and removes it in a chroot
+# make install PREFIX=/usr/local   program, manual page, completions, documents, library, Python module
+# make deb      build/packages/*.deb: rali, librali-dev, python3-rali; make check-deb installs, uses and
+#               removes them in a chroot
 # make bundle   the scripts of report.html again, into web/dist, after a change in web/ (needs npm)
 # make fuzz     each fuzz target for FUZZ_SECONDS (needs clang)
 # make bench    Google Benchmark programs
@@ -16,7 +17,8 @@ JOBS ?= $(shell nproc)
 FUZZ_SECONDS ?= 60
 DEV_PACKAGES := clang clang-format clang-tidy
 CTEST := ctest --output-on-failure --no-tests=error -j $(JOBS)
-SOURCES = git ls-files 'src/*.hpp' 'src/*.cpp' 'tests/*.cpp' 'bench/*.cpp' 'bench/*.hpp'
+SOURCES = git ls-files 'src/*.hpp' 'src/*.cpp' 'include/*.hpp' 'python/*.hpp' 'python/*.cpp' 'examples/*.cpp' \
+  'tests/*.cpp' 'bench/*.cpp' 'bench/*.hpp'
 
 # Installs the packages of Debian 12 that are missing, if we may.
 packages:
@@ -46,11 +48,12 @@ install: share
 
 deb: share
 	@tools/install_packages.sh $(PACKAGE_TOOLS)
+	rm -rf build/packages
 	cpack --config build/release/CPackConfig.cmake -B build/packages
 
 check-deb: deb
 	@tools/install_packages.sh lintian mmdebstrap
-	tools/check_deb.sh build/packages/rali_*.deb
+	tools/check_deb.sh build/packages/*.deb
 
 bundle: packages
 	@tools/install_packages.sh nodejs npm

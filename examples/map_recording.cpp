@@ -2,20 +2,19 @@
 //   map_recording run.bag out
 //   map_recording fleet.yaml out truth/
 #include <cstdio>
+#include <string>
 
 #include <rali/evaluate.hpp>
 #include <rali/map.hpp>
 #include <rali/results.hpp>
 
-int main(int argc, char** argv) try {
-  if (argc < 3) {
-    std::fprintf(stderr, "usage: map_recording INPUT OUT [TRUTH]\n");
-    return 2;
-  }
+namespace {
+
+int map_and_judge(const std::string& input, const std::string& out, const std::string& truth) {
   const rali::FleetConfig config =
-      rali::load_inputs({argv[1]}, {"", {{"output.map_voxel_m", "0.1"}}});
+      rali::load_inputs({input}, {"", {{"output.map_voxel_m", "0.1"}}});
   rali::MapOptions options;
-  options.out = argv[2];
+  options.out = out;
   rali::MapCallbacks callbacks;
   callbacks.progress = [](const rali::MapProgress& p) {
     std::fprintf(stderr, "%s %s %3.0f %%\n", p.vehicle.c_str(), p.stage.c_str(),
@@ -27,17 +26,26 @@ int main(int argc, char** argv) try {
     std::printf("%s: %.1f m, expected error %.2f m\n", vehicle.name.c_str(), vehicle.distance_m,
                 vehicle.sigma_median_m);
   }
-  const rali::MapCloud map = rali::read_map(options.out + "/map.pcd");
-  std::printf("map: %zu points\n", map.size());
-  if (argc > 3) {
+  std::printf("map: %zu points\n", rali::read_map(out + "/map.pcd").size());
+  if (!truth.empty()) {
     rali::EvaluateOptions judge;
-    judge.truth = argv[3];
-    std::printf("error: %.3f m\n", rali::evaluate(options.out, judge).fleet.ape_m.rmse);
+    judge.truth = truth;
+    std::printf("error: %.3f m\n", rali::evaluate(out, judge).fleet.ape_m.rmse);
   }
   return summary.gaps ? 3 : 0;
+}
 
-} catch (const rali::InputError& error) {  // where, problem, remedy
+}  // namespace
 
-  std::fprintf(stderr, "%s\n", error.what());
-  return 2;
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: map_recording INPUT OUT [TRUTH]\n");
+    return 2;
+  }
+  try {
+    return map_and_judge(argv[1], argv[2], argc > 3 ? argv[3] : "");
+  } catch (const rali::InputError& error) {  // where, problem, remedy
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
 }

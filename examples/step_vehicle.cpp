@@ -7,13 +7,11 @@
 
 #include <rali/rali.hpp>
 
-int main(int argc, char** argv) try {
-  if (argc < 2) {
-    std::fprintf(stderr, "usage: step_vehicle INPUT [VEHICLE]\n");
-    return 2;
-  }
-  const rali::FleetConfig config = rali::load_inputs({argv[1]});
-  rali::RecordingReader reader(config, argc > 2 ? argv[2] : "");  // events of one vehicle by time
+namespace {
+
+void print_poses(const std::string& input, const std::string& name) {
+  const rali::FleetConfig config = rali::load_inputs({input});
+  rali::RecordingReader reader(config, name);  // events of one vehicle by time
   rali::Vehicle vehicle(reader.vehicle_options());
   while (std::optional<rali::Event> event = reader.next()) {
     for (const rali::Output& output : vehicle.step(std::move(*event))) {
@@ -26,9 +24,20 @@ int main(int argc, char** argv) try {
       }
     }
   }
-  return 0;
+}
 
-} catch (const rali::InputError& error) {
-  std::fprintf(stderr, "%s\n", error.what());
-  return 2;
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::fprintf(stderr, "usage: step_vehicle INPUT [VEHICLE]\n");
+    return 2;
+  }
+  try {
+    print_poses(argv[1], argc > 2 ? argv[2] : "");
+    return 0;
+  } catch (const rali::InputError& error) {  // where, problem, remedy
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
 }

@@ -1,16 +1,25 @@
 #!/bin/bash
-# check_deb.sh PACKAGE: lintian without errors; then, in a fresh Debian 12, the package is installed
-# with what it depends on, maps a simulated recording, and is removed without a trace.
+# check_deb.sh PACKAGES...: lintian without errors; then, in a fresh Debian 12, the packages are
+# installed with what they depend on and used: the program maps a simulated recording, a program
+# outside compiles against librali-dev, python3-rali maps as well. Then all are removed without a
+# trace.
 set -euo pipefail
 
-package=$(readlink -f "$1")
 skip() {
   echo "SKIPPED: check_deb: $1" >&2
   exit 0
 }
 
+packages=()
+names=()
+for file in "$@"; do
+  packages+=("$(readlink -f "$file")")
+  names+=("$(dpkg-deb --field "$file" Package)")
+done
+examples=$(cd "$(dirname "$0")/../examples" && pwd)
+
 command -v lintian >/dev/null || skip "lintian is not installed"
-lintian --allow-root --fail-on error "$package"
+lintian --allow-root --fail-on error "${packages[@]}"
 
 command -v mmdebstrap >/dev/null || skip "mmdebstrap is not installed"
 [[ $(id -u) -eq 0 ]] || skip "a chroot needs root"
@@ -26,17 +35,38 @@ options=(--mode=root --variant=minbase --aptopt='Acquire::Check-Valid-Until "fal
 mmdebstrap "${options[@]}" bookworm "$root/tree" "$mirror" >&2 || skip "the mirror $mirror does not answer"
 
 tree=$root/tree
-cp "$package" "$tree/tmp/rali.deb"
-chroot "$tree" apt-get update -q >&2
-chroot "$tree" apt-get install -y -q --no-install-recommends /tmp/rali.deb >&2
-chroot "$tree" rali --version
-chroot "$tree" rali simulate corridor --seed 1 --vehicles 1 -o /tmp/sim --duration 20 >&2
-chroot "$tree" rali map /tmp/sim/fleet.yaml -o /tmp/out
+inside() { chroot "$tree" "$@"; }
+has() { [[ " ${names[*]} " == *" $1 "* ]]; }
+
+mkdir "$tree/tmp/packages"
+cp "${packages[@]}" "$tree/tmp/packages"
+inside apt-get update -q >&2
+inside sh -c 'apt-get install -y -q --no-install-recommends /tmp/packages/*.deb' >&2
+inside rali --version
+inside rali simulate corridor --seed 1 --vehicles 1 -o /tmp/sim --duration 20 >&2
+inside rali map /tmp/sim/fleet.yaml -o /tmp/out
 [[ -s $tree/tmp/out/map.pcd && -s $tree/tmp/out/report.html ]]
-chroot "$tree" dpkg --purge rali >&2
-left=$(chroot "$tree" sh -c 'find / -xdev -path /tmp -prune -o -path /proc -prune -o -path /var/log -prune -o \( -name rali -o -name "rali[._-]*" \) -print')
+
+if has librali-dev; then
+  inside apt-get install -y -q --no-install-recommends g++ cmake make >&2
+  cp -r "$examples" "$tree/tmp/examples"
+  inside cmake -S /tmp/examples -B /tmp/consumer >&2
+  inside cmake --build /tmp/consumer >&2
+  inside /tmp/consumer/map_recording /tmp/sim/fleet.yaml /tmp/out_library /tmp/sim/truth
+  cmp "$tree/tmp/out/trajectory/v1.tum" "$tree/tmp/out_library/trajectory/v1.tum"
+fi
+if has python3-rali; then
+  inside python3 -c "
+import rali
+summary = rali.map('/tmp/sim/fleet.yaml', out='/tmp/out_python')
+print(rali.__version__, summary.status, rali.read_map('/tmp/out_python/map.pcd').xyz_m.shape)"
+  cmp "$tree/tmp/out/trajectory/v1.tum" "$tree/tmp/out_python/trajectory/v1.tum"
+fi
+
+inside dpkg --purge "${names[@]}" >&2
+left=$(inside sh -c 'find / -xdev -path /tmp -prune -o -path /proc -prune -o -path /var/log -prune -o \( -name rali -o -name "rali[._-]*" -o -name "*librali*" -o -name "_rali*" \) -print')
 if [[ -n $left ]]; then
   echo "left behind: $left" >&2
   exit 1
 fi
-echo "check_deb: installed, run and removed"
+echo "check_deb: ${names[*]}: installed, used and removed"

@@ -140,7 +140,7 @@ class Checker:
         self.lengths = {}  # key of the ratchet -> (length, where)
 
     def source_files(self):
-        for folder in ("src", "tests", "bench"):
+        for folder in ("src", "include", "python", "examples", "tests", "bench"):
             for path in sorted((self.root / folder).rglob("*")):
                 if path.suffix in SUFFIXES and path.is_file():
                     yield path

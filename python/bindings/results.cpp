@@ -20,9 +20,7 @@ py::object seconds_array(const py::object& stamp_ns) {
   return stamp_ns.attr("__mul__")(1e-9);
 }
 
-}  // namespace
-
-void bind_results(py::module_& module) {
+void bind_finding(py::module_& module) {
   py::class_<RunFinding>(module, "Finding")
       .def_readonly("id", &RunFinding::id)
       .def_property_readonly("level",
@@ -36,7 +34,9 @@ void bind_results(py::module_& module) {
       .def_readonly("text", &RunFinding::text)
       .def_readonly("effect", &RunFinding::effect)
       .def_readonly("remedy", &RunFinding::remedy);
+}
 
+void bind_trajectory(py::module_& module) {
   py::class_<Trajectory>(module, "Trajectory")
       .def("__len__", &Trajectory::size)
       .def_property_readonly(
@@ -53,7 +53,9 @@ void bind_results(py::module_& module) {
                                return view_matrices(trajectory.covariances, 6, self);
                              })
       .def_readonly("header", &Trajectory::header);
+}
 
+void bind_cloud(py::module_& module) {
   py::class_<MapCloud>(module, "MapCloud")
       .def("__len__", &MapCloud::size)
       .def_property_readonly(
@@ -66,7 +68,9 @@ void bind_results(py::module_& module) {
           "seen", [](py::object self) { return view(self.cast<MapCloud&>().seen, self); })
       .def_property_readonly(
           "vehicle", [](py::object self) { return view(self.cast<MapCloud&>().vehicle, self); });
+}
 
+void bind_ranges(py::module_& module) {
   auto ranges = py::class_<RangeTable>(module, "RangeTable");
   ranges.def("__len__", &RangeTable::size)
       .def_readonly("from_vehicle", &RangeTable::from)
@@ -88,7 +92,9 @@ void bind_results(py::module_& module) {
   column("sigma_m", &RangeTable::sigma_m);
   column("bias_m", &RangeTable::bias_m);
   column("p_los", &RangeTable::p_los);
+}
 
+void bind_readers(py::module_& module) {
   const auto reader = [&](const char* name, auto read, const char* doc) {
     module.def(
         name,
@@ -102,6 +108,16 @@ void bind_results(py::module_& module) {
   reader("read_trajectory", &read_trajectory, kReadTrajectoryDoc);
   reader("read_map", &read_map, kReadMapDoc);
   reader("read_ranges", &read_ranges, kReadRangesDoc);
+}
+
+}  // namespace
+
+void bind_results(py::module_& module) {
+  bind_finding(module);
+  bind_trajectory(module);
+  bind_cloud(module);
+  bind_ranges(module);
+  bind_readers(module);
 }
 
 }  // namespace rali::python
