@@ -107,13 +107,15 @@ class MapDrawing {
     for (const v of this.vehicles) {
       if (v.true_x) this.stroke(u, v, 0, v.rows - 1, TRUE_NAMES, '#6e747e', 2.6, [3, 3]);
     }
-    for (const v of this.vehicles) {
+    // Runs side by side may have one path: the first is wider and shows below the others.
+    const widths = this.vehicles.map((_, i) => (this.page.spots ? 2.2 : 2.2 + 1.8 * (this.vehicles.length - 1 - i)));
+    for (const [i, v] of this.vehicles.entries()) {
       const held = (s) => (is_degenerate(s) ? Math.max(held_by(s), 1) : null);
       for (const [first, last, by] of stretches_of(v, held)) {
         this.stroke(u, v, first, last, NAMES, HELD[by][0], 10, HELD[by][1]);
       }
-      this.stroke(u, v, 0, v.rows - 1, NAMES, '#ffffffc0', 4, []);
-      this.stroke(u, v, 0, v.rows - 1, NAMES, v.colour, 2.2, v.dash);
+      this.stroke(u, v, 0, v.rows - 1, NAMES, '#ffffffc0', widths[i] + 1.8, []);
+      this.stroke(u, v, 0, v.rows - 1, NAMES, v.colour, widths[i], v.dash);
     }
   }
 
@@ -140,7 +142,8 @@ class MapDrawing {
       const right = u.bbox.left + u.bbox.width;
       const x = ex + 8 * r + width > right ? ex - 8 * r - width : ex + 8 * r;
       let y = ey - 6 * r;
-      while (taken.some((t) => Math.abs(t.y - y) < 15 * r && x < t.x + t.width && t.x < x + width)) y += 15 * r;
+      const step = y + 60 * r > u.bbox.top + u.bbox.height ? -15 * r : 15 * r;
+      while (taken.some((t) => Math.abs(t.y - y) < 15 * r && x < t.x + t.width && t.x < x + width)) y += step;
       taken.push({x, y, width});
       [ctx.strokeStyle, ctx.lineWidth, ctx.fillStyle] = ['#ffffff', 3.5 * r, '#1c2430'];
       ctx.strokeText(v.name, x, y);
@@ -295,7 +298,7 @@ function options(map, width, at) {
     width, height: at.height, padding: [TOP, RIGHT, 0, 0], legend: {show: false},
     scales: {x: {time: false, range: (u, low, high) => [low, high]}, y: {range: (u, low, high) => [low, high]}},
     axes: [axis(`${NAMES[map.axes[0]]} of the map [m]`, {size: 22, labelSize: BOTTOM - 22}),
-      axis(at.stretch > 1 ? `${up} [m], drawn ${at.stretch} x as high` : `${up} [m]`,
+      axis(at.stretch > 1 ? `${up} [m], ${at.stretch} x` : `${up} [m]`,
         {size: LEFT - 18, labelSize: 18, space: 26})],
     series: [{}, {paths: () => null, points: {show: false}}],
     cursor: {

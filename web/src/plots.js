@@ -50,8 +50,17 @@ function x_axis(label) {
     stroke: '#3c4654', values: tick_texts, grid: {stroke: '#e6eaef'}, ticks: {size: 4, stroke: '#aab4c0'}};
 }
 
-function y_axis(label) {
-  return {...x_axis(label), size: LEFT_PX - 16, labelSize: 16, space: 24};
+/** Of a logarithmic axis 1, 2 and 5 of each decade where few are seen, else powers of ten. */
+function few(u, ticks) {
+  const wide = Math.log10(u.scales.y.max / u.scales.y.min) > 1.5;
+  const digit = (v) => +(v / 10 ** Math.floor(Math.log10(v) + 1e-9)).toFixed(6);
+  return ticks.map((v) => ((wide ? [1] : [1, 2, 5]).includes(digit(v)) ? v : null));
+}
+
+function y_axis(label, log) {
+  const axis = {...x_axis(label), size: LEFT_PX - 16, labelSize: 16, space: log ? 12 : 24};
+  if (!log) return axis;
+  return {...axis, filter: few, grid: {...axis.grid, filter: few}, ticks: {...axis.ticks, filter: few}};
 }
 
 /** Hatches the stretches where the LiDAR is degenerate. */
@@ -78,14 +87,21 @@ function follow(vehicles, times) {
   return (u) => {
     const k = u.cursor.idx;
     const inside = k !== null && k !== undefined && u.cursor.left >= 0;
+    u.root.classList.toggle('live', inside);
     show_time(vehicles, inside ? times[k] : null);
   };
+}
+
+/** At least from half to double, so that noise does not fill the frame. */
+function log_range(low, high) {
+  const middle = Math.sqrt(low * high);
+  return [Math.min(low / 1.2, middle / 2), Math.max(high * 1.2, middle * 2)];
 }
 
 function y_range(spec) {
   return (u, low, high) => {
     if (low === null || high === null) return spec.log ? [0.1, 10] : [0, 1];
-    if (spec.log) return uPlot.rangeLog(Math.max(low, high * 1e-4), high, 10, false);
+    if (spec.log) return log_range(Math.max(low, high * 1e-3), high);
     const pad = Math.max(0.06 * (high - low), 0.5 * (spec.least ?? 1e-3));
     return [spec.from_zero ? 0 : low - pad, high + pad];
   };
@@ -96,7 +112,7 @@ function series_options(s, unit) {
     : {points: {show: false}};
   return {
     label: s.label, stroke: s.colour, width: s.width ?? 1.4, dash: s.dash ?? [], class: s.class,
-    value: (u, v) => (v === null || v === undefined ? '–' : `${short_number(v)} ${unit}`), ...dots,
+    value: (u, v) => (v === null || v === undefined ? '' : `${short_number(v)} ${unit}`), ...dots,
   };
 }
 
@@ -117,13 +133,13 @@ function draw_mark(u, mark) {
  * sync, vehicles and times for the map, shaded vehicle, mark, log, from_zero, least, height.
  */
 export function line_plot(holder, spec) {
-  const value_text = (u, v) => (v === null || v === undefined ? '–' : short_number(v));
+  const value_text = (u, v) => (v === null || v === undefined ? '' : short_number(v));
   const draw = spec.log ? (v) => (v > 0 ? v : null) : (v) => v;
   const data = [spec.x, ...spec.series.map((s) => s.values.map((v) => (v === null || v === undefined ? v : draw(v))))];
   return place(holder, (width) => new uPlot({
-    title: spec.title, width, height: spec.height ?? 170, padding: [6, 8, 0, 0],
+    title: spec.title, class: spec.series.length === 1 ? 'single' : 'several', width, height: spec.height ?? 170, padding: [6, 8, 0, 0],
     scales: {x: {time: false}, y: {distr: spec.log ? 3 : 1, range: y_range(spec)}},
-    axes: [x_axis(spec.x_label), y_axis(spec.y_label ?? `[${spec.unit}]`)],
+    axes: [x_axis(spec.x_label), y_axis(spec.y_label ?? `[${spec.unit}]`, spec.log)],
     series: [{label: spec.x_label.split(' [')[0], value: value_text},
       ...spec.series.map((s) => series_options(s, spec.unit))],
     legend: {markers: {dash: (u, i) => (u.series[i].dash?.length ? 'dashed' : 'solid'), width: (u, i) => (spec.marks ? 0 : u.series[i].width)}},
@@ -185,14 +201,14 @@ export function rows_plot(holder, spec) {
   const count = spec.rows.length;
   const nothing = spec.x.map(() => 0);
   const options = (width) => ({
-    width, height: 46 + 22 * count, padding: [4, 8, 0, 0],
+    class: 'single', width, height: 46 + 22 * count, padding: [4, 8, 0, 0],
     scales: {x: {time: false}, y: {range: [0, count]}},
     axes: [x_axis(spec.x_label), {...y_axis(null), size: spec.left ?? 104, grid: {show: false}, ticks: {show: false},
       splits: () => spec.rows.map((row, i) => count - i - 0.5), values: () => spec.rows.map((row) => row.label)}],
-    series: [{label: spec.x_label.split(' [')[0], value: (u, v) => (v === null || v === undefined ? '–' : short_number(v))},
+    series: [{label: spec.x_label.split(' [')[0], value: (u, v) => (v === null || v === undefined ? '' : short_number(v))},
       ...spec.rows.map((row) => ({label: row.label, paths: () => null, points: {show: false},
         class: row.words ? undefined : 'no-key',
-        value: (u, v, i, k) => (k === null || k === undefined ? '–' : row.words?.(k) ?? '')}))],
+        value: (u, v, i, k) => (k === null || k === undefined ? '' : row.words?.(k) ?? '')}))],
     cursor: {...cursor_options(spec.sync), points: {show: false}},
     hooks: {draw: [(u) => draw_rows(u, spec.rows)], setCursor: [follow(spec.vehicles, spec.times ?? spec.x)]},
   });

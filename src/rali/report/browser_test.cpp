@@ -50,7 +50,22 @@ bool has(const std::string& text, std::string_view part) {
   if (!browser()) GTEST_SKIP() << "NO BROWSER: chromium is not there, no page was opened"; \
   if (assets::script().empty()) GTEST_SKIP() << "BUILT WITHOUT SCRIPTS (RALI_WEB)"
 
-TEST(Browser, shows_the_numbers_and_the_map_to_turn_without_an_error) {
+/// Puts the pointer over the middle of the first plot of speed; the title of the page becomes what
+/// the legend shows and how many rings stand on the maps.
+constexpr std::string_view kPointer = R"(<script>
+  const plot = [...document.querySelectorAll('.u-title')].find((e) => e.textContent === 'speed').parentElement;
+  const over = plot.querySelector('.u-over');
+  const box = over.getBoundingClientRect();
+  const at = {clientX: box.left + box.width / 2, clientY: box.top + 20, bubbles: true};
+  over.dispatchEvent(new MouseEvent('mouseenter', at));
+  over.dispatchEvent(new MouseEvent('mousemove', at));
+  setTimeout(() => {
+    const rings = document.querySelectorAll('.place').length;
+    document.title = plot.querySelector('.u-legend').textContent + ', rings ' + rings;
+  }, 100);
+</script>)";
+
+TEST(Browser, shows_the_numbers_the_plots_and_the_map_in_3_d_without_an_error) {
   RALI_NEEDS_BROWSER();
   const io::TestFolder folder;
   TestRun run;
@@ -58,8 +73,12 @@ TEST(Browser, shows_the_numbers_and_the_map_to_turn_without_an_error) {
   run.fleet = run.truth = true;
   write_test_run(folder, run);
   ASSERT_TRUE(write_report(folder.path(), folder.path("report.html")));
+  folder.write("report.html", folder.read("report.html") + std::string(kPointer));
   const Shown page = shown(folder, "report.html");
   EXPECT_TRUE(has(page.document, "data-scripts=\"done\"")) << "the scripts ran to their end";
+  // At 9.9 s x grows by 1.2 m/s and y = 0.3 sin x by 0.26 m/s.
+  EXPECT_TRUE(has(page.document, "time9.90speed1.23 m/s")) << "values under the pointer";
+  EXPECT_TRUE(has(page.document, "rings 2</title>")) << "on the map from above and from the side";
   EXPECT_FALSE(has(page.complaints, "Uncaught")) << page.complaints;
   EXPECT_FALSE(has(page.complaints, "Content Security Policy")) << page.complaints;
   for (const char* text : {"0.13 m", "24.1 m",
@@ -72,31 +91,6 @@ TEST(Browser, shows_the_numbers_and_the_map_to_turn_without_an_error) {
   EXPECT_TRUE(has(page.document, "data-figures=\"9\"")) << "map, side, 3-D, held, two vehicles, "
                                                            "residuals, roles, truth";
   EXPECT_TRUE(has(page.document, "data-state=\"20000 points drawn\""));
-}
-
-TEST(Browser, shows_the_values_under_the_pointer_and_the_place_on_the_map) {
-  RALI_NEEDS_BROWSER();
-  const io::TestFolder folder;
-  write_test_run(folder, TestRun{});
-  ASSERT_TRUE(write_report(folder.path(), folder.path("report.html")));
-  // The pointer over the middle of each plot of the vehicle in turn: speed is 1.2 m/s.
-  folder.write("report.html", folder.read("report.html") + R"(<script>
-    const title = [...document.querySelectorAll('.u-title')].find((e) => e.textContent === 'speed');
-    const over = title.parentElement.querySelector('.u-over');
-    const box = over.getBoundingClientRect();
-    const at = {clientX: box.left + box.width / 2, clientY: box.top + 20, bubbles: true};
-    over.dispatchEvent(new MouseEvent('mouseenter', at));
-    over.dispatchEvent(new MouseEvent('mousemove', at));
-    setTimeout(() => {
-      document.title = 'legend ' + title.parentElement.querySelector('.u-legend').textContent
-        + ', rings ' + document.querySelectorAll('.place').length;
-    }, 100);
-  </script>)");
-  const Shown page = shown(folder, "report.html");
-  const std::size_t begin = page.document.find("<title>");
-  const std::string title = page.document.substr(begin, page.document.find("</title>") - begin);
-  EXPECT_TRUE(has(title, "1.20 m/s")) << title;
-  EXPECT_TRUE(has(title, "rings 2")) << title << ": on the map from above and from the side";
 }
 
 TEST(Browser, takes_hostile_names_as_text) {

@@ -138,9 +138,9 @@ std::string blind_html(const RunData& run) {
   }
   std::string html = std::string(kHeldFigure) + vehicles_table(run);
   if (entries.empty()) return html;
-  return html + "<h4>Degenerate stretches, the worst first</h4>" + table_html(entries) +
+  return html + "<h4>Blind stretches, the worst first</h4>" + table_html(entries) +
          "<p class=\"note\">Expected error: from the covariance of the final poses along the "
-         "blind axis, seen from where the map begins; errors of earlier stretches are in it. "
+         "blind axis, relative to where the map starts; errors of earlier stretches are in it. "
          "Two of three errors are smaller if the covariance is right. A vehicle that stood is "
          "judged by time, others by distance. No range received: none within 2 s, used or "
          "not.</p>\n";

@@ -1,9 +1,7 @@
 #include "rali/report/section/checks.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -25,22 +23,6 @@ constexpr double kNeesFactorMin = 0.1;
 constexpr double kWithin95Min = 0.85;
 /// Fewer keyframes that could contradict the map do not clear it.
 constexpr double kCheckedMin = 0.8;
-
-constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kGapWords = {
-    {{"jumps", "jumps of the clock"},
-     {"missing_s", "seconds without LiDAR"},
-     {"late", "messages too late"},
-     {"late_scans", "of them scans"},
-     {"empty_scans", "scans without a usable point"},
-     {"nan_points", "points without a number"},
-     {"no_time_points", "points without a time"},
-     {"imu_saturated", "IMU samples at the end of their range"},
-     {"repeated", "messages twice"},
-     {"imu_invalid", "IMU samples that are no numbers"},
-     {"imu_missing_s", "seconds without IMU"},
-     {"undecodable", "messages not decoded"},
-     {"bytes_lost", "bytes lost"},
-     {"damaged", "damaged parts"}}};
 
 std::string status_words(const RunData& run) {
   if (run.status == "complete") return "complete";
@@ -318,16 +300,18 @@ std::string doubt_of_vehicles(const RunData& run) {
 
 }  // namespace
 
-std::string_view gap_words(std::string_view key) {
-  for (const auto& [name, words] : kGapWords) {
-    if (name == key) return words;
-  }
-  return key;
-}
-
 std::string ratio_text(const Number& nees, const Number& expected) {
   if (!nees || !expected || !(*expected > 0.0)) return fixed(kUnknown, 0);
   return at_most(std::sqrt(std::max(*nees, 0.0) / *expected), 100.0, 1);
+}
+
+const VehicleView* least_certain(const RunData& run) {
+  const VehicleView* worst = nullptr;
+  for (const VehicleView& v : run.vehicles) {
+    if (!v.numbers.sigma_max_m) continue;
+    if (worst == nullptr || *v.numbers.sigma_max_m > *worst->numbers.sigma_max_m) worst = &v;
+  }
+  return worst;
 }
 
 std::string_view state_class(CheckState state) {
@@ -391,8 +375,17 @@ std::string largest_uncertainty(const RunData& run) {
     return "the input has gaps: " + input.found + '.';
   }
   if (!run.evaluated()) {
-    return "nothing here was measured against a ground truth: errors are those that the "
+    const VehicleView* worst = least_certain(run);
+    return (worst == nullptr
+                ? std::string()
+                : fmt::format("the position of {}, {} (1 sigma). ", escaped(worst->name),
+                              metres(worst->numbers.sigma_max_m))) +
+           "Nothing here was measured against a ground truth: errors are those that the "
            "covariances state.";
+  }
+  if (const VehicleView* worst = least_certain(run)) {
+    return fmt::format("the position of {}, {} (1 sigma); ground truth agrees with it.",
+                       escaped(worst->name), metres(worst->numbers.sigma_max_m));
   }
   return "none that this run can show; the ground truth has errors of its own.";
 }

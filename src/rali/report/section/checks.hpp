@@ -25,6 +25,9 @@ struct Check {
 /// rmse of the position against the truth over all vehicles, if evaluated.
 [[nodiscard]] Number truth_error(const RunData& run);
 
+/// The vehicle with the largest expected error; null: none is known.
+[[nodiscard]] const VehicleView* least_certain(const RunData& run);
+
 /// Largest position error of a pose against the truth.
 [[nodiscard]] Number largest_error(const RunData& run);
 

@@ -127,7 +127,8 @@ std::string pairs_html(const RunData& run) {
                metres_or_none(most == pair.shifts_m.end() ? kUnknown : *most)});
   }
   return table.html() +
-         "<p class=\"note\">Score: share of points that agree. Shift: how far the scans moved the "
+         "<p class=\"note\">Score: fraction of points that agree. Shift: how far the scans moved "
+         "the "
          "two places against what was expected. All loops are in loops.csv.</p>\n";
 }
 
@@ -172,7 +173,7 @@ std::string frontier_counts_html(const RunData& run) {
                fmt::format("{}", states["unreachable"]), fmt::format("{}", states["too_small"])});
     begin = end;
   }
-  return table.html();
+  return table.lean_html();
 }
 
 std::string frontiers_html(const RunData& run) {

@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -9,6 +12,24 @@
 
 namespace rali::report {
 namespace {
+
+constexpr std::size_t kOfOneKindMax = 3;
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kGapWords = {
+    {{"jumps", "jumps of the clock"},
+     {"missing_s", "seconds without LiDAR"},
+     {"late", "messages too late"},
+     {"late_scans", "of them scans"},
+     {"empty_scans", "scans without a usable point"},
+     {"nan_points", "points without a number"},
+     {"no_time_points", "points without a time"},
+     {"imu_saturated", "IMU samples at the end of their range"},
+     {"repeated", "messages twice"},
+     {"imu_invalid", "IMU samples that are no numbers"},
+     {"imu_missing_s", "seconds without IMU"},
+     {"undecodable", "messages not decoded"},
+     {"bytes_lost", "bytes lost"},
+     {"damaged", "damaged parts"}}};
 
 bool none_found(const RunData& run) {
   for (const VehicleView& v : run.vehicles) {
@@ -56,9 +77,17 @@ std::string gaps_table(const RunData& run) {
 std::string warnings_html(const RunData& run) {
   if (!run.metrics_known) return absent("There is no metrics.json: warnings are not known.");
   if (run.warnings.empty()) return absent("No warnings.");
+  // The first of a kind show what is wrong; twenty of one kind hide the others.
+  std::map<std::pair<std::string, std::string>, std::size_t> count;
   Table table({"id", "vehicle", "what was found"});
   for (const Warning& w : run.warnings) {
+    if (++count[{w.id, w.vehicle}] > kOfOneKindMax) continue;
     table.row({escaped(w.id), escaped(w.vehicle), escaped(w.text)});
+  }
+  for (const auto& [kind, n] : count) {
+    if (n <= kOfOneKindMax) continue;
+    table.row({escaped(kind.first), escaped(kind.second),
+               fmt::format("and {} more of this kind in metrics.json", n - kOfOneKindMax)});
   }
   return table.html(true);
 }
@@ -71,6 +100,13 @@ std::string unreadable_html(const RunData& run) {
 }
 
 }  // namespace
+
+std::string_view gap_words(std::string_view key) {
+  for (const auto& [name, words] : kGapWords) {
+    if (name == key) return words;
+  }
+  return key;
+}
 
 Section input_section(const RunData& run) {
   return {"input", "Health of the input",

@@ -23,7 +23,7 @@ std::string number(std::size_t n) { return counted(static_cast<double>(n)); }
 
 /// metrics.json counts what was handed to the map; without it ranges.csv is counted.
 std::string reasons_table(const RunData& run) {
-  Table table({"what became of them", "ranges", "share"});
+  Table table({"what became of them", "ranges", "fraction"});
   const bool of_metrics = run.ranges.total.has_value();
   const RangeTable& rows = run.range_table;
   const double total = of_metrics ? *run.ranges.total : static_cast<double>(rows.rows);

@@ -44,7 +44,7 @@ std::vector<TrackKey> tracks_of(const RunData& run) {
 }
 
 std::string position_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table({"", "poses", "true distance", "APE rmse", "largest APE", "rotation rmse",
+  Table table({"", "poses", "true distance", "APE rmse", "largest", "rotation rmse",
                "drift at the end", "in height", "along the blind axis, rmse", "across, rmse"});
   for (const TrackKey& key : keys) {
     const auto m = [&](const char* name) { return measured(run, key.path + name); };
@@ -66,44 +66,62 @@ std::string position_table(const RunData& run, const std::vector<TrackKey>& keys
   return html + "</p>\n";
 }
 
+/// A row per track, a column per distance.
 std::string relative_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table(
-      {"relative error", "over", "rmse", "largest APE", "rotation rmse", "rmse per distance"});
+  constexpr int kDistancesMax = 4;
+  std::vector<std::string> head = {"relative error, rmse"};
+  std::vector<double> distances_m;
   for (const TrackKey& key : keys) {
-    for (int i = 0; i < 8; ++i) {
-      const std::string path = fmt::format("{}.rpe.{}", key.path, i);
-      const Number distance_m = measured(run, path + ".distance_m");
-      const Number rmse = measured(run, path + ".m.rmse");
-      if (!distance_m || !rmse) continue;
-      table.row({key.words, metres(distance_m), metres(rmse),
-                 metres(measured(run, path + ".m.max")),
-                 fixed(measured(run, path + ".deg.rmse"), 2) + "&deg;",
-                 *distance_m > 0.0 ? fixed(100.0 * *rmse / *distance_m, 2) + " %" : ""});
+    for (int i = 0; i < kDistancesMax; ++i) {
+      const Number d = measured(run, fmt::format("{}.rpe.{}.distance_m", key.path, i));
+      if (!d || std::find(distances_m.begin(), distances_m.end(), *d) != distances_m.end())
+        continue;
+      distances_m.push_back(*d);
     }
+  }
+  std::sort(distances_m.begin(), distances_m.end());
+  for (const double d : distances_m) head.push_back("over " + metres(d));
+  Table table(std::move(head));
+  for (const TrackKey& key : keys) {
+    std::vector<std::string> cells(1 + distances_m.size(), fixed(kUnknown, 0));
+    cells[0] = key.words;
+    bool any = false;
+    for (int i = 0; i < kDistancesMax; ++i) {
+      const std::string path = fmt::format("{}.rpe.{}", key.path, i);
+      const Number d = measured(run, path + ".distance_m"), rmse = measured(run, path + ".m.rmse");
+      const auto at = d ? std::find(distances_m.begin(), distances_m.end(), *d) : distances_m.end();
+      if (!rmse || at == distances_m.end()) continue;
+      any = true;
+      cells[1 + static_cast<std::size_t>(at - distances_m.begin())] =
+          fmt::format("{}, {}&deg;", metres(rmse), fixed(measured(run, path + ".deg.rmse"), 2));
+    }
+    if (any) table.row(std::move(cells));
   }
   return table.empty() ? "" : "<div class=\"wide\">" + table.html() + "</div>";
 }
 
 std::string consistency_table(const RunData& run, const std::vector<TrackKey>& keys) {
-  Table table({"are the covariances right?", "error over stated sigma, rms", "NEES, mean",
-               "expected", "within the 95 % bounds"});
+  Table table({"are the covariances right?", "pose: error over sigma, rms", "NEES (expected 6)",
+               "within 95 % bounds", "position: error over sigma, rms", "NEES (expected 3)",
+               "within 95 % bounds"});
   for (const TrackKey& key : keys) {
+    std::vector<std::string> cells = {key.words};
     for (const char* kind : {".nees_pose", ".nees_position"}) {
-      const std::string path = key.path + kind;
-      if (!measured(run, path + ".mean")) continue;
-      table.row({key.words + (std::string_view(kind) == ".nees_pose" ? ", pose" : ", position"),
-                 ratio_text(measured(run, path + ".mean"), measured(run, path + ".expected_mean")),
-                 at_most(measured(run, path + ".mean"), 1000.0, 2),
-                 fixed(measured(run, path + ".expected_mean"), 0),
-                 percent(measured(run, path + ".fraction_within_95"))});
+      const auto m = [&](const char* name) { return measured(run, key.path + kind + name); };
+      cells.push_back(ratio_text(m(".mean"), m(".expected_mean")));
+      cells.push_back(at_most(m(".mean"), 1000.0, 2));
+      cells.push_back(percent(m(".fraction_within_95")));
     }
+    const auto known = [](const std::string& cell) { return cell != fixed(kUnknown, 0); };
+    if (std::any_of(cells.begin() + 1, cells.end(), known)) table.row(std::move(cells));
   }
   if (table.empty()) return {};
-  std::string html = table.html() +
-                     "<p class=\"note\">NEES: squared error over the stated covariance, both "
+  std::string html = "<div class=\"wide\">" + table.lean_html() +
+                     "</div><p class=\"note\">NEES: squared error over the stated covariance, both "
                      "relative to the pose that fixes the map, the first one of the first vehicle";
-  if (const Number held = measured(run, "fleet.trajectory.reference_poses"); held && *held > 1.0) {
-    html += fmt::format(", which {} poses have not left: these have none", counted(held));
+  if (const Number fixed_poses = measured(run, "fleet.trajectory.reference_poses");
+      fixed_poses && *fixed_poses > 1.0) {
+    html += fmt::format(", which {} poses have not left: these have none", counted(fixed_poses));
   }
   return html +
          ". Above the expected value the covariance is too small, far below too large.</p>\n";
@@ -139,7 +157,7 @@ std::string how(const RunData& run) {
 }  // namespace
 
 Section truth_section(const RunData& run) {
-  Section section{"truth", "Against the truth", ""};
+  Section section{"truth", "Against ground truth", ""};
   const bool errors = std::any_of(run.vehicles.begin(), run.vehicles.end(),
                                   [](const VehicleView& v) { return !v.errors.empty(); });
   if (!run.evaluated() && !errors) {

@@ -7,17 +7,17 @@
 namespace rali::report {
 namespace {
 
-/// "0.0310 (stated 0.0300)", as measured while driving.
+/// "0.0310 / 0.0300", as measured while driving and as stated.
 std::string noise_cell(const Number& measured, const Number& stated, int decimals) {
   if (!measured) return fixed(kUnknown, 0);
-  return fmt::format("{} (stated {})", fixed(measured, decimals), fixed(stated, decimals));
+  return fmt::format("{} / {}", fixed(measured, decimals), fixed(stated, decimals));
 }
 
 std::string numbers_table(const RunData& run) {
   Table table({"vehicle", "path", "scans", "scans dropped", "keyframes", "blind",
-               "of that constrained by ranges", "expected error, median", "expected error, largest",
-               "diverged", "LiDAR clock off by", "accel. scale", "accel. noise [m/s2/rtHz]",
-               "gyro noise [rad/s/rtHz]"});
+               "of it constrained by ranges", "expected error, median", "expected error, largest",
+               "diverged", "LiDAR clock off by", "accel. scale",
+               "accel. noise / stated [m/s2/rtHz]", "gyro noise / stated [rad/s/rtHz]"});
   for (const VehicleView& v : run.vehicles) {
     const VehicleNumbers& n = v.numbers;
     table.row({escaped(v.name), metres(n.path_m), counted(n.sweeps), counted(n.sweeps_dropped),
@@ -33,7 +33,7 @@ std::string numbers_table(const RunData& run) {
 
 constexpr std::string_view kNote =
     "<p class=\"note\">Expected error: 1 sigma of the position in space (root of the trace of its "
-    "covariance), seen from where the map begins; two of three errors are smaller. Degree of "
+    "covariance), relative to where the map starts; two of three errors are smaller. Degree of "
     "degeneracy: ratio of the two smaller eigenvalues of translation; 1 where all directions are "
     "observed alike, large where one is not. Headings count from x of the map.</p>\n";
 

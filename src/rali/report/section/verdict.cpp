@@ -31,16 +31,6 @@ std::string what_sentence(const RunData& run) {
   return text + '.';
 }
 
-/// The vehicle with the largest expected error and when that was.
-const VehicleView* worst_vehicle(const RunData& run) {
-  const VehicleView* worst = nullptr;
-  for (const VehicleView& v : run.vehicles) {
-    if (!v.numbers.sigma_max_m) continue;
-    if (worst == nullptr || *v.numbers.sigma_max_m > *worst->numbers.sigma_max_m) worst = &v;
-  }
-  return worst;
-}
-
 std::string expected_words(const VehicleView& v) {
   const auto peak = std::max_element(
       v.sigmas.begin(), v.sigmas.end(),
@@ -52,13 +42,13 @@ std::string expected_words(const VehicleView& v) {
 }
 
 std::string error_sentence(const RunData& run) {
-  const VehicleView* worst = worst_vehicle(run);
+  const VehicleView* worst = least_certain(run);
   if (const Number ape = truth_error(run)) {
     std::string text =
         fmt::format("Against ground truth the positions are off by {} (rmse)", metres(ape));
     if (const Number most = largest_error(run)) text += fmt::format(", at most {}", metres(most));
     if (worst == nullptr) return text + '.';
-    return text + "; expected was at most " + expected_words(*worst) + '.';
+    return text + "; the expected error is at most " + expected_words(*worst) + '.';
   }
   if (worst == nullptr) return "How large the position errors are is not known.";
   return "The position error is expected to be at most " + expected_words(*worst) + '.';
@@ -92,7 +82,7 @@ std::string blind_sentence(const RunData& run) {
   }
   if (blind.size() > 1) {
     text +=
-        fmt::format(" ({} of {} vehicles were blind at times)", blind.size(), run.vehicles.size());
+        fmt::format("; {} of {} vehicles were blind at times", blind.size(), run.vehicles.size());
   }
   if (!unknown.empty()) {
     text += fmt::format("{}whether {} {} blind is not known", text.empty() ? "" : "; ",
@@ -110,7 +100,7 @@ std::string tiles(const RunData& run) {
   out += tile(metres(path_sum_m(run)), run.vehicles.size() > 1 ? "path, all vehicles" : "path");
   if (run.duration_s) out += tile(fixed(run.duration_s, 0) + " s", "of data");
   out += tile(counted(run.map_points), "map points");
-  if (const VehicleView* worst = worst_vehicle(run)) {
+  if (const VehicleView* worst = least_certain(run)) {
     out += tile(metres(worst->numbers.sigma_max_m), "largest expected error, 1 sigma");
   }
   if (const Number ape = truth_error(run))
