@@ -94,6 +94,33 @@ TEST(CloudToMesh, tree_finds_what_looking_at_all_triangles_finds) {
   }
 }
 
+TEST(CloudToMesh, tree_is_exact_far_from_the_origin_too) {
+  Rng rng(9, "far");
+  TriangleMesh mesh = random_soup(300, rng);
+  const Vec3 utm_m(4.5e5, 5.4e6, 300.0);  // float alone is 0.5 m coarse there
+  for (Vec3& v : mesh.vertices) v += utm_m;
+  const TriangleTree tree(mesh);
+  for (int i = 0; i < 300; ++i) {
+    // From beside the mesh, and from a hundred times its size away.
+    const double reach_m = i % 2 == 0 ? 15.0 : 1500.0;
+    const Vec3 p = utm_m + reach_m * Vec3(rng.uniform(-1, 1), rng.uniform(-1, 1), 0.1);
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Vec3 q = closest_on_triangle(p, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+      least = std::min(least, (q - p).norm());
+    }
+    EXPECT_DOUBLE_EQ(tree.nearest(p).distance_m, least);
+  }
+}
+
+TEST(CloudToMesh, of_equally_near_triangles_the_first_counts) {
+  TriangleMesh mesh = plate();
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 2, 3}, {0, 1, 2}};
+  const TriangleTree tree(mesh);
+  EXPECT_EQ(tree.nearest(Vec3(0.5, 0.5, 0.1)).triangle, 0U) << "on the diagonal";
+  EXPECT_EQ(tree.nearest(Vec3(0.2, 0.6, 0.1)).triangle, 1U);
+}
+
 TEST(CloudToMesh, closest_point_is_nearer_than_any_point_of_a_fine_net_on_the_triangle) {
   Rng rng(3, "net");
   for (int i = 0; i < 40; ++i) {
@@ -174,6 +201,8 @@ TEST(Mesh, what_is_no_mesh_is_refused_by_name) {
   mesh = plate();
   mesh.vertices[2].y() = std::nan("");
   EXPECT_FALSE(check_mesh(mesh, "m.ply"));
+  mesh.vertices[2].y() = 1e20;
+  EXPECT_NE(check_mesh(mesh, "m.ply").error().message().find("metres"), std::string::npos);
 }
 
 TEST(Mesh, samples_are_spread_by_area) {

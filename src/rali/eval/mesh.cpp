@@ -12,6 +12,8 @@ using geometry::Vec3;
 
 namespace {
 
+constexpr double kFarthest_m = 1e9;
+
 double triangle_area_m2(const TriangleMesh& mesh, std::size_t t) {
   const auto& [a, b, c] = mesh.triangles[t];
   return 0.5 *
@@ -47,6 +49,11 @@ Status check_mesh(const TriangleMesh& mesh, const std::string& name) {
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     if (!mesh.vertices[v].allFinite()) {
       return fail(ErrorCode::kInput, name, fmt::format("vertex {} is no finite point", v));
+    }
+    if (mesh.vertices[v].cwiseAbs().maxCoeff() > kFarthest_m) {
+      return fail(ErrorCode::kInput, name,
+                  fmt::format("vertex {} lies more than {:g} m from the origin", v, kFarthest_m),
+                  "Coordinates are metres.");
     }
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -17,7 +17,7 @@ struct TriangleMesh {
 };
 
 /// Errors (kInput, where = name): no triangles, an index without vertex, a vertex that is no
-/// finite number, more triangles than 2^31.
+/// finite number or farther than 1e9 m from the origin, more triangles than 2^31.
 [[nodiscard]] Status check_mesh(const TriangleMesh& mesh, const std::string& name);
 
 [[nodiscard]] double area_m2(const TriangleMesh& mesh);
