@@ -14,6 +14,7 @@ struct Block {
   float x[kSize], y[kSize], z[kSize];
   int ix[kSize], iy[kSize], iz[kSize];
   float distance2[kSize];
+  std::uint64_t key[kSize];
 };
 
 /// Fills cells and distances from the coordinates, kSize points whatever they are.
@@ -52,8 +53,8 @@ void load(const PointSpan& points, const std::uint32_t* indices, std::size_t n, 
 }  // namespace
 
 void VoxelSampler::prepare(std::size_t n) {
-  // Far fewer cells than points are expected: a table that fits the cache is worth growing it.
-  slots_.assign(std::bit_ceil(std::max<std::size_t>(n / 4, 1024)), Slot{kFree, 0, 0.0F});
+  // Four points to a cell or more are expected; a table for less would not fit the cache.
+  slots_.assign(std::bit_ceil(std::max<std::size_t>(n / 2, 1024)), Slot{kFree, 0, 0.0F});
   used_.clear();
 }
 
@@ -121,9 +122,15 @@ void VoxelSampler::run(const PointSpan& points, std::span<const std::uint32_t> c
       load(points, candidates.data() + first, size, b);
     }
     locate(b, scale);
+    // All slots of the block are asked of the memory before the first is needed.
+    const std::uint64_t mask = slots_.size() - 1;
+    for (std::size_t k = 0; k < Block::kSize; ++k) {
+      b.key[k] = voxel_key(b.ix[k], b.iy[k], b.iz[k]);
+      __builtin_prefetch(&slots_[hash_key(b.key[k]) & mask]);
+    }
     for (std::size_t k = 0; k < size; ++k) {
       const auto i = all ? static_cast<std::uint32_t>(first + k) : candidates[first + k];
-      offer(voxel_key(b.ix[k], b.iy[k], b.iz[k]), b.distance2[k], i);
+      offer(b.key[k], b.distance2[k], i);
     }
   }
   collect(points.size, out);

@@ -100,12 +100,37 @@ struct ShareCurve {
   std::size_t pairs = 0;
 };
 
-ShareCurve curve_of(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
-                    const RotationStudyLimits& limits) {
+/// The gyro's turns for each offset of the curve, for each of the LiDAR's.
+using TurnTable = std::vector<std::vector<std::optional<geometry::Vec3>>>;
+
+TurnTable turn_table(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
+                     const RotationStudyLimits& limits) {
   const int half = static_cast<int>(limits.offset_max_s / limits.offset_step_s);
-  ShareCurve out;
+  TurnTable out;
   for (int i = -half; i <= half; ++i) {
-    const Pairs p = pairs_at(lidar, gyro, i * limits.offset_step_s);
+    const Duration offset = Duration::from_s(i * limits.offset_step_s);
+    std::vector<std::optional<geometry::Vec3>>& turns = out.emplace_back();
+    turns.reserve(lidar.size());
+    for (const LidarTurn& turn : lidar) {
+      turns.push_back(gyro.turn(turn.begin + offset, turn.end + offset));
+    }
+  }
+  return out;
+}
+
+/// @param is_used of which of the LiDAR's turns the curve is made, by their index.
+template <class Used>
+ShareCurve curve_of(std::span<const LidarTurn> lidar, const TurnTable& gyro, const Used& is_used,
+                    const RotationStudyLimits& limits) {
+  ShareCurve out;
+  for (const std::vector<std::optional<geometry::Vec3>>& turns : gyro) {
+    Pairs p;
+    for (std::size_t i = 0; i < lidar.size(); ++i) {
+      if (!is_used(i) || !turns[i] || !lidar[i].turn_lidar_rad.allFinite()) continue;
+      p.lidar.push_back(lidar[i].turn_lidar_rad);
+      p.imu.push_back(*turns[i]);
+    }
+    p.subtract_means();
     const bool enough = p.lidar.size() >= limits.pairs_min;
     out.share.push_back(enough ? unexplained(kabsch(p)) : 1.0);
     out.pairs = std::max(out.pairs, p.lidar.size());
@@ -143,24 +168,22 @@ Tip tip_of(const ShareCurve& curve, const RotationStudyLimits& limits) {
 
 /// Sigma of the offset by leaving out one part of the turning after the other (jackknife): LiDAR
 /// odometry that is late in one turn tells an offset that no other turn confirms.
-double jackknife_sigma_s(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
+double jackknife_sigma_s(std::span<const LidarTurn> lidar, const TurnTable& gyro,
                          const RotationStudyLimits& limits) {
   constexpr int kParts = 5;
   double turned_rad = 0.0, all_rad = 0.0;
   for (const LidarTurn& turn : lidar) all_rad += turn.turn_lidar_rad.norm();
   if (!(all_rad > 0.0)) return limits.offset_max_s;
-  std::vector<std::vector<LidarTurn>> without(kParts);
+  std::vector<int> part;
   for (const LidarTurn& turn : lidar) {
-    const int part = std::min(kParts - 1, static_cast<int>(kParts * turned_rad / all_rad));
-    for (int k = 0; k < kParts; ++k) {
-      if (k != part) without[static_cast<std::size_t>(k)].push_back(turn);
-    }
+    part.push_back(std::min(kParts - 1, static_cast<int>(kParts * turned_rad / all_rad)));
     turned_rad += turn.turn_lidar_rad.norm();
   }
   double mean_s = 0.0, squares_s2 = 0.0;
   std::vector<double> offsets_s;
-  for (const std::vector<LidarTurn>& turns : without) {
-    offsets_s.push_back(tip_of(curve_of(turns, gyro, limits), limits).offset_s);
+  for (int k = 0; k < kParts; ++k) {
+    const auto is_used = [&part, k](std::size_t i) { return part[i] != k; };
+    offsets_s.push_back(tip_of(curve_of(lidar, gyro, is_used, limits), limits).offset_s);
     mean_s += offsets_s.back() / kParts;
   }
   for (const double offset_s : offsets_s) squares_s2 += (offset_s - mean_s) * (offset_s - mean_s);
@@ -169,9 +192,10 @@ double jackknife_sigma_s(std::span<const LidarTurn> lidar, const GyroTrack& gyro
 
 /// Minimum of the unexplained share over the offset, and its uncertainty by noise.
 /// @param alike neighbouring turns that share most of their data and count as one
-Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro, std::size_t alike,
-                     const RotationStudyLimits& limits) {
-  const ShareCurve curve = curve_of(lidar, gyro, limits);
+Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
+                     const TurnTable& table, std::size_t alike, const RotationStudyLimits& limits) {
+  const ShareCurve curve = curve_of(
+      lidar, table, [](std::size_t) { return true; }, limits);
   const Tip tip = tip_of(curve, limits);
   Offset out;
   out.offset_s = tip.offset_s;
@@ -331,8 +355,10 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   if (slow.turns.size() < limits.pairs_min) return out;
   const GyroTrack slow_radps = slow_gyro(imu, 1.0, slow);
   const GyroTrack slow_degps = slow_gyro(imu, kRadPerDeg, slow);
-  const Offset in_radps = search_offset(slow.turns, slow_radps, slow.count, limits);
-  const Offset in_degps = search_offset(slow.turns, slow_degps, slow.count, limits);
+  const TurnTable table_radps = turn_table(slow.turns, slow_radps, limits);
+  const TurnTable table_degps = turn_table(slow.turns, slow_degps, limits);
+  const Offset in_radps = search_offset(slow.turns, slow_radps, table_radps, slow.count, limits);
+  const Offset in_degps = search_offset(slow.turns, slow_degps, table_degps, slow.count, limits);
   // Small turns fit in either unit, but for the scale; large ones wrap around in the wrong one.
   const bool degrees = in_degps.plausible() &&
                        (!in_radps.plausible() || in_degps.unexplained < 0.5 * in_radps.unexplained);
@@ -344,7 +370,7 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   out.time_offset_sigma_s = offset.sigma_s;
   if (!offset.at_border && offset.sigma_s <= limits.offset_sigma_max_s) {
     const double by_parts_s =
-        jackknife_sigma_s(slow.turns, degrees ? slow_degps : slow_radps, limits);
+        jackknife_sigma_s(slow.turns, degrees ? table_degps : table_radps, limits);
     out.time_offset_sigma_s = std::min(limits.offset_max_s, std::max(offset.sigma_s, by_parts_s));
   }
   const bool certain = !offset.at_border && out.time_offset_sigma_s <= limits.offset_sigma_max_s;

@@ -11,8 +11,10 @@
 namespace rali::map {
 namespace {
 
-constexpr double kTile_m = 4.0;
-constexpr double kTileRadius_m = 3.4642;  ///< half the diagonal of a tile
+constexpr double kTile_m = 0.8;
+constexpr double kTileRadius_m = 0.693;  ///< half the diagonal of a tile
+/// Tiles that one block of the executor looks at.
+constexpr std::size_t kTilesAtOnce = 64;
 
 /// Places this near to a wall that goes on are the wall's.
 constexpr double kOnPlane_m = 0.05;
@@ -115,17 +117,19 @@ WallLooks MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
   const geometry::SE3 T_map_lidar = keyframe.T_map_body * keyframe.T_body_lidar;
   const geometry::SE3 T_lidar_map = T_map_lidar.inverse();
   const double pose_m2 = pose_variance_m2(keyframe);
-  find_near_tiles(T_map_lidar.p);
+  const SightLimits limits = sight_limits();
+  find_seen_tiles(T_lidar_map, limits);
   sights_.resize(places_.size());
   // Each tile is written by one block only, so the order of the blocks does not matter.
-  executor.for_blocks(near_.size(), 16, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Tile& tile = tiles_[near_[i]];
-      for (std::size_t k = tile.begin; k < tile.end; ++k) {
-        sights_[k] = look_at(places_[k], T_lidar_map, pose_m2);
-      }
-    }
-  });
+  executor.for_blocks(near_.size(), kTilesAtOnce,
+                      [&](std::size_t, std::size_t begin, std::size_t end) {
+                        for (std::size_t i = begin; i < end; ++i) {
+                          const Tile& tile = tiles_[near_[i]];
+                          for (std::size_t k = tile.begin; k < tile.end; ++k) {
+                            sights_[k] = look_at(places_[k], T_lidar_map, pose_m2, limits);
+                          }
+                        }
+                      });
   const WallLooks walls = wall_looks();
   const bool sees_through_walls = walls.looks >= kPlanePlacesMin &&
                                   static_cast<double>(walls.passes) >
@@ -139,21 +143,25 @@ WallLooks MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
   return walls;
 }
 
-void MotionFilter::find_near_tiles(const geometry::Vec3& p_map) {
+SightLimits MotionFilter::sight_limits() const {
+  return {settings_.range_m, settings_.margin_m,       0.5 * settings_.voxel_m,
+          settings_.voxel_m, 0.5 * settings_.margin_m, settings_.thin_m};
+}
+
+/// Behind walls nothing is seen: most places of a building are never looked at one by one.
+void MotionFilter::find_seen_tiles(const geometry::SE3& T_lidar_map, const SightLimits& limits) {
   near_.clear();
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    const geometry::Vec3 middle =
+    const geometry::Vec3 middle_map =
         voxel_corner(tiles_[i].key, kTile_m) + geometry::Vec3::Constant(0.5 * kTile_m);
-    if ((middle - p_map).norm() < settings_.range_m + kTileRadius_m) near_.push_back(i);
+    if (image_.may_see(T_lidar_map * middle_map, kTileRadius_m, limits)) near_.push_back(i);
   }
 }
 
-Sight MotionFilter::look_at(const Place& place, const geometry::SE3& T_lidar_map,
-                            double pose_m2) const {
+Sight MotionFilter::look_at(const Place& place, const geometry::SE3& T_lidar_map, double pose_m2,
+                            const SightLimits& limits) const {
   const double between_m2 = std::abs(pose_m2 - static_cast<double>(place.pose_m2));
   if (between_m2 > settings_.pose_sigma_max_m * settings_.pose_sigma_max_m) return Sight::kUnknown;
-  const SightLimits limits{settings_.range_m, settings_.margin_m,       0.5 * settings_.voxel_m,
-                           settings_.voxel_m, 0.5 * settings_.margin_m, settings_.thin_m};
   return image_.look(T_lidar_map * position(place), limits);
 }
 

@@ -80,7 +80,7 @@ class MotionFilter {
     bool looked_through = false;  ///< by a keyframe that looks through walls
   };
 
-  /// Places of one 4 m cube lie together: a keyframe skips the cubes it cannot see.
+  /// Places of one cube of 0.8 m lie together: a keyframe skips the cubes it cannot see.
   struct Tile {
     VoxelKey key = kNoVoxel;
     std::size_t begin = 0, end = 0;
@@ -90,9 +90,10 @@ class MotionFilter {
   [[nodiscard]] bool is_near_peer(const KeyframeView& keyframe, const geometry::Vec3& p_map) const;
   void sort_into_tiles();
   void mark_planes();
-  void find_near_tiles(const geometry::Vec3& p_map);
-  [[nodiscard]] Sight look_at(const Place& place, const geometry::SE3& T_lidar_map,
-                              double pose_m2) const;
+  [[nodiscard]] SightLimits sight_limits() const;
+  void find_seen_tiles(const geometry::SE3& T_lidar_map, const SightLimits& limits);
+  [[nodiscard]] Sight look_at(const Place& place, const geometry::SE3& T_lidar_map, double pose_m2,
+                              const SightLimits& limits) const;
   [[nodiscard]] WallLooks wall_looks() const;
   void count(float t_s);
   void mark_looked_through();
@@ -107,7 +108,7 @@ class MotionFilter {
   std::vector<Tile> tiles_;
   PlaneGrid fixed_;  ///< places that were seen while no vehicle was there
   RangeImage image_;
-  std::vector<std::size_t> near_;  ///< tiles around the keyframe
+  std::vector<std::size_t> near_;  ///< tiles that the keyframe may see
   std::vector<Sight> sights_;      ///< by place: what the keyframe says
   std::uint32_t keyframes_ = 0;
   Time t_first_;

@@ -16,7 +16,8 @@ constexpr int kRowsMax = 256;
 constexpr float kRowPitchMin_rad = 0.002F;
 /// Nearer returns are the vehicle itself, and places nearer than this fill too many pixels.
 constexpr double kNearest_m = 1.0;
-constexpr int kNeighboursMax = 6;
+/// More than the rounding of floats, less than a pixel.
+constexpr float kSlack_rad = 1e-4F, kSlack_m = 1e-3F;
 
 int rings_of(const KeyframeView& keyframe) {
   if (keyframe.ring.empty()) return 0;
@@ -36,11 +37,20 @@ void RangeImage::build(const KeyframeView& keyframe) {
         {range_m, std::atan2(p.y(), p.x()), std::asin(std::clamp(p.z() / range_m, -1.0F, 1.0F))});
   }
   fit(keyframe);
-  pixels_.assign(static_cast<std::size_t>(rows_) * kColumns, Pixel{});
+  pixels_.assign(static_cast<std::size_t>(rows_) * kStride, Pixel{});
   for (const Pixel& ray : rays_) {
-    const int row = row_of(ray.elevation_rad);
-    Pixel& pixel = pixels_[static_cast<std::size_t>(row * kColumns + column_of(ray.azimuth_rad))];
+    const int column = kNeighboursMax + column_of(ray.azimuth_rad);
+    Pixel& pixel = pixels_[static_cast<std::size_t>(row_of(ray.elevation_rad) * kStride + column)];
     if (pixel.range_m == 0.0F || ray.range_m < pixel.range_m) pixel = ray;
+  }
+  repeat_ends();
+}
+
+void RangeImage::repeat_ends() {
+  for (int i = 0; i < rows_; ++i) {
+    Pixel* row = &pixels_[static_cast<std::size_t>(i * kStride)];
+    std::copy_n(row + kColumns, kNeighboursMax, row);
+    std::copy_n(row + kNeighboursMax, kNeighboursMax, row + kNeighboursMax + kColumns);
   }
 }
 
@@ -75,45 +85,113 @@ int RangeImage::column_of(float azimuth_rad) {
   return (column % kColumns + kColumns) % kColumns;
 }
 
+/// Pixels beside a place whose rays may touch it.
+int RangeImage::reach(float radius_m, float range_m, float pitch_rad) {
+  return std::min(1 + static_cast<int>(radius_m / (range_m * pitch_rad)), kNeighboursMax);
+}
+
+/// False where no row is near the place.
+bool RangeImage::aim_at(const geometry::Vec3f& p_lidar_m, float range_m, float radius_m,
+                        Aim& aim) const {
+  const float elevation = std::asin(std::clamp(p_lidar_m.z() / range_m, -1.0F, 1.0F));
+  const float row = (elevation - elevation_min_rad_) / row_pitch_rad_;
+  if (row < -1.0F || row > static_cast<float>(rows_)) return false;
+  const int row0 = row_of(elevation), row_reach = reach(radius_m, range_m, row_pitch_rad_);
+  aim.range_m = range_m;
+  aim.azimuth_rad = std::atan2(p_lidar_m.y(), p_lidar_m.x());
+  aim.elevation_rad = elevation;
+  aim.cos_elevation = std::max(std::cos(elevation), 0.05F);
+  aim.row_begin = std::max(row0 - row_reach, 0);
+  aim.row_end = std::min(row0 + row_reach + 1, rows_);
+  aim.column = column_of(aim.azimuth_rad);
+  aim.column_reach = reach(radius_m, range_m, kColumnPitch_rad * aim.cos_elevation);
+  return true;
+}
+
+bool RangeImage::may_see(const geometry::Vec3& middle_lidar_m, double ball_m,
+                         const SightLimits& limits) const {
+  const double distance_m = middle_lidar_m.norm();
+  if (pixels_.empty() || distance_m - ball_m > limits.range_m) return false;
+  if (distance_m < kNearest_m + 2.0 * ball_m) return true;  // too many pixels to be worth it
+  const auto half = static_cast<float>(std::asin(ball_m / distance_m)) + kSlack_rad;
+  const auto elevation = static_cast<float>(std::asin(middle_lidar_m.z() / distance_m));
+  if ((elevation + half - elevation_min_rad_) / row_pitch_rad_ < -1.0F ||
+      (elevation - half - elevation_min_rad_) / row_pitch_rad_ > static_cast<float>(rows_)) {
+    return false;
+  }
+  const float cos_elevation = std::cos(std::abs(elevation) + half);
+  if (cos_elevation < 0.2F) return true;  // towards the pole the columns run together
+  const auto nearest_m = static_cast<float>(distance_m - ball_m);
+  const auto radius_m = static_cast<float>(limits.radius_m);
+  const float turn = std::asin(std::min(std::sin(half) / std::cos(elevation), 1.0F)) + kSlack_rad;
+  const int row_reach = reach(radius_m, nearest_m, row_pitch_rad_);
+  Aim aim;
+  aim.range_m = nearest_m - static_cast<float>(limits.depth_m) - kSlack_m;
+  aim.row_begin = std::max(row_of(elevation - half) - row_reach, 0);
+  aim.row_end = std::min(row_of(elevation + half) + row_reach + 1, rows_);
+  aim.column = column_of(static_cast<float>(std::atan2(middle_lidar_m.y(), middle_lidar_m.x())));
+  aim.column_reach = 1 + static_cast<int>(turn / kColumnPitch_rad) +
+                     reach(radius_m, nearest_m, kColumnPitch_rad * cos_elevation);
+  return reaches(aim);
+}
+
+/// Whether one of the pixels has a return as far away as aim.range_m, or farther.
+bool RangeImage::reaches(const Aim& aim) const {
+  const int columns = std::min(2 * aim.column_reach + 1, kColumns);
+  const int first = (aim.column - aim.column_reach + 2 * kColumns) % kColumns;
+  const int before_seam = std::min(columns, kColumns - first);
+  const auto far_enough = [&aim](const Pixel& pixel) { return pixel.range_m >= aim.range_m; };
+  for (int i = aim.row_begin; i < aim.row_end; ++i) {
+    const Pixel* row = &pixels_[static_cast<std::size_t>(i * kStride + kNeighboursMax)];
+    if (std::any_of(row + first, row + first + before_seam, far_enough)) return true;
+    if (std::any_of(row, row + (columns - before_seam), far_enough)) return true;
+  }
+  return false;
+}
+
+/// How far beside the place the ray of a pixel goes.
+float RangeImage::miss_m(const Pixel& pixel, const Aim& aim) {
+  float turn = pixel.azimuth_rad - aim.azimuth_rad;
+  if (turn > kPi) turn -= 2.0F * kPi;
+  if (turn < -kPi) turn += 2.0F * kPi;
+  // Roots of doubles need no care for overflow: std::hypot of floats is three times as slow.
+  const auto across = static_cast<double>(turn * aim.cos_elevation);
+  const auto up = static_cast<double>(pixel.elevation_rad - aim.elevation_rad);
+  return aim.range_m * static_cast<float>(std::sqrt(across * across + up * up));
+}
+
 Sight RangeImage::look(const geometry::Vec3& p_lidar_m, const SightLimits& limits) const {
   const double range_m = p_lidar_m.norm();
   if (pixels_.empty() || !(range_m > kNearest_m) || range_m > limits.range_m)
     return Sight::kUnknown;
-  const geometry::Vec3f p = p_lidar_m.cast<float>();
-  const auto r = static_cast<float>(range_m);
-  const float azimuth = std::atan2(p.y(), p.x());
-  const float elevation = std::asin(std::clamp(p.z() / r, -1.0F, 1.0F));
-  const float row = (elevation - elevation_min_rad_) / row_pitch_rad_;
-  if (row < -1.0F || row > static_cast<float>(rows_)) return Sight::kUnknown;
-
-  const auto margin = static_cast<float>(limits.margin_m);
   const auto radius = static_cast<float>(limits.radius_m);
+  Aim aim;
+  if (!aim_at(p_lidar_m.cast<float>(), static_cast<float>(range_m), radius, aim))
+    return Sight::kUnknown;
+
+  const float behind_m = aim.range_m + static_cast<float>(limits.margin_m);
   const auto beside = static_cast<float>(limits.beside_m);
   const auto depth = static_cast<float>(limits.depth_m);
-  const float cos_elevation = std::max(std::cos(elevation), 0.05F);
-  const auto reach = [radius, r](float pitch) {
-    return std::min(1 + static_cast<int>(radius / (r * pitch)), kNeighboursMax);
-  };
-  const int row_reach = reach(row_pitch_rad_);
-  const int column_reach = reach(kColumnPitch_rad * cos_elevation);
-  const int row0 = row_of(elevation), column0 = column_of(azimuth);
-  bool hit = false, near = false, passed = false;
-  for (int i = std::max(row0 - row_reach, 0); i <= std::min(row0 + row_reach, rows_ - 1); ++i) {
-    for (int j = column0 - column_reach; j <= column0 + column_reach; ++j) {
-      const int column = (j + kColumns) % kColumns;
-      const Pixel& pixel = pixels_[static_cast<std::size_t>(i * kColumns + column)];
-      if (pixel.range_m == 0.0F) continue;
-      const float across = std::remainder(pixel.azimuth_rad - azimuth, 2.0F * kPi) * cos_elevation;
-      const float miss_m = r * std::hypot(across, pixel.elevation_rad - elevation);
-      const bool behind = pixel.range_m > r + margin;
-      passed = passed || (behind && miss_m <= radius);
-      near = near || !behind;
-      hit = hit || (std::abs(pixel.range_m - r) <= depth && miss_m <= beside);
+  // Most neighbours are settled by their range alone: how far they miss the place is asked last.
+  const bool dense = range_m * ray_spacing_rad_ <= limits.thin_m;
+  bool may_pass = dense, passed = false;
+  for (int i = aim.row_begin; i < aim.row_end; ++i) {
+    const Pixel* pixel = &pixels_[static_cast<std::size_t>(i * kStride + kNeighboursMax +
+                                                           aim.column - aim.column_reach)];
+    const Pixel* end = pixel + 2 * aim.column_reach + 1;
+    for (; pixel != end; ++pixel) {
+      if (pixel->range_m == 0.0F) continue;
+      if (std::abs(pixel->range_m - aim.range_m) <= depth && miss_m(*pixel, aim) <= beside) {
+        return Sight::kHit;
+      }
+      if (!(pixel->range_m > behind_m)) {
+        may_pass = false;
+      } else if (may_pass && !passed) {
+        passed = miss_m(*pixel, aim) <= radius;
+      }
     }
   }
-  if (hit) return Sight::kHit;
-  const bool dense = range_m * ray_spacing_rad_ <= limits.thin_m;
-  return passed && !near && dense ? Sight::kPassed : Sight::kUnknown;
+  return passed && may_pass ? Sight::kPassed : Sight::kUnknown;
 }
 
 }  // namespace rali::map

@@ -39,6 +39,11 @@ class RangeImage {
   /// hit: rows are 2 degrees apart, and the floor before a person says nothing of the person.
   [[nodiscard]] Sight look(const geometry::Vec3& p_lidar_m, const SightLimits& limits) const;
 
+  /// False if look() is kUnknown for every place of a ball around `middle_lidar_m`: it is beyond
+  /// the range, above or below all rays, or all rays towards it end before it. True proves nothing.
+  [[nodiscard]] bool may_see(const geometry::Vec3& middle_lidar_m, double ball_m,
+                             const SightLimits& limits) const;
+
   /// Mean angle between neighbouring rays of one laser [rad]; infinity without points.
   [[nodiscard]] double ray_spacing_rad() const { return ray_spacing_rad_; }
 
@@ -50,9 +55,26 @@ class RangeImage {
     float azimuth_rad = 0.0F, elevation_rad = 0.0F;
   };
 
+  /// A place as a ray of the LiDAR would see it, and the pixels whose rays pass near it.
+  struct Aim {
+    float range_m = 0.0F, azimuth_rad = 0.0F, elevation_rad = 0.0F;
+    float cos_elevation = 1.0F;
+    int row_begin = 0, row_end = 0;
+    int column = 0, column_reach = 0;  ///< before the margin is added
+  };
+
   static constexpr int kColumns = 900;
+  static constexpr int kNeighboursMax = 6;
+  /// Each row goes on beyond both its ends, so that no look has to wrap around.
+  static constexpr int kStride = kColumns + 2 * kNeighboursMax;
 
   void fit(const KeyframeView& keyframe);
+  void repeat_ends();
+  [[nodiscard]] bool aim_at(const geometry::Vec3f& p_lidar_m, float range_m, float radius_m,
+                            Aim& aim) const;
+  [[nodiscard]] bool reaches(const Aim& aim) const;
+  [[nodiscard]] static float miss_m(const Pixel& pixel, const Aim& aim);
+  [[nodiscard]] static int reach(float radius_m, float range_m, float pitch_rad);
   [[nodiscard]] int row_of(float elevation_rad) const;
   [[nodiscard]] static int column_of(float azimuth_rad);
 
@@ -60,8 +82,8 @@ class RangeImage {
   float elevation_min_rad_ = 0.0F;
   float row_pitch_rad_ = 1.0F;
   double ray_spacing_rad_ = 0.0;
-  std::vector<Pixel> pixels_;
-  std::vector<Pixel> rays_;  ///< scratch: one per point
+  std::vector<Pixel> pixels_;  ///< rows of kStride
+  std::vector<Pixel> rays_;    ///< scratch: one per point
 };
 
 }  // namespace rali::map

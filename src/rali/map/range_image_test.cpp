@@ -63,5 +63,56 @@ TEST(RangeImage, rays_farther_apart_than_a_pole_is_thick_prove_nothing) {
   EXPECT_EQ(image.look({5.0, 0.0, 0.0}, limits), Sight::kUnknown);
 }
 
+TEST(RangeImage, behind_the_sensor_where_the_picture_is_cut_a_place_is_seen_as_ahead) {
+  for (const double upper_m : {10.0, 5.1, 5.2, 3.0}) {
+    RangeImage image;
+    image.build(two_rows(upper_m, 10.0).view());
+    const Sight ahead = image.look({5.0, 0.0, 0.0}, SightLimits{});
+    for (const double side_m : {-0.03, -0.001, 0.001, 0.03}) {
+      EXPECT_EQ(image.look({-5.0, side_m, 0.0}, SightLimits{}), ahead) << upper_m << ' ' << side_m;
+    }
+  }
+}
+
+TEST(RangeImage, a_cube_that_no_ray_reaches_need_not_be_looked_at) {
+  RangeImage image;
+  image.build(two_rows(5.0, 5.0).view());
+  const SightLimits limits;
+  EXPECT_TRUE(image.may_see({5.0, 0.0, 0.0}, 0.5, limits)) << "rays end in it";
+  EXPECT_TRUE(image.may_see({-4.0, 0.0, 0.0}, 0.5, limits)) << "rays go through it";
+  EXPECT_FALSE(image.may_see({-7.0, 0.0, 0.0}, 0.5, limits)) << "rays end before it";
+  EXPECT_FALSE(image.may_see({4.0, 0.0, 3.0}, 0.5, limits)) << "above all rays";
+  EXPECT_FALSE(image.may_see({30.0, 0.0, 0.0}, 0.5, limits)) << "beyond the range";
+}
+
+TEST(RangeImage, nothing_is_seen_in_a_cube_that_was_not_looked_at) {
+  // A window of 20 degrees beside the cut of the picture, in a wall around the sensor.
+  test::Sweep sweep = two_rows(6.0, 4.0);
+  for (std::size_t i = 1750; i < 1850; ++i) {
+    sweep.x_m[i] *= 2.0F;
+    sweep.y_m[i] *= 2.0F;
+    sweep.z_m[i] *= 2.0F;
+  }
+  RangeImage image;
+  image.build(sweep.view());
+  const SightLimits limits;
+  int left_out = 0, seen = 0;
+  for (int i = 0; i < 40 * 40 * 9; ++i) {
+    const geometry::Vec3 middle{-14.0 + 0.7 * (i % 40), -14.0 + 0.7 * (i / 40 % 40),
+                                -1.2 + 0.3 * (i / 1600)};
+    const bool may_see = image.may_see(middle, 0.35, limits);
+    left_out += may_see ? 0 : 1;
+    for (int k = 0; k < 27; ++k) {
+      const geometry::Vec3 place =
+          middle + 0.2 * geometry::Vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
+      const bool known = image.look(place, limits) != Sight::kUnknown;
+      seen += known ? 1 : 0;
+      ASSERT_TRUE(may_see || !known) << place.transpose();
+    }
+  }
+  EXPECT_GT(left_out, 5000);
+  EXPECT_GT(seen, 1000);
+}
+
 }  // namespace
 }  // namespace rali::map
