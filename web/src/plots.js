@@ -50,17 +50,25 @@ function x_axis(label) {
     stroke: '#3c4654', values: tick_texts, grid: {stroke: '#e6eaef'}, ticks: {size: 4, stroke: '#aab4c0'}};
 }
 
-/** Of a logarithmic axis 1, 2 and 5 of each decade where few are seen, else powers of ten. */
-function few(u, ticks) {
-  const wide = Math.log10(u.scales.y.max / u.scales.y.min) > 1.5;
-  const digit = (v) => +(v / 10 ** Math.floor(Math.log10(v) + 1e-9)).toFixed(6);
-  return ticks.map((v) => ((wide ? [1] : [1, 2, 5]).includes(digit(v)) ? v : null));
+/** Of a logarithmic axis powers of ten, with few of them 1, 2 and 5 of each, with fewer all digits. */
+function log_ticks(u, axis, low, high) {
+  const decades = Math.log10(high / low);
+  const digits = decades > 1.5 ? [1] : decades > 0.6 ? [1, 2, 5] : [1, 2, 3, 4, 5, 6, 7, 8, 9];
+  const ticks = [];
+  for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high) && ticks.length < 40; ++e) {
+    for (const digit of digits) {
+      const v = +`${digit}e${e}`;
+      if (v >= low && v <= high) ticks.push(v);
+    }
+  }
+  return ticks;
 }
 
 function y_axis(label, log) {
-  const axis = {...x_axis(label), size: LEFT_PX - 16, labelSize: 16, space: log ? 12 : 24};
+  const axis = {...x_axis(label), size: LEFT_PX - 16, labelSize: 16, space: 24};
   if (!log) return axis;
-  return {...axis, filter: few, grid: {...axis.grid, filter: few}, ticks: {...axis.ticks, filter: few}};
+  const all = (u, ticks) => ticks;
+  return {...axis, splits: log_ticks, filter: all, grid: {...axis.grid, filter: all}, ticks: {...axis.ticks, filter: all}};
 }
 
 /** Hatches the stretches where the LiDAR is degenerate. */

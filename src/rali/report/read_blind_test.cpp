@@ -194,7 +194,7 @@ TEST(Report, shows_the_honest_sentence_of_a_tunnel) {
   ASSERT_TRUE(run);
   const std::string page = report_html(*run);
   for (const char* text :
-       {"blind, constrained by nothing", "Largest uncertainty:</b> v2 was blind",
+       {"blind, constrained by nothing", "Largest uncertainty:</b> v2: nothing constrained it",
         "nothing constrained it there: the expected error there is 3.00 m", "\xE2\x9C\x97 bad"}) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
   }

@@ -98,8 +98,8 @@ class TestRunWriter {
           fmt::format("{:.9f},{},{:.3f},1,0,0,0.05,,{}", t_s, is_blind ? 1 : 0,
                       is_blind ? 900.0 : 8.0 + std::sin(0.3 * i), is_blind ? run_.vehicles[0] : "");
       degeneracy += run_.old_degeneracy ? "\n"
-                    : is_blind          ? ",axial,none,0.05,range\n"
-                                        : ",axial,full,0.02,lidar\n";
+                    : is_blind          ? ",axial,none,0.0487,range\n"
+                                        : ",axial,full,0.0213,lidar\n";
       errors += fmt::format("{:.9f},{:.4f},0.2,{:.4f},0.01,-0.02,,{:.3f}\n", t_s, 0.03 + 1e-3 * i,
                             0.02 + 1e-3 * i, 5.0 + std::sin(0.2 * i));
     }

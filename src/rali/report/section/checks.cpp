@@ -259,16 +259,11 @@ std::string names_of_map(const RunData& run) {
 std::string doubt_of_blind(const RunData& run) {
   const VehicleView* worst = least_held(run);
   if (worst == nullptr || unheld_share(*worst) <= kUnheldShare) return {};
-  std::string text;
-  if (worst->blind_way.known) {
-    text = blind_sentence_of(*worst) + ", although the walls of the map look straight and thin";
-  } else {
-    text = unheld_found(*worst) +
-           ": along the blind axis the map may be too long or too short, although its walls "
-           "look straight and thin";
-  }
+  std::string text = unheld_found(*worst) +
+                     "; the map may be too long or too short there, although its walls look "
+                     "straight and thin";
   if (const Number largest = largest_error(run)) {
-    text += fmt::format("; against ground truth it is at most {}", metres(largest));
+    text += fmt::format("; the largest error against ground truth is {}", metres(largest));
   }
   return text + '.';
 }

@@ -15,7 +15,7 @@ std::string noise_cell(const Number& measured, const Number& stated, int decimal
 
 std::string numbers_table(const RunData& run) {
   Table table({"vehicle", "path", "scans", "scans dropped", "keyframes", "blind",
-               "of it constrained by ranges", "expected error, median", "expected error, largest",
+               "blind part constrained by ranges", "expected error, median", "expected error, largest",
                "diverged", "LiDAR clock off by", "accel. scale",
                "accel. noise / stated [m/s2/rtHz]", "gyro noise / stated [rad/s/rtHz]"});
   for (const VehicleView& v : run.vehicles) {
