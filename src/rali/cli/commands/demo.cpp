@@ -154,7 +154,7 @@ Words DemoCommand::picture_words() const {
           "--caption",
           "LiDAR and IMU alone",
           "--caption",
-          "with ranges to v1, which stands still in the middle"};
+          "with ranges to v1"};
 }
 
 Result<int> DemoCommand::run(Session& session) {
