@@ -14,7 +14,7 @@
 namespace rali::cli {
 namespace {
 
-/// A row of the tables of `rali help-settings`.
+/// A row of the tables of `rali help-settings --all`.
 struct Setting {
   std::string key, bounds;
 
@@ -23,7 +23,7 @@ struct Setting {
 
 std::vector<Setting> all_settings() {
   std::vector<Setting> settings;
-  std::istringstream lines(run_rali({"help-settings"}).out);
+  std::istringstream lines(run_rali({"help-settings", "--all"}).out);
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with("| `")) continue;
     const std::size_t end = line.find('`', 3), bounds = line.find(" | ", line.find(" | ", end) + 3);

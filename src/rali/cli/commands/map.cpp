@@ -90,7 +90,7 @@ std::vector<Option> MapCommand::options() {
        {"robust", "paper"}},
       {"--set",
        "KEY=VALUE",
-       "any setting of rali help-settings --all; repeatable",
+       "any setting of docs/settings.md; repeatable",
        &assignments_,
        false,
        {}},
