@@ -10,8 +10,8 @@
 
 namespace rali {
 
-/// Keys of docs/settings.md with their values as they are written in YAML: {"output.map_voxel_m",
-/// "0.1"},
+/// Keys of docs/reference/settings.md with their values as they are written in YAML:
+/// {"output.map_voxel_m", "0.1"},
 /// {"vehicles.v1.lidar.topic", "/points"}.
 using Settings = std::map<std::string, std::string>;
 
@@ -25,7 +25,7 @@ struct LoadOptions {
 class FleetConfig {
  public:
   struct Impl;
-  explicit FleetConfig(std::shared_ptr<const Impl> impl);
+  explicit FleetConfig(std::shared_ptr<const Impl> impl);  ///< for the library itself
 
   /// Names of the vehicles in their order.
   [[nodiscard]] std::vector<std::string> vehicles() const;
@@ -33,6 +33,7 @@ class FleetConfig {
   /// Text of a fleet.yaml that loads to the same; paths as given.
   [[nodiscard]] std::string yaml() const;
 
+  /// For the library itself.
   [[nodiscard]] const Impl& impl() const { return *impl_; }
 
  private:

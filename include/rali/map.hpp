@@ -51,7 +51,7 @@ struct VehicleSummary {
   double sigma_median_m = 0.0, sigma_max_m = 0.0;  ///< expected position error, 1 sigma
 };
 
-/// What a run came to; the results themselves are in the folder `out` (docs/outputs.md).
+/// What a run came to; the results themselves are in the folder `out` (docs/reference/outputs.md).
 struct MapSummary {
   MapStatus status = MapStatus::kComplete;
   std::string out;

@@ -79,14 +79,15 @@ struct Peer {
   std::vector<Vec3> antennas_body_m = {Vec3::Zero()};
 };
 
-/// All settings of docs/settings.md that concern one vehicle, as they hold; the defaults unless
-/// changed by with_settings() or a recording's fleet.yaml.
+/// All settings of docs/reference/settings.md that concern one vehicle, as they hold; the defaults
+/// unless changed by with_settings() or a recording's fleet.yaml.
 class VehicleSettings {
  public:
   struct Impl;
   VehicleSettings();
-  explicit VehicleSettings(std::shared_ptr<const Impl> impl);
+  explicit VehicleSettings(std::shared_ptr<const Impl> impl);  ///< for the library itself
 
+  /// For the library itself.
   [[nodiscard]] const Impl& impl() const { return *impl_; }
 
  private:

@@ -10,7 +10,7 @@ inline constexpr const char* kMapDoc =
 inputs     recording(s) (.bag .mcap .db3, scan folders), one vehicle each, or one fleet.yaml
 out        folder of the results
 preset     robust (default) or paper
-settings   dict of keys of docs/settings.md; text values are YAML
+settings   dict of keys of docs/reference/settings.md; text values are YAML
 formats    of map.*: pcd, ply, las
 threads    0: one per core; results do not depend on it
 progress   called with a MapProgress; False stops the run at the data time reached. An exception
