@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::size_t kFirstOutput = 64 * 1024;
 constexpr std::uint32_t kZstdMagic = 0xFD2FB528U;
-constexpr int kZstdLevel = 3;
+/// Level 3 takes twice the time for 6 % less of scans, whose floats are mostly noise.
+constexpr int kZstdLevel = 1;
 
 /// The output vector while it grows. One byte beyond the limit is offered, so that a stream that
 /// is too long is told from one that fits exactly.
