@@ -86,6 +86,13 @@ std::uint8_t index_of(const Pixel& p, std::uint32_t most, bool kinds) {
                                    static_cast<std::size_t>(std::lround(strength)));
 }
 
+/// The value that `rank` of the others are not above. Reorders the values.
+double ranked(std::vector<float>& values, std::size_t rank) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(values.begin(), at, values.end());
+  return static_cast<double>(*at);
+}
+
 }  // namespace
 
 Range range_of_points(const MapPoints& map, std::size_t axis) {
@@ -97,10 +104,9 @@ Range range_of_points(const MapPoints& map, std::size_t axis) {
     if (std::isfinite(values[i])) sample.push_back(values[i]);
   }
   if (sample.empty()) return range;
-  std::sort(sample.begin(), sample.end());
   const std::size_t tail = sample.size() / 1000;
-  range.add(static_cast<double>(sample[tail]));
-  range.add(static_cast<double>(sample[sample.size() - 1 - tail]));
+  range.add(ranked(sample, tail));
+  range.add(ranked(sample, sample.size() - 1 - tail));
   return range;
 }
 
@@ -155,10 +161,10 @@ ErrorScale error_scale(const MapPoints& map) {
   }
   ErrorScale scale;
   if (sample.empty()) return scale;
-  std::sort(sample.begin(), sample.end());
+  const std::size_t tail = sample.size() / 50;
   scale.known = true;
-  scale.low_m = static_cast<double>(sample[sample.size() / 50]);
-  scale.high_m = static_cast<double>(sample[sample.size() - 1 - sample.size() / 50]);
+  scale.low_m = ranked(sample, tail);
+  scale.high_m = ranked(sample, sample.size() - 1 - tail);
   scale.high_m = std::max(scale.high_m, scale.low_m + 1e-3);
   return scale;
 }
