@@ -125,11 +125,18 @@ void GridBuilder::add_ray(const geometry::Vec3& p_map, const geometry::SE3& T_ma
 }
 
 void GridBuilder::mark_free(const geometry::Vec3& sensor_map_m) {
+  // Per sector: the bin from which on nothing is free. One small table settles most cells.
+  std::vector<std::uint16_t> free_end(kSectors, 0);
   for (std::size_t sector = 0; sector < kSectors; ++sector) {
     std::int16_t* row = &open_[sector * (bins_ + 1)];
     for (std::size_t bin = 1; bin <= bins_; ++bin) {
       row[bin] = static_cast<std::int16_t>(row[bin] + row[bin - 1]);
     }
+    // One cell of distance to the obstacle: the sensor was rounded to its cell.
+    std::size_t end =
+        std::min<std::size_t>(bins_, std::max<std::size_t>(first_hit_[sector], 1) - 1);
+    while (end > 0 && row[end - 1] <= 0) --end;
+    free_end[sector] = static_cast<std::uint16_t>(end);
   }
   const std::int64_t ix0 = whole(sensor_map_m.x() / settings_.cell_m);
   const std::int64_t iy0 = whole(sensor_map_m.y() / settings_.cell_m);
@@ -137,10 +144,8 @@ void GridBuilder::mark_free(const geometry::Vec3& sensor_map_m) {
   std::size_t i = 0;
   for (std::int64_t iy = -half; iy <= half; ++iy) {
     for (std::int64_t ix = -half; ix <= half; ++ix, ++i) {
-      const std::size_t bin = polar_bin_[i];
-      if (bin == kNoHit) continue;
-      // One cell of distance to the obstacle: the sensor was rounded to its cell.
-      if (bin + 1 >= first_hit_[polar_[i]] || open_[polar_[i] * (bins_ + 1) + bin] <= 0) continue;
+      const std::size_t bin = polar_bin_[i];  // of kNoHit beyond the range: no sector ends there
+      if (bin >= free_end[polar_[i]] || open_[polar_[i] * (bins_ + 1) + bin] <= 0) continue;
       Cell* c = cell(ix0 + ix, iy0 + iy);
       if (c != nullptr && c->last_hit != keyframes_ && c->passes < 0xffff) ++c->passes;
     }

@@ -14,14 +14,19 @@ namespace {
 
 constexpr std::size_t kFirstOutput = 64 * 1024;
 constexpr std::uint32_t kZstdMagic = 0xFD2FB528U;
-constexpr int kZstdLevel = 3;
+/// Level 3 takes twice the time for 6 % less of scans, whose floats are mostly noise.
+constexpr int kZstdLevel = 1;
+/// A size that a header claims is believed up to this, or up to so many times the input.
+constexpr std::uint64_t kBelieved = 16U << 20;
+constexpr std::uint64_t kBelievedRatio = 32;
 
 /// The output vector while it grows. One byte beyond the limit is offered, so that a stream that
 /// is too long is told from one that fits exactly.
 class Growing {
  public:
   Growing(std::vector<std::byte>& out, std::uint64_t limit) : out_(out), limit_(limit) {
-    out_.clear();
+    // Not cleared: growing a cleared vector would zero it again for each chunk.
+    if (out_.size() > limit_) out_.resize(static_cast<std::size_t>(limit_));
   }
 
   /// Room for at least one more byte; empty when the limit is passed.
@@ -57,6 +62,17 @@ struct FreeZstd {
 struct FreeLz4 {
   void operator()(LZ4F_dctx* context) const { LZ4F_freeDecompressionContext(context); }
 };
+
+/// One frame of just the expected size goes straight into the output, without the window that a
+/// stream is copied through. False: not such a frame, or damaged; nothing is decided then.
+bool run_zstd_at_once(ZSTD_DCtx* context, std::span<const std::byte> in, std::uint64_t limit,
+                      std::vector<std::byte>& out) {
+  if (limit > std::max(kBelieved, kBelievedRatio * in.size())) return false;
+  if (ZSTD_getFrameContentSize(in.data(), in.size()) != limit) return false;
+  if (ZSTD_findFrameCompressedSize(in.data(), in.size()) != in.size()) return false;
+  out.resize(static_cast<std::size_t>(limit));
+  return ZSTD_decompressDCtx(context, out.data(), out.size(), in.data(), in.size()) == limit;
+}
 
 DecodeEnd run_zstd(ZSTD_DCtx* context, std::span<const std::byte> in, Growing& out) {
   ZSTD_DCtx_reset(context, ZSTD_reset_session_only);
@@ -214,6 +230,7 @@ DecodeEnd Decompressor::decompress(Compression compression, std::span<const std:
   if (compression == Compression::kZstd) {
     if (!contexts_->zstd) contexts_->zstd.reset(ZSTD_createDCtx());
     if (!contexts_->zstd) return growing.finish(DecodeEnd::kDamaged);
+    if (run_zstd_at_once(contexts_->zstd.get(), in, limit, out)) return DecodeEnd::kWhole;
     return growing.finish(run_zstd(contexts_->zstd.get(), in, growing));
   }
   if (!contexts_->lz4) {

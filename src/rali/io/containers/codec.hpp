@@ -46,7 +46,7 @@ class Decompressor {
 };
 
 /// Compresses into one frame; the same bytes for the same input. LZ4 as roslz4 writes it (frame
-/// with content checksum), bz2 at level 9, zstd at level 3.
+/// with content checksum), bz2 at level 9, zstd at level 1.
 [[nodiscard]] Result<std::vector<std::byte>> compress(Compression compression,
                                                       std::span<const std::byte> in);
 

@@ -64,6 +64,24 @@ TEST_P(EachCodec, more_than_the_limit_is_told_apart_from_what_fits_exactly) {
   EXPECT_LT(out.capacity(), 1'000'000U) << "memory must follow the output, not the claim";
 }
 
+TEST_P(EachCodec, nothing_shows_through_of_what_the_output_held_before) {
+  Decompressor decompressor;
+  const auto plain = some_bytes(3000);
+  const auto packed = compress(GetParam(), plain);
+  ASSERT_TRUE(packed);
+  std::vector<std::byte> out(300'000, std::byte{0x7F});
+  ASSERT_EQ(decompressor.decompress(GetParam(), *packed, 3000, out), DecodeEnd::kWhole);
+  EXPECT_EQ(out, plain);
+  out.assign(300'000, std::byte{0x7F});
+  ASSERT_EQ(decompressor.decompress(GetParam(), *packed, 400'000, out), DecodeEnd::kWhole);
+  EXPECT_EQ(out, plain) << "where the size is not the expected one";
+  out.assign(300'000, std::byte{0x7F});
+  ASSERT_EQ(decompressor.decompress(GetParam(), first(*packed, packed->size() - 1), 400'000, out),
+            DecodeEnd::kCut);
+  ASSERT_LE(out.size(), plain.size());
+  EXPECT_TRUE(std::equal(out.begin(), out.end(), plain.begin()));
+}
+
 TEST_P(EachCodec, rubbish_is_damaged_and_the_next_frame_still_decodes) {
   Decompressor decompressor;
   std::vector<std::byte> out;

@@ -3,17 +3,22 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
 #include "rali/base/result.hpp"
 
+struct evp_md_ctx_st;  // of OpenSSL
+
 namespace rali::io {
 
-/// SHA-256 for status.json. Source: FIPS 180-4, section 6.2.
+/// SHA-256 for status.json (FIPS 180-4), by the processor's own instructions where it has them.
 class Sha256 {
  public:
   using Digest = std::array<std::uint8_t, 32>;
+
+  Sha256();
 
   void update(std::span<const std::byte> bytes);
 
@@ -21,13 +26,11 @@ class Sha256 {
   [[nodiscard]] Digest finish();
 
  private:
-  void compress(const std::uint8_t* block);
+  struct Free {
+    void operator()(evp_md_ctx_st* context) const;
+  };
 
-  std::array<std::uint32_t, 8> state_ = {0x6a09e667U, 0xbb67ae85U, 0x3c6ef372U, 0xa54ff53aU,
-                                         0x510e527fU, 0x9b05688cU, 0x1f83d9abU, 0x5be0cd19U};
-  std::array<std::uint8_t, 64> block_ = {};
-  std::size_t filled_ = 0;
-  std::uint64_t length_bytes_ = 0;
+  std::unique_ptr<evp_md_ctx_st, Free> context_;
 };
 
 /// 64 lower-case hexadecimal digits.

@@ -67,14 +67,12 @@ void PlanarFeatureExtractor::extract(const PointsView& points,
   }
 }
 
-// One point per cube: of all its points the first in the order (ring, order of measurement).
-// Ring by ring, because then neighbouring cubes keep points of one and the same ring.
-void PlanarFeatureExtractor::thin(const PointsView& points, float cell_m) {
+// All points ring by ring, in the order of measurement within each; how many rings there are.
+std::size_t PlanarFeatureExtractor::sort_by_ring(const PointsView& points) {
   const std::size_t n = points.size();
   std::uint16_t ring_max = 0;
   for (const std::uint16_t r : points.ring) ring_max = std::max(ring_max, r);
   const std::size_t rings = n == 0 ? 0 : std::size_t{ring_max} + 1;
-
   ring_cursor_.assign(rings + 1, 0);
   for (const std::uint16_t r : points.ring) ++ring_cursor_[std::size_t{r} + 1];
   for (std::size_t r = 0; r < rings; ++r) ring_cursor_[r + 1] += ring_cursor_[r];
@@ -82,10 +80,34 @@ void PlanarFeatureExtractor::thin(const PointsView& points, float cell_m) {
   for (std::size_t i = 0; i < n; ++i) {
     by_ring_[ring_cursor_[points.ring[i]]++] = static_cast<std::uint32_t>(i);
   }
+  return rings;
+}
 
-  const std::size_t capacity = std::bit_ceil(std::max<std::size_t>(2 * n, 64));
-  const auto shift = static_cast<unsigned>(64 - std::countr_zero(capacity));
-  cells_.assign(capacity, 0);
+// Adds a cube to the table; false if it is there. Keys are never 0.
+bool PlanarFeatureExtractor::add_cell(std::uint64_t key) {
+  const std::size_t mask = cells_.size() - 1;
+  const auto shift = static_cast<unsigned>(64 - std::countr_zero(cells_.size()));
+  std::size_t slot = (key * kGolden) >> shift;
+  while (cells_[slot] != 0 && cells_[slot] != key) slot = (slot + 1) & mask;
+  if (cells_[slot] == key) return false;
+  cells_[slot] = key;
+  return true;
+}
+
+void PlanarFeatureExtractor::grow_cells() {
+  std::vector<std::uint64_t> old(2 * cells_.size(), 0);
+  old.swap(cells_);
+  for (const std::uint64_t key : old) {
+    if (key != 0) add_cell(key);
+  }
+}
+
+// One point per cube: of all its points the first in the order (ring, order of measurement).
+// Ring by ring, because then neighbouring cubes keep points of one and the same ring.
+void PlanarFeatureExtractor::thin(const PointsView& points, float cell_m) {
+  const std::size_t rings = sort_by_ring(points);
+  // As large as the last scan needed: a table for as many cubes as points would not fit the cache.
+  cells_.assign(std::bit_ceil(std::max<std::size_t>(2 * kept_.size(), 1024)), 0);
   kept_.clear();
   ring_begin_.assign(rings + 1, 0);
   const float inverse = 1.0F / cell_m;
@@ -101,12 +123,10 @@ void PlanarFeatureExtractor::thin(const PointsView& points, float cell_m) {
     const std::uint64_t key = (cell_index(cx) << 42U) | (cell_index(cy) << 21U) | cell_index(cz);
     if (key == last_key) continue;
     last_key = key;
-    std::size_t slot = (key * kGolden) >> shift;
-    while (cells_[slot] != 0 && cells_[slot] != key) slot = (slot + 1) & (capacity - 1);
-    if (cells_[slot] == key) continue;
-    cells_[slot] = key;
+    if (!add_cell(key)) continue;
     kept_.push_back(i);
     ++ring_begin_[std::size_t{points.ring[i]} + 1];
+    if (2 * kept_.size() > cells_.size()) grow_cells();
   }
   for (std::size_t r = 0; r < rings; ++r) ring_begin_[r + 1] += ring_begin_[r];
 }

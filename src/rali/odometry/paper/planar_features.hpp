@@ -65,6 +65,9 @@ class PlanarFeatureExtractor {
     float distance2 = 0.0F;
   };
 
+  std::size_t sort_by_ring(const PointsView& points);
+  bool add_cell(std::uint64_t key);
+  void grow_cells();
   void thin(const PointsView& points, float cell_m);
   void order_rings(const PointsView& points);
   [[nodiscard]] Link nearest_on_ring(std::size_t ring, const Node& at) const;
@@ -75,9 +78,9 @@ class PlanarFeatureExtractor {
 
   std::vector<std::uint32_t> by_ring_;  // all points, ring by ring
   std::vector<std::uint32_t> ring_cursor_;
-  std::vector<std::uint64_t> cells_;       // open addressing: keys of cells that have a point
-  std::vector<std::uint32_t> kept_;        // thinned points, sorted by ring and azimuth
-  std::vector<Node> nodes_;                // beside kept_
+  std::vector<std::uint64_t> cells_;  // open addressing, at most half full: cells that have a point
+  std::vector<std::uint32_t> kept_;   // thinned points, sorted by ring and azimuth
+  std::vector<Node> nodes_;           // beside kept_
   std::vector<std::uint32_t> ring_begin_;  // of nodes_, one more than rings
   std::vector<std::uint32_t> bin_begin_;   // of nodes_, per ring and azimuth bin
   std::vector<std::pair<float, std::uint32_t>> order_;
