@@ -101,7 +101,7 @@ TEST(MapJob, misses_side_files_before_anything_is_computed) {
             std::string::npos);
   EXPECT_NE(error_of("ranges: {sources: [{file: " + bad + "}]}\n"), "");
   EXPECT_NE(error_of("ranges: {sources: [{serial_log: " + good + ", vehicle: v1}]}\n")
-                .find("logs of a serial port cannot be read in this version"),
+                .find("Record rows of `stamp_s,hex`"),
             std::string::npos);
   EXPECT_NE(error_of("radio: {file: /none.csv}\n"), "");
   EXPECT_NE(error_of("radio: {file: " + good + "}\n"), "") << "no column rssi_dbm";

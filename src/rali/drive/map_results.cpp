@@ -58,7 +58,8 @@ Status MapRun::check_results() {
 }
 
 Status MapRun::write_ranges() {
-  if (job_.ranges.files.empty() && job_.ranges.topics.empty()) return {};
+  const RangeOptions& ranges = job_.ranges;
+  if (ranges.files.empty() && ranges.topics.empty() && ranges.serial_logs.empty()) return {};
   summary_.ranges = range_log_.tally();
   std::vector<InputReport> reports;
   for (const VehicleSummary& v : summary_.vehicles) reports.push_back(v.input);
