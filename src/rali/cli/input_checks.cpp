@@ -63,6 +63,7 @@ Status check_side_files(const FleetConfig& fleet) {
   }
   if (Status s = check_file(fleet, "radio.file", fleet.radio_file); !s) return s;
   if (Status s = check_columns(fleet.radio_file, kRadioColumns); !s) return s;
+  if (Status s = check_file(fleet, "output.georeference", fleet.output.georeference); !s) return s;
   const bool file = fleet.rounds != "auto" && fleet.rounds != "off";
   return file ? check_file(fleet, "rounds", fleet.rounds) : Status{};
 }

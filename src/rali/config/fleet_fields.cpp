@@ -27,7 +27,8 @@ void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
   v.choice("header_stamp", lidar.header_stamp, kHeaderStampNames,
            "which end of the sweep the stamp names (with relative times)");
   v("deskewed", lidar.deskewed, "the driver has already undistorted the sweeps");
-  v.choice("returns", lidar.returns, kReturnsNames, "which return of a dual-return sensor");
+  v.choice("returns", lidar.returns, kReturnsNames,
+           "which return of a pulse that has two: auto (one), strongest, last; single: all points");
   v("range_m", lidar.range_m, 0.0, 1000.0, "nearest and farthest point used [m]");
   v.custom("T_body_lidar", extrinsics_target(lidar.T_body_lidar, true),
            "pose of the LiDAR in the body; auto: /tf_static, the maker's figure, or the data");

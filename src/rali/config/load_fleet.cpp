@@ -278,9 +278,18 @@ std::string settings_manual() {
          "5 m/s, 60 m/s, 30 m/s2.\n\n"
          "`ranges`, `radio`, `priors`, `rounds` and `antennas` are between vehicles: alone, a\n"
          "vehicle has no use for them. `clock: offset` is checked but has no effect yet. Both is\n"
-         "said by a warning. `lidar.returns`, `output.frame` and `output.georeference` are "
-         "refused\n"
-         "unless they have their default.\n\n"
+         "said by a warning.\n\n"
+         "`serial_log` of `ranges.sources` is a CSV of what a LinkTrack radio sent over its "
+         "serial\n"
+         "port (Nodeframe2, 3, 5, Tagframe0): `stamp_s,hex`, a row for each read of the port with\n"
+         "the time of its arrival and the bytes in hexadecimal. Bytes without times of arrival\n"
+         "cannot be used: the radio's clock starts when it is switched on.\n\n"
+         "`output.georeference` is a CSV `vehicle,stamp_s,x_m,y_m,z_m,sigma_m`: the body of the\n"
+         "vehicle stood over a mark of known coordinates at that time. Three or more marks give "
+         "yaw\n"
+         "and translation (gravity levels the map); residuals stand in metrics.json under `site`,\n"
+         "and map.las is written in site coordinates. `output.frame` moves `trajectory/` from the\n"
+         "body to the LiDAR or the IMU; all other files keep the body.\n\n"
          "## The fleet\n\n" +
          manual_table(fleet) + "\n## Rooms\n\n" + manual_table(rooms);
 }
