@@ -76,12 +76,26 @@ TEST(MapJob, refuses_what_this_version_cannot_obey) {
     const auto job = jobs::make_map_job(fleet_of(text), jobs::MapOptions{});
     return job ? std::string() : job.error().message();
   };
-  EXPECT_EQ(error_of("vehicles: {v1: {recording: a, lidar: {returns: last}}}"),
-            "fleet.yaml:1: vehicles.v1.lidar.returns cannot be chosen in this version. Leave it at "
-            "auto.");
   EXPECT_NE(error_of("vehicles: {v1: {recording: a, self_box_m: [0, 1, 0, 1, 0, 1]}}"), "");
-  EXPECT_NE(error_of("vehicles: {v1: {recording: a}}\noutput: {frame: lidar}"), "");
-  EXPECT_NE(error_of("vehicles: {v1: {recording: a}}\noutput: {georeference: marks.csv}"), "");
+  EXPECT_NE(error_of("vehicles: {v1: {recording: a}}\noutput: {georeference: /none.csv}")
+                .find("/none.csv: there is no such file. It is named at fleet.yaml:2"),
+            std::string::npos);
+}
+
+TEST(MapJob, carries_returns_point_and_marks) {
+  const io::TestFolder folder;
+  const std::string marks =
+      folder.write("marks.csv",
+                   "vehicle,stamp_s,x_m,y_m,z_m,sigma_m\nv1,1,2,3,4,0.1\nv1,2,2,3,4,0.1\n"
+                   "v1,3,2,3,4,0.1\n");
+  const auto job = make_map_job(fleet_of("vehicles: {v1: {recording: a, lidar: {returns: last}}}\n"
+                                         "output: {frame: lidar, georeference: " +
+                                         marks + "}\n"),
+                                MapOptions{});
+  ASSERT_TRUE(job) << job.error().message();
+  EXPECT_EQ(job->vehicles[0].input.cloud.returns, wire::Returns::kLast);
+  EXPECT_EQ(job->point, drive::OutputPoint::kLidar);
+  EXPECT_EQ(job->marks.size(), 3U);
 }
 
 TEST(MapJob, misses_side_files_before_anything_is_computed) {
@@ -101,7 +115,7 @@ TEST(MapJob, misses_side_files_before_anything_is_computed) {
             std::string::npos);
   EXPECT_NE(error_of("ranges: {sources: [{file: " + bad + "}]}\n"), "");
   EXPECT_NE(error_of("ranges: {sources: [{serial_log: " + good + ", vehicle: v1}]}\n")
-                .find("logs of a serial port cannot be read in this version"),
+                .find("Record rows of `stamp_s,hex`"),
             std::string::npos);
   EXPECT_NE(error_of("radio: {file: /none.csv}\n"), "");
   EXPECT_NE(error_of("radio: {file: " + good + "}\n"), "") << "no column rssi_dbm";

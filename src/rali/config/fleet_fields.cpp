@@ -29,7 +29,8 @@ void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
   v.choice("header_stamp", lidar.cloud.header_stamp, wire::kHeaderStampNames,
            "whether the stamp is the start or the end of the scan (with relative times)");
   v("deskewed", lidar.cloud.deskewed, "the driver has already undistorted the scans");
-  v.choice("returns", lidar.returns, kReturnsNames, "which return of a dual-return sensor");
+  v.choice("returns", lidar.returns, kReturnsNames, 
+           "which return of a pulse that has two: auto (one), strongest, last; single: all points");
   v("range_m", lidar.cloud.range_m, 0.0, 1000.0, "nearest and farthest point used [m]");
   v.custom("T_body_lidar", extrinsics_target(lidar.T_body_lidar, true),
            "pose of the LiDAR in the body; auto: /tf_static, the maker's figure, or the data");

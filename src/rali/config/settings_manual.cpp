@@ -27,7 +27,16 @@ standstill (set it to true where a drone lands as a range reference); 5 m/s, 60 
 
 `ranges`, `radio`, `priors`, `rounds` and `antennas` are between vehicles: one vehicle alone does not use
 them. `clock: offset` is checked but has no effect yet. A warning names keys without effect.
-`lidar.returns`, `output.frame` and `output.georeference` are refused unless they have their default.
+
+`serial_log` of `ranges.sources` is a CSV of what a LinkTrack radio sent over its serial port (Nodeframe2,
+3, 5, Tagframe0): `stamp_s,hex`, a row for each read of the port with the time of its arrival and the bytes
+in hexadecimal. Bytes without times of arrival cannot be used: the radio's clock starts when it is switched
+on.
+
+`output.georeference` is a CSV `vehicle,stamp_s,x_m,y_m,z_m,sigma_m`: the body of the vehicle stood over a
+mark of known coordinates at that time. Three or more marks give yaw and translation (gravity levels the
+map). Residuals stand in metrics.json under `site`, and map.las is written in site coordinates.
+`output.frame` moves `trajectory/` from the body to the LiDAR or the IMU; all other files keep the body.
 )";
 
 FleetConfig one_vehicle() {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -5,6 +6,8 @@
 
 #include "rali/drive/internal/map_run_stages.hpp"
 #include "rali/drive/output/blind_findings.hpp"
+#include "rali/drive/output/final_path.hpp"
+#include "rali/drive/output/imu_path.hpp"
 #include "rali/drive/output/map_files.hpp"
 #include "rali/drive/output/metrics.hpp"
 #include "rali/drive/output/out_dir.hpp"
@@ -28,6 +31,7 @@ Status MapRun::write_results() {
     summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;
     for (Finding& f : blind_findings(runs_[i].poses(), runs_[i].name())) report(std::move(f));
     if (Status s = write_vehicle_files(runs_[i], job_.out_dir, names); !s) return s;
+    if (Status s = write_imu_rate(i); !s) return s;
   }
   for (Finding& f : fleet_findings(summary_.fleet, names)) report(std::move(f));
   summary_.gaps |= !is_connected(summary_.fleet);
@@ -37,6 +41,19 @@ Status MapRun::write_results() {
   if (Status s = write_map(); !s) return s;
   if (Status s = check_results(); !s) return s;
   return write_rounds();
+}
+
+/// trajectory/<v>.imu.tum, where it was asked for and there are samples.
+Status MapRun::write_imu_rate(std::size_t index) {
+  if (!job_.imu_rate) return {};
+  const VehicleRun& run = runs_[index];
+  if (run.imu_samples().empty()) {
+    report(no_imu_rate_finding(run.name()));
+    return {};
+  }
+  return write_imu_path(job_.out_dir + "/trajectory/" + run.name() + ".imu.tum", run.poses(),
+                        run.map_frame(), run.name(), run.imu_samples(),
+                        summary_.vehicles[index].input.T_body_imu);
 }
 
 /// Checks that do not share the estimator's assumptions. What they contradict is stated less
@@ -58,12 +75,37 @@ Status MapRun::check_results() {
 }
 
 Status MapRun::write_ranges() {
-  if (job_.ranges.files.empty() && job_.ranges.topics.empty()) return {};
+  const RangeOptions& ranges = job_.ranges;
+  if (ranges.files.empty() && ranges.topics.empty() && ranges.serial_logs.empty()) return {};
   summary_.ranges = range_log_.tally();
   std::vector<InputReport> reports;
   for (const VehicleSummary& v : summary_.vehicles) reports.push_back(v.input);
   for (Finding& f : range_findings(summary_.ranges, job_, reports)) report(std::move(f));
   return range_log_.write(job_.out_dir + "/ranges.csv");
+}
+
+/// Where the map lies on the site, by the marks over which its vehicles stood.
+void MapRun::find_site(const std::vector<const VehicleRun*>& mapped) {
+  if (job_.marks.empty()) return;
+  std::vector<MarkPair> pairs;
+  for (const SiteMark& mark : job_.marks) {
+    const VehicleRun& run = runs_[mark.vehicle.value];
+    const bool in_map = std::find(mapped.begin(), mapped.end(), &run) != mapped.end();
+    const auto T_map_body = FinalPath(run.poses(), run.T_map_local()).at(mark.t);
+    if (in_map && T_map_body) {
+      pairs.push_back({run.name(), mark.t, T_map_body->p, mark.p_site_m, mark.sigma_m});
+      continue;
+    }
+    report(lost_mark_finding(run.name(), mark.t, in_map));
+  }
+  const Result<SiteFrame> site = solve_site(pairs);
+  if (site) {
+    summary_.site = *site;
+    report(site_finding(*site));
+    return;
+  }
+  report(no_site_finding(site.error()));
+  summary_.gaps = true;
 }
 
 Status MapRun::write_map() {
@@ -77,8 +119,9 @@ Status MapRun::write_map() {
   progress.vehicle = mapped.front()->name();
   progress.stage = "map";
   sink_.progress(progress);
+  find_site(mapped);
   FindingList findings;
-  Result<MapNumbers> numbers = write_map_files(mapped, job_, *executor_, findings);
+  Result<MapNumbers> numbers = write_map_files(mapped, job_, summary_.site, *executor_, findings);
   for (Finding& f : findings) report(std::move(f));
   if (!numbers) return tl::make_unexpected(numbers.error());
   summary_.map_points = numbers->points;

@@ -74,6 +74,9 @@ Status MapRun::start_vehicles() {
     if (session_) session_->set_lidar(first.vehicle, first.T_body_lidar);
     Result<VehicleRun> run = VehicleRun::start(first.vehicle, job_.out_dir, session_.get());
     if (!run) return tl::make_unexpected(run.error());
+    if (job_.imu_rate) run->keep_imu();
+    if (job_.point == OutputPoint::kLidar) run->set_point("lidar", first.T_body_lidar);
+    if (job_.point == OutputPoint::kImu) run->set_point("imu", first.T_body_imu);
     runs_.push_back(std::move(*run));
   }
   return {};

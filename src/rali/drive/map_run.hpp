@@ -1,9 +1,11 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "rali/drive/check_tally.hpp"
 #include "rali/drive/input/input_report.hpp"
 #include "rali/drive/live/live_files.hpp"
+#include "rali/drive/output/georeference.hpp"
 #include "rali/drive/output/rounds_input.hpp"
 #include "rali/drive/ranges/range_log.hpp"
 #include "rali/drive/ranges/range_options.hpp"
@@ -35,6 +38,9 @@ struct VehicleJob {
 /// Makes the text of settings.yaml when everything about the input is known.
 using SettingsText = std::function<std::string(const std::vector<InputReport>&)>;
 
+/// The point of a vehicle whose pose trajectory/ gives; fleet.yaml `output.frame`.
+enum class OutputPoint : std::uint8_t { kBody, kLidar, kImu };
+
 /// What `rali map` was asked to do.
 struct MapJob {
   std::vector<VehicleJob> vehicles;
@@ -48,6 +54,10 @@ struct MapJob {
   RoundsJob rounds;             ///< who stood as anchor when, and what was left to explore
   std::vector<std::string> formats = {"pcd", "ply"};  ///< of map.*: pcd ply las
   map::MapSettings map;                               ///< voxel, removal of what moved, 2-D grid
+  /// The marks of known site coordinates; empty: no georeference.
+  std::vector<SiteMark> marks;
+  OutputPoint point = OutputPoint::kBody;  ///< whose pose trajectory/ gives
+  bool imu_rate = false;                   ///< also trajectory/<v>.imu.tum
   bool write_mcap = true;
   bool write_keyframes = true;  ///< false: removed again when the map is made
   std::string command_line;     ///< for run.log
@@ -94,6 +104,8 @@ struct VehicleSummary {
   imu::MeasuredNoise imu_noise;        ///< while driving
   imu::NoiseDensity imu_noise_stated;  ///< by the settings, for a vehicle that drives
   geometry::SE3 T_map_odom;            ///< at the first pose
+  /// Of T_map_odom, order x y z rx ry rz about the fixed axes of map; empty without a pose.
+  std::optional<geometry::Mat6> T_map_odom_cov;
   LiveTally live;
   bool levelled = false;        ///< map: by gravity, of this vehicle or of one that shares it
   double tilt_sigma_rad = 0.0;  ///< of T_map_odom about the horizontal axes; NaN: not known
@@ -116,7 +128,8 @@ struct MapSummary {
   std::string metrics_json;  ///< text of metrics.json
   std::string out_dir;
   CheckTally checks;
-  bool gaps = false;  ///< exit code 3
+  std::optional<SiteFrame> site;  ///< where map lies on the site, from the marks
+  bool gaps = false;              ///< exit code 3
 };
 
 /// Runs the vehicles over their recordings, joins them, and writes the outputs of

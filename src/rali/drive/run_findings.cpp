@@ -9,6 +9,9 @@
 namespace rali::drive {
 namespace {
 
+/// A residual of a mark beyond so many of its sigmas is a warning.
+constexpr double kMarkSigmas = 3.0;
+
 /// Below or above this the gyro does not turn as the LiDAR does; a tenth is LiDAR noise at slow
 /// turns, a factor of two is no noise.
 constexpr double kGyroRatioMin = 0.5, kGyroRatioMax = 2.0;
@@ -117,6 +120,55 @@ Finding no_map_finding() {
   f.id = "map.empty";
   f.severity = Severity::kError;
   f.text = "no keyframe: there is no map";
+  return f;
+}
+
+Finding no_imu_rate_finding(const std::string& vehicle) {
+  Finding f;
+  f.id = "output.imu_rate";
+  f.vehicle = vehicle;
+  f.text = "no inertial data: there are no poses at their rate";
+  return f;
+}
+
+Finding lost_mark_finding(const std::string& vehicle, Time t, bool in_map) {
+  Finding f;
+  f.id = "output.site";
+  f.vehicle = vehicle;
+  f.t = t;
+  f.text = in_map ? "a mark is left out: the vehicle has no pose at its time"
+                  : "a mark is left out: the vehicle is not joined to the map";
+  f.remedy = "Give stamps as they are in the recordings.";
+  return f;
+}
+
+Finding no_site_finding(const Error& error) {
+  Finding f;
+  f.id = "output.site";
+  f.severity = Severity::kError;
+  f.text = error.message();
+  f.effect = "the map has no site coordinates";
+  return f;
+}
+
+Finding site_finding(const SiteFrame& site) {
+  Finding f;
+  f.id = "output.site";
+  f.severity = Severity::kInfo;
+  const MarkResidual* worst = &site.residuals.front();
+  for (const MarkResidual& mark : site.residuals) {
+    if (mark.residual_site_m.norm() > worst->residual_site_m.norm()) worst = &mark;
+  }
+  f.value = worst->residual_site_m.norm();
+  f.limit = kMarkSigmas * worst->sigma_m;
+  f.text = fmt::format(
+      "map on the site by {} marks: rms {:.3f} m, largest residual {:.3f} m ({} at {:.1f} s)",
+      site.residuals.size(), site.rms_m, f.value, worst->vehicle, worst->t.s());
+  if (f.value > f.limit) {
+    f.severity = Severity::kWarning;
+    f.vehicle = worst->vehicle;
+    f.remedy = "Check this mark's coordinates and the time at which the vehicle stood over it.";
+  }
   return f;
 }
 

@@ -27,6 +27,13 @@ namespace rali::drive {
 [[nodiscard]] FindingList fleet_findings(const fleet::FleetEstimate& estimate,
                                          const std::vector<std::string>& names);
 [[nodiscard]] Finding no_map_finding();
+/// --imu-rate without inertial data.
+[[nodiscard]] Finding no_imu_rate_finding(const std::string& vehicle);
+/// A mark that cannot be used, and a map that gets no site coordinates.
+[[nodiscard]] Finding lost_mark_finding(const std::string& vehicle, Time t, bool in_map);
+[[nodiscard]] Finding no_site_finding(const Error& error);
+/// How the marks of the site agree with the map.
+[[nodiscard]] Finding site_finding(const SiteFrame& site);
 
 /// A vehicle whose live poses lay in a frame that later facts contradict.
 [[nodiscard]] Finding withdrawal_finding(const Withdrawal& withdrawal, const std::string& vehicle);

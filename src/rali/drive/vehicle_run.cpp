@@ -143,6 +143,7 @@ void VehicleRun::see_imu(const sensor::ImuSample& sample) {
     if (dt_s > 0.0 && dt_s < 0.1) gyro_turn_rad_ += dt_s * sample.gyro_radps;
   }
   t_imu_ = sample.t;
+  if (keep_imu_) imu_.push_back(sample);
 }
 
 geometry::SE3 VehicleRun::frame_so_far() const {
@@ -184,6 +185,24 @@ void VehicleRun::widen(Time begin, Time end, double sigma_m) {
   }
 }
 
+/// The first pose has no drift yet: its error in map is that of T_map_odom, which differs by the
+/// lever from odom's origin to that pose. The trajectory is stated relative to the pose that fixes
+/// the map, so for the vehicle of that pose only the tilt is left.
+std::optional<geometry::Mat6> VehicleRun::map_odom_covariance() const {
+  const auto first = std::find_if(poses_.begin(), poses_.end(), [](const PoseRecord& pose) {
+    return pose.quality != vehicle::PoseQuality::kDiverged;
+  });
+  if (first == poses_.end()) return std::nullopt;
+  geometry::Mat6 J = geometry::Mat6::Identity();
+  J.bottomRightCorner<3, 3>() = T_map_local_.R;
+  const geometry::SE3 T_map_body = T_map_local_ * first->T_local_body;
+  const geometry::Mat6 body =
+      geometry::covariance_fixed_axes(J * first->covariance * J.transpose(), T_map_body.R);
+  geometry::Mat6 lever = geometry::Mat6::Identity();
+  lever.topRightCorner<3, 3>() = -geometry::skew(T_map_local_.p - T_map_body.p);
+  return lever * body * lever.transpose();
+}
+
 void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.name = name_;
   summary.sweeps = poses_.size();
@@ -196,6 +215,7 @@ void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.tilt_sigma_rad = tilt_sigma_rad_;
   summary.keyframes = static_cast<std::size_t>(std::count_if(
       keyframes_.begin(), keyframes_.end(), [](const KeyframeRecord& k) { return !k.diverged; }));
+  summary.T_map_odom_cov = map_odom_covariance();
   std::vector<double> sigmas;
   summary.diverged_s = 0.0;
   summary.sigma_median_m = summary.sigma_max_m = std::numeric_limits<double>::quiet_NaN();

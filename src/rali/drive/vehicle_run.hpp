@@ -64,7 +64,20 @@ class VehicleRun {
   /// Valid after finish().
   [[nodiscard]] const geometry::SE3& T_map_local() const { return T_map_local_; }
 
-  [[nodiscard]] MapFrame map_frame() const { return {T_map_local_, levelled_}; }
+  [[nodiscard]] MapFrame map_frame() const {
+    return {T_map_local_, levelled_, point_, T_body_point_};
+  }
+
+  /// The point of the vehicle that trajectory/ is of, instead of the body.
+  void set_point(const std::string& name, const geometry::SE3& T_body_point) {
+    point_ = name;
+    T_body_point_ = T_body_point;
+  }
+
+  /// Keeps the inertial samples from now on, 56 bytes each.
+  void keep_imu() { keep_imu_ = true; }
+
+  [[nodiscard]] const std::vector<sensor::ImuSample>& imu_samples() const { return imu_; }
 
   /// Whether the vehicle's own inertial data have shown where gravity points.
   [[nodiscard]] bool knows_gravity() const { return knows_gravity_; }
@@ -107,6 +120,7 @@ class VehicleRun {
   void see_imu(const sensor::ImuSample& sample);
   [[nodiscard]] geometry::SE3 frame_so_far() const;
 
+  [[nodiscard]] std::optional<geometry::Mat6> map_odom_covariance() const;
   [[nodiscard]] Status take_pose(const vehicle::PoseEstimate& pose);
   [[nodiscard]] Status take_keyframe(const vehicle::KeyframeAdded& added);
 
@@ -129,6 +143,10 @@ class VehicleRun {
   GyroRatio gyro_ratio_;
   geometry::Vec3 gyro_turn_rad_ = geometry::Vec3::Zero();  ///< since the last pose
   std::optional<Time> t_imu_;
+  bool keep_imu_ = false;
+  std::vector<sensor::ImuSample> imu_;
+  std::string point_ = "body";
+  geometry::SE3 T_body_point_;
   std::vector<monitor::StatedPose> odometry_track_, live_track_;
 };
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/drive/ranges/serial_log.hpp"
 #include "rali/io/files/csv_reader.hpp"
 #include "rali/io/input_kind.hpp"
 
@@ -48,15 +49,21 @@ Status check_columns(const std::string& path, std::span<const char* const> colum
 
 Status check_side_files(const FleetConfig& fleet) {
   constexpr std::array<const char*, 4> kRangeColumns = {"stamp_s", "from", "to", "range_m"};
+  constexpr std::array<const char*, 2> kSerialColumns = {"stamp_s", "hex"};
   constexpr std::array<const char*, 4> kRadioColumns = {"stamp_s", "from", "to", "rssi_dbm"};
   for (const config::RangeSource& source : fleet.ranges.sources) {
     for (const std::string& path : {source.file, source.serial_log}) {
       if (Status s = check_file(fleet, "ranges.sources", path); !s) return s;
     }
     if (Status s = check_columns(source.file, kRangeColumns); !s) return s;
+    if (Status s = check_columns(source.serial_log, kSerialColumns); !s) {
+      s.error().remedy = drive::kSerialLogFormat;
+      return s;
+    }
   }
   if (Status s = check_file(fleet, "radio.file", fleet.radio_file); !s) return s;
   if (Status s = check_columns(fleet.radio_file, kRadioColumns); !s) return s;
+  if (Status s = check_file(fleet, "output.georeference", fleet.output.georeference); !s) return s;
   const bool file = fleet.rounds != "auto" && fleet.rounds != "off";
   return file ? check_file(fleet, "rounds", fleet.rounds) : Status{};
 }

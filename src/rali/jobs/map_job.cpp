@@ -19,6 +19,10 @@ using config::VehicleConfig;
 
 // Alike by order: the room drive has its own.
 static_assert(static_cast<int>(config::AccelUnit::kG) == static_cast<int>(drive::AccelUnit::kG));
+static_assert(static_cast<int>(config::Returns::kSingle) == static_cast<int>(wire::Returns::kAll));
+static_assert(static_cast<int>(config::Returns::kLast) == static_cast<int>(wire::Returns::kLast));
+static_assert(static_cast<int>(config::OutputFrame::kImu) ==
+              static_cast<int>(drive::OutputPoint::kImu));
 static_assert(static_cast<int>(config::GyroUnit::kDegps) ==
               static_cast<int>(drive::GyroUnit::kDegps));
 static_assert(static_cast<int>(config::CheckAction::kOff) ==
@@ -50,20 +54,10 @@ std::array<double, 6> box_in_lidar(const std::array<double, 6>& box_body,
 Status check_possible(const FleetConfig& fleet) {
   for (const VehicleConfig& vehicle : fleet.vehicles) {
     const std::string key = "vehicles." + vehicle.name;
-    if (vehicle.lidar.returns != config::Returns::kAuto) {
-      return cannot(fleet, key + ".lidar.returns", "cannot be chosen in this version",
-                    "Leave it at auto.");
-    }
     if (vehicle.self_box_m && vehicle.lidar.T_body_lidar.source != Extrinsics::Source::kGiven) {
       return cannot(fleet, key + ".self_box_m", "needs numbers in lidar.T_body_lidar",
                     "Give T_body_lidar, since the box is in the body.");
     }
-  }
-  if (fleet.output.frame != config::OutputFrame::kBody) {
-    return cannot(fleet, "output.frame", "can only be body in this version", "Leave it out.");
-  }
-  if (!fleet.output.georeference.empty()) {
-    return cannot(fleet, "output.georeference", "is not possible in this version", "Leave it out.");
   }
   return {};
 }
@@ -95,6 +89,7 @@ drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig&
   input.lidar_topic = vehicle.lidar.topic;
   input.imu_topic = vehicle.imu.topic;
   input.cloud = vehicle.lidar.cloud;
+  input.cloud.returns = static_cast<wire::Returns>(vehicle.lidar.returns);
   if (vehicle.self_box_m) {
     input.cloud.self_box_lidar_m = box_in_lidar(*vehicle.self_box_m, vehicle.lidar.T_body_lidar.T);
   }
@@ -173,6 +168,13 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   job.threads = options.threads;
   job.formats = options.formats;
   job.map = fleet.settings.map;
+  job.imu_rate = options.imu_rate;
+  job.point = static_cast<drive::OutputPoint>(fleet.output.frame);
+  if (!fleet.output.georeference.empty()) {
+    auto marks = drive::read_marks_csv(fleet.output.georeference, job.ranges.names);
+    if (!marks) return tl::make_unexpected(marks.error());
+    job.marks = std::move(*marks);
+  }
   job.write_mcap = options.mcap;
   job.write_keyframes = options.keyframes;
   job.command_line = options.command_line;

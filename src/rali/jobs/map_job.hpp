@@ -14,6 +14,7 @@ struct MapOptions {
   std::vector<std::string> formats = {"pcd", "ply"};
   bool mcap = true, keyframes = true;
   bool strict = false, overwrite = false;
+  bool imu_rate = false;
   int threads = 0;
   std::string command_line;
 };

@@ -79,10 +79,15 @@ Result<drive::RangeOptions> range_options(const FleetConfig& fleet) {
   }
   for (const config::RangeSource& source : fleet.ranges.sources) {
     if (!source.serial_log.empty()) {
-      return fail(ErrorCode::kUsage, origin_of(fleet, "ranges.sources"),
-                  fmt::format("{}: logs of a serial port cannot be read in this version",
-                              source.serial_log),
-                  "Give a CSV (file) or a topic of the recordings.");
+      const auto vehicle = options.names.find(source.vehicle);
+      if (vehicle == options.names.end()) {
+        return fail(
+            ErrorCode::kUsage, origin_of(fleet, "ranges.sources"),
+            fmt::format("{}: a serial_log needs the vehicle of its radio", source.serial_log),
+            "Add vehicle: NAME, one of those under `vehicles`.");
+      }
+      options.serial_logs.push_back(
+          {source.serial_log, vehicle->second.vehicle, range_topic(source, options.names).ids});
     }
     if (!source.file.empty()) options.files.push_back(source.file);
     if (!source.topic.empty()) options.topics.push_back(range_topic(source, options.names));

@@ -163,7 +163,7 @@ void MapBuilder::report(FindingList& findings) const {
                 fmt::format("the map reached its limit of {:.0f} MB with {} points; {} measured "
                             "points found no room",
                             settings_.max_memory_mb, cells_.size(), points_no_room_),
-                "the map ends where the memory did", "Raise --max-memory or --map-voxel.",
+                "the map ends where the memory did", "Raise map.max_memory_mb or --map-voxel.",
                 static_cast<double>(points_no_room_));
   }
   if (keyframes_refused_ > 0) {

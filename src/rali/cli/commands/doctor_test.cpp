@@ -84,7 +84,7 @@ TEST(DoctorCommand, refuses_of_a_fleet_what_map_refuses) {
   const std::string v1 = "vehicles: {v1: {recording: a.bag}}\n";
   expect_same_refusal(f, "port.yaml",
                       v1 + "ranges: {sources: [{serial_log: port.log, vehicle: v1}]}\n",
-                      "logs of a serial port cannot be read");
+                      "Record rows of `stamp_s,hex`");
   expect_same_refusal(f, "csv.yaml", v1 + "ranges: {sources: [{file: none.csv}]}\n",
                       "there is no such file. It is named at");
   expect_same_refusal(f, "imu.yaml", "vehicles: {v1: {recording: a.bag, imu: {file: imu.csv}}}\n",

@@ -47,6 +47,8 @@ class MapRun {
   Status finish_vehicle(std::size_t index, const FleetMember& member);
   Status judge_ends(const std::vector<FleetMember>& members);
   Status write_results();
+  Status write_imu_rate(std::size_t index);
+  void find_site(const std::vector<const VehicleRun*>& mapped);
   Status write_ranges();
   Status write_map();
   Status check_results();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "rali/base/executor.hpp"
@@ -25,9 +26,11 @@ struct MapNumbers {
                                              const MapJob& job);
 
 /// Renders the map of vehicles that share a frame from their keyframes on disk and writes map.*,
-/// removed.pcd, map_2d.pgm and map_2d.yaml. Errors: kMachine.
+/// removed.pcd, map_2d.pgm and map_2d.yaml. With a site map.las is written whatever the formats, in
+/// site coordinates. Errors: kMachine.
 [[nodiscard]] Result<MapNumbers> write_map_files(const std::vector<const VehicleRun*>& runs,
-                                                 const MapJob& job, Executor& executor,
-                                                 FindingList& findings);
+                                                 const MapJob& job,
+                                                 const std::optional<SiteFrame>& site,
+                                                 Executor& executor, FindingList& findings);
 
 }  // namespace rali::drive

@@ -21,7 +21,7 @@ TEST(MapFiles, name_the_vehicle_that_saw_a_point_first_by_time_not_by_number) {
   job.formats = {"pcd"};
   SerialExecutor executor;
   FindingList findings;
-  const auto numbers = write_map_files({&runs[0], &runs[1]}, job, executor, findings);
+  const auto numbers = write_map_files({&runs[0], &runs[1]}, job, std::nullopt, executor, findings);
   ASSERT_TRUE(numbers) << numbers.error().message();
   ASSERT_GT(numbers->points, 1000U);
   const auto file = io::read_cloud_file(folder.path("map.pcd"));
@@ -50,7 +50,7 @@ std::size_t removed_of_v2(bool common_clock) {
   job.known.common_clock = common_clock;
   SerialExecutor executor;
   FindingList findings;
-  const auto numbers = write_map_files({&runs[0], &runs[1]}, job, executor, findings);
+  const auto numbers = write_map_files({&runs[0], &runs[1]}, job, std::nullopt, executor, findings);
   EXPECT_TRUE(numbers) << numbers.error().message();
   return numbers ? numbers->removed : 0;
 }

@@ -34,6 +34,31 @@ Json pose(const geometry::SE3& T) {
   return json;
 }
 
+/// The 21 numbers of a symmetric matrix, row by row, as in .cov.csv; null without.
+Json upper_triangle(const std::optional<geometry::Mat6>& cov) {
+  if (!cov) return nullptr;
+  Json json = Json::array();
+  for (int r = 0; r < 6; ++r) {
+    for (int c = r; c < 6; ++c) json.push_back(number((*cov)(r, c), 12));
+  }
+  return json;
+}
+
+/// Where map lies on the site, and how the marks agree.
+Json site_json(const SiteFrame& site) {
+  Json json{{"yaw_rad", number(site.yaw_rad, 9)},
+            {"xyz_m", vector3(site.p_site_map_m)},
+            {"yaw_sigma_rad", number(site.yaw_sigma_rad, 9)},
+            {"rms_m", number(site.rms_m)},
+            {"marks", Json::array()}};
+  for (const MarkResidual& mark : site.residuals) {
+    json["marks"].push_back({{"vehicle", mark.vehicle},
+                             {"stamp_s", number(mark.t.s(), 6)},
+                             {"residual_m", vector3(mark.residual_site_m)}});
+  }
+  return json;
+}
+
 Json gaps_json(const InputGaps& gaps) {
   Json json;
   json["jumps"] = gaps.jumps;
@@ -89,6 +114,7 @@ Json vehicle_json(const VehicleSummary& v) {
   json["sigma_max_m"] = number(v.sigma_max_m);
   json["diverged_s"] = number(v.diverged_s, 3);
   json["T_map_odom"] = pose(v.T_map_odom);
+  json["T_map_odom"]["cov"] = upper_triangle(v.T_map_odom_cov);
   json["T_map_odom"]["levelled"] = v.levelled;
   json["T_map_odom"]["tilt_sigma_rad"] = number(v.tilt_sigma_rad, 9);
   json["live"] = live_json(v.live);
@@ -226,6 +252,7 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
   json["map"] = {{"points", summary.map_points},
                  {"voxel_m", number(job.map.voxel_m)},
                  {"thickness_m", number(summary.map_thickness_m)}};
+  if (summary.site) json["site"] = site_json(*summary.site);
   json["checks"] = {{"keyframes", summary.checks.keyframes},
                     {"keyframes_checked", summary.checks.keyframes_checked},
                     {"contradictions", summary.checks.contradictions}};

@@ -28,8 +28,10 @@ double sigma_along_m(const PoseRecord& pose) {
   return variance >= 0.0 ? std::sqrt(variance) : kUnknown;
 }
 
-std::vector<std::string> tum_header(const std::string& frame, const std::string& body) {
-  return {fmt::format("T_{}_body: pose of {} in {}", frame == "map" ? "map" : "odom", body, frame),
+std::vector<std::string> tum_header(const std::string& frame, const std::string& vehicle,
+                                    const std::string& point) {
+  return {fmt::format("T_{}_{}: pose of {} of {} in {}", frame == "map" ? "map" : "odom", point,
+                      point, vehicle, frame),
           "stamp = last point of the scan [s]; x forward, y left, z up",
           "stamp_s x y z qx qy qz qw"};
 }
@@ -66,7 +68,7 @@ Result<PoseFiles> PoseFiles::create(const std::string& out_dir, const std::strin
   if (error) return fail(ErrorCode::kMachine, dir, error.message());
   const std::string stem = dir + '/' + vehicle;
   Result<io::TumWriter> poses =
-      io::TumWriter::create(stem + ".tum", tum_header(frame, "body of " + vehicle));
+      io::TumWriter::create(stem + ".tum", tum_header(frame, vehicle, "body"));
   if (!poses) return tl::make_unexpected(poses.error());
   Result<io::CsvWriter> covariances =
       io::CsvWriter::create(stem + ".cov.csv", covariance_columns());
@@ -85,32 +87,42 @@ Status PoseFiles::close() {
   return first ? second : first;
 }
 
+std::vector<std::string> trajectory_header(const MapFrame& frame, const std::string& vehicle) {
+  std::vector<std::string> header = tum_header("map", vehicle, frame.point);
+  header.insert(header.begin() + 1, io::frame_line(frame.levelled));
+  return header;
+}
+
 std::string trajectory_text(const std::vector<PoseRecord>& poses, const MapFrame& frame,
                             const std::string& vehicle) {
   std::string text;
-  std::vector<std::string> header = tum_header("map", "body of " + vehicle);
-  header.insert(header.begin() + 1, io::frame_line(frame.levelled));
-  for (const std::string& line : header) text += "# " + line + '\n';
+  for (const std::string& line : trajectory_header(frame, vehicle)) text += "# " + line + '\n';
   bool cut = false;
   for (const PoseRecord& pose : poses) {
     const bool diverged = pose.quality == vehicle::PoseQuality::kDiverged;
     if (diverged && !cut) text += "# cut from " + io::format_stamp(pose.t) + ": diverged\n";
     cut = diverged;
-    if (!diverged) text += io::tum_line({pose.t, frame.T_map_local * pose.T_local_body}) + '\n';
+    if (diverged) continue;
+    const geometry::SE3 T_map_body = frame.T_map_local * pose.T_local_body;
+    text += io::tum_line({pose.t, T_map_body * frame.T_body_point}) + '\n';
   }
   return text;
 }
 
 std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
-                                       const geometry::SE3& T_map_local) {
+                                       const MapFrame& frame) {
   std::string text = fmt::format("{}\n", fmt::join(covariance_columns(), ","));
   for (const PoseRecord& pose : poses) {
     if (pose.quality == vehicle::PoseQuality::kDiverged) continue;
-    // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
+    const geometry::Mat3 R_map_body = frame.T_map_local.R * pose.T_local_body.R;
+    // Rotation is perturbed in the body, position in the outer frame: only the latter turns. A
+    // point beside the body's origin moves with the rotation.
     geometry::Mat6 J = geometry::Mat6::Identity();
-    J.bottomRightCorner<3, 3>() = T_map_local.R;
+    J.topLeftCorner<3, 3>() = frame.T_body_point.R.transpose();
+    J.bottomRightCorner<3, 3>() = frame.T_map_local.R;
+    J.bottomLeftCorner<3, 3>() = -R_map_body * geometry::skew(frame.T_body_point.p);
     text += covariance_row(pose.t, J * pose.covariance * J.transpose(),
-                           T_map_local.R * pose.T_local_body.R)
+                           R_map_body * frame.T_body_point.R)
                 .line() +
             '\n';
   }

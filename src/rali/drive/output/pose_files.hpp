@@ -62,17 +62,23 @@ class PoseFiles {
   io::CsvWriter covariances_;
 };
 
-/// Where the results of a vehicle lie.
+/// Where the results of a vehicle lie, and of which point of it the trajectory is.
 struct MapFrame {
   geometry::SE3 T_map_local;
-  bool levelled = false;  ///< by gravity, of this vehicle or of one that shares the frame
+  bool levelled = false;       ///< by gravity, of this vehicle or of one that shares the frame
+  std::string point = "body";  ///< body, lidar or imu
+  geometry::SE3 T_body_point;
 };
 
-/// Text of trajectory/<v>.tum: T_map_body of each pose, diverged stretches left out and named.
+/// Comment lines of trajectory/<v>.tum.
+[[nodiscard]] std::vector<std::string> trajectory_header(const MapFrame& frame,
+                                                         const std::string& vehicle);
+
+/// Text of trajectory/<v>.tum: T_map_point of each pose, diverged stretches left out and named.
 [[nodiscard]] std::string trajectory_text(const std::vector<PoseRecord>& poses,
                                           const MapFrame& frame, const std::string& vehicle);
 [[nodiscard]] std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
-                                                     const geometry::SE3& T_map_local);
+                                                     const MapFrame& frame);
 
 /// Text of degeneracy/<v>.csv, directions in map. sigma_m is that of the position along the least
 /// known direction: how far off it may be there, whatever holds it.

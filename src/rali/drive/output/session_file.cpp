@@ -14,6 +14,7 @@ namespace rali::drive {
 namespace {
 
 constexpr std::uint64_t kScanStep = 5;
+constexpr double kDiagnosticsStep_s = 1.0;
 constexpr auto kCdr = wire::Encoding::kCdr;
 
 /// Log times of an MCAP count from 1970: data of a boot clock is fine, an older stamp is clamped.
@@ -38,6 +39,35 @@ wire::DiagnosticStatus degeneracy_status(const std::string& vehicle, const PoseR
     const char* names[] = {"dir_odom_x", "dir_odom_y", "dir_odom_z"};
     status.values.emplace_back(names[axis], fmt::format("{:.6f}", pose.blind_odom[axis]));
   }
+  return status;
+}
+
+/// How the pose of a scan was estimated.
+wire::DiagnosticStatus pose_status(const std::string& vehicle, const PoseRecord& pose) {
+  using vehicle::PoseQuality;
+  wire::DiagnosticStatus status;
+  status.name = vehicle + "/odometry";
+  status.hardware_id = vehicle;
+  switch (pose.quality) {
+    case PoseQuality::kGood:
+      status.level = wire::DiagnosticStatus::kOk;
+      status.message = "scan registered";
+      break;
+    case PoseQuality::kWeak:
+      status.level = wire::DiagnosticStatus::kWarn;
+      status.message = "scan registered by few points";
+      break;
+    case PoseQuality::kPredicted:
+      status.level = wire::DiagnosticStatus::kWarn;
+      status.message = "scan not registered: pose predicted";
+      break;
+    case PoseQuality::kDiverged:
+      status.level = wire::DiagnosticStatus::kError;
+      status.message = "diverged: pose not used";
+      break;
+  }
+  status.values.emplace_back("sigma_m", fmt::format("{:.6f}", position_sigma_m(pose)));
+  status.values.emplace_back("correction_by_ranges_m", fmt::format("{:.6f}", pose.correction_m));
   return status;
 }
 
@@ -108,7 +138,24 @@ Status SessionFile::add_pose(const std::string& vehicle, const PoseRecord& pose)
   diagnostics.stamp = pose.t;
   diagnostics.frame_id = vehicle + "/odom";
   diagnostics.status.push_back(degeneracy_status(vehicle, pose));
-  return write("/" + vehicle + "/degeneracy", "diagnostic_msgs/msg/DiagnosticArray", pose.t,
+  status = write("/" + vehicle + "/degeneracy", "diagnostic_msgs/msg/DiagnosticArray", pose.t,
+                 wire::encode(diagnostics, kCdr));
+  return status ? diagnose(vehicle, pose) : status;
+}
+
+/// /diagnostics: once a second of each vehicle, as robot monitors want it; a change for the worse
+/// at once.
+Status SessionFile::diagnose(const std::string& vehicle, const PoseRecord& pose) {
+  const auto last = t_diagnosed_.find(vehicle);
+  const bool due = last == t_diagnosed_.end() ||
+                   seconds_between(last->second, pose.t) >= kDiagnosticsStep_s ||
+                   pose.quality == vehicle::PoseQuality::kDiverged;
+  if (!due) return {};
+  t_diagnosed_[vehicle] = pose.t;
+  wire::DiagnosticArray diagnostics;
+  diagnostics.stamp = pose.t;
+  diagnostics.status = {pose_status(vehicle, pose), degeneracy_status(vehicle, pose)};
+  return write("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", pose.t,
                wire::encode(diagnostics, kCdr));
 }
 

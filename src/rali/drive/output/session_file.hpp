@@ -51,6 +51,7 @@ class SessionFile {
   [[nodiscard]] Status write_frames(const std::string& vehicle,
                                     const std::vector<PoseRecord>& poses,
                                     const geometry::SE3& T_map_local);
+  [[nodiscard]] Status diagnose(const std::string& vehicle, const PoseRecord& pose);
   [[nodiscard]] Status write(const std::string& topic, const std::string& type, Time t,
                              const wire::Bytes& bytes);
 
@@ -58,6 +59,7 @@ class SessionFile {
   io::McapWriter mcap_;
   std::map<std::string, std::uint16_t> schemas_, channels_;
   std::map<std::string, std::uint64_t> scans_;
+  std::map<std::string, Time> t_diagnosed_;
   std::map<std::string, geometry::SE3> T_body_lidar_;
   std::map<std::string, std::vector<std::pair<Time, geometry::SE3>>> told_;  ///< T_odom_body
 };

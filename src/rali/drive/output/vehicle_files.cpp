@@ -105,7 +105,7 @@ Status write_vehicle_files(const VehicleRun& run, const std::string& out_dir,
                                         trajectory_text(run.poses(), run.map_frame(), run.name()));
   if (!status) return status;
   status = io::write_file_atomic(trajectory + ".cov.csv",
-                                 trajectory_covariance_text(run.poses(), run.T_map_local()));
+                                 trajectory_covariance_text(run.poses(), run.map_frame()));
   if (!status) return status;
   return io::write_file_atomic(out_dir + "/degeneracy/" + run.name() + ".csv",
                                degeneracy_text(run.poses(), run.T_map_local(), vehicles));

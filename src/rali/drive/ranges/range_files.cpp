@@ -4,6 +4,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "rali/drive/ranges/serial_log.hpp"
+
 namespace rali::drive {
 namespace {
 
@@ -49,6 +51,12 @@ Result<RangeList> read_range_files(const RangeOptions& options) {
       if (!csv) return tl::make_unexpected(csv.error());
     }
     list.samples.insert(list.samples.end(), csv->samples.begin(), csv->samples.end());
+  }
+  for (const SerialLog& log : options.serial_logs) {
+    Result<SerialRanges> ranges = read_serial_log(log, options);
+    if (!ranges) return tl::make_unexpected(ranges.error());
+    list.findings.insert(list.findings.end(), ranges->findings.begin(), ranges->findings.end());
+    list.samples.insert(list.samples.end(), ranges->samples.begin(), ranges->samples.end());
   }
   const Duration latency = options.latency();
   for (sensor::RangeSample& sample : list.samples) sample.t = sample.t - latency;

@@ -24,10 +24,18 @@ struct RangeTopic {
   std::map<std::int64_t, io::RadioEnd> ids;  ///< number of a radio: whose antenna it is
 };
 
+/// What a LinkTrack radio sent over its serial port, recorded to a file.
+struct SerialLog {
+  std::string path;
+  VehicleId vehicle;                         ///< whose radio it was
+  std::map<std::int64_t, io::RadioEnd> ids;  ///< as of a topic
+};
+
 /// Where the ranges of a job come from and what is known about them; the same for all vehicles.
 struct RangeOptions {
   std::vector<std::string> files;  ///< CSV
   std::vector<RangeTopic> topics;
+  std::vector<SerialLog> serial_logs;
   io::RadioNames names;               ///< "v1", "v1/uwb"
   std::vector<std::size_t> antennas;  ///< how many each vehicle has
   RangeStamp stamp = RangeStamp::kAuto;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "rali/drive/ranges/linktrack_samples.hpp"
 #include "rali/wire/decode.hpp"
 
 namespace rali::drive {
@@ -60,26 +61,7 @@ Time RangeTopics::stamp_of(Time header, const wire::LinktrackFrame& frame,
 void RangeTopics::take_linktrack(const RangeTopic& source, const wire::LinktrackFrame& frame,
                                  const RecordedMessage& message,
                                  std::vector<sensor::RangeSample>& out) {
-  const Time t = stamp_of(frame.stamp, frame, message);
-  const auto self = source.ids.find(static_cast<std::int64_t>(frame.id));
-  // The one who records is the one whose recordings these are, unless the list says otherwise.
-  const io::RadioEnd from = self != source.ids.end() ? self->second : io::RadioEnd{self_, 0};
-  for (const wire::LinktrackNode& node : frame.nodes) {
-    const auto peer = source.ids.find(static_cast<std::int64_t>(node.id));
-    const io::RadioEnd to =
-        peer != source.ids.end() ? peer->second : io::RadioEnd{unknown_radio(node.id), 0};
-    if (to.vehicle == from.vehicle) continue;  // two radios of one vehicle
-    sensor::RangeSample sample;
-    sample.t = t;
-    sample.from = from.vehicle;
-    sample.to = to.vehicle;
-    sample.from_antenna = from.antenna;
-    sample.to_antenna = to.antenna;
-    sample.range_m = node.range_m;
-    sample.rssi_dbm = node.rx_rssi_dbm;
-    sample.first_path_dbm = node.fp_rssi_dbm;
-    out.push_back(sample);
-  }
+  append_linktrack(frame, stamp_of(frame.stamp, frame, message), source.ids, self_, out);
 }
 
 void RangeTopics::take_range(const wire::RangeMessage& range, const RecordedMessage& message,
