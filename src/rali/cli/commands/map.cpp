@@ -85,7 +85,7 @@ std::vector<Option> MapCommand::options() {
        {"robust", "paper"}},
       {"--set",
        "KEY=VALUE",
-       "any setting of docs/settings.md; repeatable",
+       "any setting of docs/reference/settings.md; repeatable",
        &assignments_,
        false,
        {}},
