@@ -27,7 +27,7 @@ endfunction()
 
 rali_archive(core ROOMS ${RALI_CORE_ROOMS} LIBS Eigen3::Eigen fmt::fmt)
 rali_archive(io ROOMS ${RALI_IO_ROOMS} LIBS rali_library_core yaml-cpp TBB::tbb PkgConfig::LZ4
-  PkgConfig::ZSTD PkgConfig::SQLITE3 PkgConfig::DEFLATE PkgConfig::CRYPTO BZip2::BZip2 PNG::PNG embree)
+  PkgConfig::ZSTD PkgConfig::SQLITE3 PkgConfig::DEFLATE PkgConfig::CRYPTO BZip2::BZip2 embree)
 
 configure_package_config_file(${CMAKE_SOURCE_DIR}/cmake/raliConfig.cmake.in
   ${CMAKE_BINARY_DIR}/library/raliConfig.cmake

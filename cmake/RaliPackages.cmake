@@ -28,7 +28,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME librali-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libfmt-dev, libyaml-cpp-dev, libtbb-dev, \
-liblz4-dev, libzstd-dev, libsqlite3-dev, libbz2-dev, libpng-dev, libdeflate-dev, libssl-dev, libembree-dev, pkg-config")
+liblz4-dev, libzstd-dev, libsqlite3-dev, libbz2-dev, libdeflate-dev, libssl-dev, libembree-dev, pkg-config")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "maps where LiDAR is degenerate: C++ library
 Headers and static libraries of RaLI: map recordings, step a vehicle's
 LiDAR-inertial odometry by hand, read results, compare them with a ground
