@@ -7,7 +7,9 @@
 #include <fmt/format.h>
 
 #include "rali/drive/ranges/range_findings.hpp"
+#include "rali/drive/ranges/serial_log.hpp"
 #include "rali/inspect/examination.hpp"
+#include "rali/inspect/fleet_study.hpp"
 #include "rali/inspect/folder_reading.hpp"
 #include "rali/inspect/make_finding.hpp"
 #include "rali/inspect/recording_reading.hpp"
@@ -39,6 +41,26 @@ void report_disk(const DoctorOptions& options, double points, double share_read,
       {needed / kGib, free_bytes / kGib}));
 }
 
+/// Adds the ranges of a serial port, by the names of the fleet.
+Status read_serial_log(const drive::SerialLog& log, const RangeInputs& inputs, RangeStudy& ranges,
+                       FindingList& findings) {
+  Result<drive::SerialRanges> read = drive::read_serial_log(log, inputs.serial);
+  if (!read) return tl::make_unexpected(read.error());
+  const auto name = [&](VehicleId id) {
+    const bool known = id.value < inputs.vehicles.size();
+    return known ? inputs.vehicles[id.value] : fmt::format("radio {}", id.value);
+  };
+  for (const sensor::RangeSample& sample : read->samples) {
+    ranges.add(sample.t, name(sample.from), name(sample.to), sample.range_m);
+  }
+  ranges.add_zeros(read->zeros);
+  for (Finding& finding : read->findings) {
+    finding.id = "D14";
+    findings.push_back(std::move(finding));
+  }
+  return {};
+}
+
 /// Findings of D08 and others come from several places: errors first, then by number.
 void sort_findings(FindingList& findings) {
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) {
@@ -67,16 +89,24 @@ Result<DoctorReport> examine(const DoctorOptions& options, Executor& executor, R
   if (!end) return tl::make_unexpected(end.error());
   report.seconds = end->data_s;
   examination.finish(report);
+  report.t_end = report.t_end + Duration::from_s(end->rest_s);
   report_disk(options, examination.points(), end->share_read, report.findings);
   for (Finding& finding : report.findings) finding.vehicle = options.vehicle;
   sort_findings(report.findings);
   return report;
 }
 
-Result<FindingList> examine_ranges(const RangeInputs& inputs, RangeStudy& ranges) {
+Result<FindingList> examine_ranges(const RangeInputs& inputs,
+                                   const std::vector<DoctorReport>& recordings,
+                                   RangeStudy& ranges) {
   FindingList findings;
   for (const std::string& file : inputs.files) {
     if (const Status status = read_ranges_csv(file, ranges, findings); !status) {
+      return tl::make_unexpected(status.error());
+    }
+  }
+  for (const drive::SerialLog& log : inputs.serial.serial_logs) {
+    if (const Status status = read_serial_log(log, inputs, ranges, findings); !status) {
       return tl::make_unexpected(status.error());
     }
   }
@@ -88,6 +118,8 @@ Result<FindingList> examine_ranges(const RangeInputs& inputs, RangeStudy& ranges
     ranges.report_silent(inputs.vehicles, findings);
   }
   ranges.report_strangers(inputs.vehicles, findings);
+  report_latency(recordings, ranges, findings);
+  report_overlap(recordings, inputs.separate, findings);
   sort_findings(findings);
   return findings;
 }

@@ -9,6 +9,8 @@
 #include "rali/base/executor.hpp"
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
+#include "rali/drive/offset/lidar_turning.hpp"
+#include "rali/drive/ranges/range_options.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/imu/rotation_study.hpp"
 #include "rali/inspect/range_study.hpp"
@@ -48,6 +50,8 @@ struct DoctorReport {
   double accel_scale = 1.0, gyro_scale = 1.0;
   imu::RotationStudy rotations;
   std::optional<geometry::SE3> T_body_lidar;  ///< as given or by /tf_static
+  Time t_begin, t_end;                        ///< stamps of the clouds; equal: no end is known
+  std::vector<drive::TrackPoint> track;       ///< of the LiDAR, by LiDAR odometry alone
   FindingList findings;
 };
 
@@ -71,12 +75,17 @@ struct RangeInputs {
   std::vector<std::string> files;     ///< CSV
   std::vector<std::string> topics;    ///< of the recordings
   std::vector<std::string> vehicles;  ///< names of the fleet; empty: not known
+  /// Logs of serial ports, their vehicles by number in `vehicles`, and how to read them.
+  drive::RangeOptions serial;
+  bool separate = false;  ///< clock: separate, recorded on different days
 };
 
-/// D14 and D15 of all ranges: those of the recordings and of the CSV files; a topic that no
-/// recording has (`ranges.no_topic`, as of rali map).
+/// D14 to D16 of all ranges: those of the recordings and of the CSV files; a topic that no
+/// recording has (`ranges.no_topic`, as of rali map). D17 of the recordings.
 /// Errors: kInput (no file, a column missing, no row of numbers).
-[[nodiscard]] Result<FindingList> examine_ranges(const RangeInputs& inputs, RangeStudy& ranges);
+[[nodiscard]] Result<FindingList> examine_ranges(const RangeInputs& inputs,
+                                                 const std::vector<DoctorReport>& recordings,
+                                                 RangeStudy& ranges);
 
 /// Severity as the user reads it: "error", "warning", "info".
 [[nodiscard]] const char* severity_name(Severity severity);
@@ -87,6 +96,9 @@ struct RangeInputs {
 /// doctor.json, schema 2: one document for any number of recordings.
 [[nodiscard]] std::string doctor_json(const DoctorResult& result);
 /// A first fleet.yaml with everything that was found; several recordings of a vehicle are a list.
-[[nodiscard]] std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports);
+/// Ranges and antennas of several vehicles are in it too, with what must be measured as comments.
+[[nodiscard]] std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports,
+                                            const RangeInputs& inputs = {},
+                                            const RangeStudy& ranges = {});
 
 }  // namespace rali::inspect

@@ -115,6 +115,29 @@ std::string imu_yaml(const DoctorReport& r) {
   return out;
 }
 
+/// The ranges of the recordings. Only a fleet has them.
+std::string ranges_yaml(const RangeInputs& inputs, const RangeStudy& study) {
+  std::string sources;
+  for (const std::string& file : inputs.files) {
+    sources += fmt::format("    - {{file: {}}}\n", yaml_string(file));
+  }
+  for (const auto& [topic, radios] : study.radios()) {
+    std::vector<std::string> ids;
+    for (const auto& [number, vehicle] : radios.own) {
+      ids.push_back(fmt::format("{}: {}", number, vehicle));
+    }
+    for (const std::int64_t number : radios.heard) {
+      if (radios.own.contains(number)) continue;
+      sources += fmt::format(
+          "    # radio {} is in no recording: add it to ids as NUMBER: vehicle\n", number);
+    }
+    sources += fmt::format("    - {{topic: {}{}}}\n", yaml_string(topic),
+                           ids.empty() ? "" : fmt::format(", ids: {{{}}}", fmt::join(ids, ", ")));
+  }
+  if (sources.empty()) return {};
+  return "ranges:\n  sources:\n" + sources;
+}
+
 std::string findings_text(const FindingList& findings) {
   std::string out;
   for (const Finding& f : findings) {
@@ -176,8 +199,10 @@ std::string doctor_json(const DoctorResult& result) {
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports) {
+std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports, const RangeInputs& inputs,
+                              const RangeStudy& ranges) {
   std::string out = "schema: 1\nvehicles:\n";
+  const std::string between = ranges_yaml(inputs, ranges);
   std::vector<std::string> told;
   for (const DoctorReport& r : reports) {
     if (std::find(told.begin(), told.end(), r.vehicle) != told.end()) continue;
@@ -190,8 +215,13 @@ std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports) {
         "  {}:\n    recording: {}\n", r.vehicle,
         paths.size() == 1 ? paths.front() : fmt::format("[{}]", fmt::join(paths, ", ")));
     out += lidar_yaml(r) + imu_yaml(r);
+    if (!between.empty()) {
+      out +=
+          "    antennas: {uwb: {xyz_m: [0, 0, 0]}}  # measure: in body, x forward, y left, z up "
+          "[m]\n";
+    }
   }
-  return out;
+  return out + between;
 }
 
 }  // namespace rali::inspect

@@ -217,7 +217,8 @@ TEST(Doctor, ranges_of_all_vehicles_are_judged_together) {
   back += "9.0,v7,v1,3.0\nnoon,v1,v2,3.0\n";
   RangeStudy ranges;
   const auto findings = examine_ranges(
-      {{folder.write("a.csv", forth), folder.write("b.csv", back)}, {}, {"v1", "v2"}}, ranges);
+      {{folder.write("a.csv", forth), folder.write("b.csv", back)}, {}, {"v1", "v2"}, {}, false},
+      {}, ranges);
   ASSERT_TRUE(findings) << findings.error().message();
   const std::string text = ranges_text(*findings);
   EXPECT_NE(text.find("warning D15 v1->v2 is -0.3"), std::string::npos) << text;

@@ -135,6 +135,11 @@ void Examination::finish(DoctorReport& report) {
   }
   clouds_.report(format_.value_or(wire::CloudFormat{}), report.lidar_topic, out);
   report.format = format_;
+  if (!cloud_stamps_.empty()) {
+    report.t_begin = cloud_stamps_.front().header;
+    report.t_end = cloud_stamps_.back().header;
+  }
+  report.track = turning_.track();
   if (turning_.sweeps() > kSweepsMin && turning_.lost() * 10 > turning_.sweeps()) {
     const double share =
         static_cast<double>(turning_.lost()) / static_cast<double>(turning_.sweeps());

@@ -49,6 +49,34 @@ void RangeStudy::add(Time t, const std::string& from, const std::string& to, dou
   }
 }
 
+void RangeStudy::add_radio(const std::string& topic, const std::string& vehicle,
+                           std::optional<std::int64_t> number, bool has_stamp) {
+  TopicRadios& radios = topics_of_radios_[topic];
+  if (number) radios.own.emplace(*number, vehicle);
+  ++(has_stamp ? radios.with_stamp : radios.without_stamp);
+}
+
+std::vector<std::pair<Time, double>> RangeStudy::between(const std::string& a,
+                                                         const std::string& b) const {
+  const auto owner = [&](const std::string& name) {
+    for (const auto& [topic, radios] : topics_of_radios_) {
+      for (const auto& [number, vehicle] : radios.own) {
+        if (name == fmt::format("{}", number)) return vehicle;
+      }
+    }
+    return vehicle_of(name);
+  };
+  std::vector<std::pair<Time, double>> samples;
+  for (const auto& [pair, series] : pairs_) {
+    const std::string from = owner(pair.first), to = owner(pair.second);
+    if (!((from == a && to == b) || (from == b && to == a))) continue;
+    samples.insert(samples.end(), series.samples.begin(), series.samples.end());
+  }
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const auto& x, const auto& y) { return x.first < y.first; });
+  return samples;
+}
+
 std::vector<std::string> RangeStudy::names() const {
   std::set<std::string> names;
   for (const auto& [pair, series] : pairs_) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -22,6 +24,32 @@ class RangeStudy {
 
   /// A recording has ranges on this topic.
   void add_topic(const std::string& topic) { topics_.insert(topic); }
+
+  /// A range topic as one recording has it: the number of the vehicle's own radio (empty: it names
+  /// vehicles), and whether messages carry stamps of their own.
+  void add_radio(const std::string& topic, const std::string& vehicle,
+                 std::optional<std::int64_t> number, bool has_stamp);
+
+  /// A radio that answered on this topic.
+  void add_peer(const std::string& topic, std::int64_t number) {
+    topics_of_radios_[topic].heard.insert(number);
+  }
+
+  /// What is known of a topic of ranges from the recordings.
+  struct TopicRadios {
+    std::map<std::int64_t, std::string> own;  ///< number of a radio: whose recording it wrote
+    std::set<std::int64_t> heard;             ///< numbers that it measured to
+    std::uint64_t with_stamp = 0, without_stamp = 0;
+  };
+
+  [[nodiscard]] const std::map<std::string, TopicRadios>& radios() const {
+    return topics_of_radios_;
+  }
+
+  /// Ranges between two vehicles in either direction, by time; radios by number count for the
+  /// vehicle whose recording they wrote.
+  [[nodiscard]] std::vector<std::pair<Time, double>> between(const std::string& a,
+                                                             const std::string& b) const;
 
   [[nodiscard]] bool has_topic(const std::string& topic) const { return topics_.contains(topic); }
 
@@ -61,6 +89,7 @@ class RangeStudy {
 
   Pairs pairs_;  ///< ordered: the report is too
   std::set<std::string> topics_;
+  std::map<std::string, TopicRadios> topics_of_radios_;
   std::uint64_t zeros_ = 0;
   std::uint64_t pairs_refused_ = 0;
 };

@@ -67,6 +67,12 @@ class RecordingReading {
 
   [[nodiscard]] double share_read() const { return std::clamp(source_->progress(), 1e-3, 1.0); }
 
+  /// Seconds of the recording behind what was looked at, where an index shows them.
+  [[nodiscard]] double rest_s() const {
+    const auto span = source_->span();
+    return partly_ && span ? std::max(0.0, seconds_between(t_last_, span->second)) : 0.0;
+  }
+
   void find_extrinsics() {
     report_.T_body_lidar = options_.T_body_lidar;
     if (options_.T_body_lidar || report_.lidar_frame.empty() || report_.imu_frame.empty()) return;
@@ -170,9 +176,11 @@ class RecordingReading {
     if (!frame) return examination_.add_undecodable(topic.name, frame.error().message());
     const std::string from = own_radio(topic.name, frame->id);
     if (from.empty()) return;
+    ranges_.add_radio(topic.name, options_.vehicle, frame->id, frame->stamp.ns != 0);
     const Time t = frame->stamp.ns != 0 ? frame->stamp : message.t_record;
     for (const wire::LinktrackNode& node : frame->nodes) {
       const std::string to = radio_name(topic.name, node.id);
+      ranges_.add_peer(topic.name, node.id);
       if (to != from) ranges_.add(t, from, to, node.range_m);
     }
     ranges_.add_zeros(frame->zeros);
@@ -183,6 +191,7 @@ class RecordingReading {
     if (!range) return examination_.add_undecodable(topic.name, range.error().message());
     if (radio_name(topic.name, 0).empty()) return;
     const Time t = range->stamp.ns != 0 ? range->stamp : message.t_record;
+    ranges_.add_radio(topic.name, options_.vehicle, std::nullopt, range->stamp.ns != 0);
     ranges_.add(t, range->from, range->to, range->range_m);
   }
 
@@ -273,7 +282,7 @@ Result<ReadingEnd> read_recording(const DoctorOptions& options, Examination& exa
   RecordingReading reading(options, examination, ranges, report);
   if (const Status status = reading.read(); !status) return tl::make_unexpected(status.error());
   reading.find_extrinsics();
-  return ReadingEnd{reading.data_s(), reading.share_read()};
+  return ReadingEnd{reading.data_s(), reading.share_read(), reading.rest_s()};
 }
 
 }  // namespace rali::inspect

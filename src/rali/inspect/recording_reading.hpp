@@ -11,6 +11,7 @@ namespace rali::inspect {
 struct ReadingEnd {
   double data_s = 0.0;      ///< of data looked at
   double share_read = 1.0;  ///< of the file
+  double rest_s = 0.0;      ///< of data behind it, where an index shows it
 };
 
 /// Reads a recording of messages into an Examination and its ranges into `ranges`, in order of time

@@ -98,7 +98,9 @@ class DoctorCommand final : public Command {
   [[nodiscard]] Result<config::FleetConfig> load(bool yaml) const;
   [[nodiscard]] static Status check(const config::FleetConfig& fleet);
   [[nodiscard]] Result<Plan> plan() const;
-  [[nodiscard]] Status write_files(const inspect::DoctorResult& result) const;
+  [[nodiscard]] Status write_files(const inspect::DoctorResult& result,
+                                   const inspect::RangeInputs& inputs,
+                                   const inspect::RangeStudy& ranges) const;
 
   std::vector<std::string> inputs_;
   double seconds_ = 120.0;
@@ -137,6 +139,10 @@ Result<DoctorCommand::Plan> DoctorCommand::plan() const {
   if (const Status status = check(*fleet); !status) return tl::make_unexpected(status.error());
   Plan plan;
   plan.notices = fleet->notices;
+  plan.ranges.separate = fleet->clock == config::Clock::kSeparate;
+  if (const Result<drive::RangeOptions> options = range_options(*fleet); options) {
+    plan.ranges.serial = *options;
+  }
   for (const config::RangeSource& source : fleet->ranges.sources) {
     if (!source.file.empty()) plan.ranges.files.push_back(source.file);
     if (!source.topic.empty()) plan.ranges.topics.push_back(source.topic);
@@ -157,14 +163,16 @@ Result<DoctorCommand::Plan> DoctorCommand::plan() const {
   return plan;
 }
 
-Status DoctorCommand::write_files(const inspect::DoctorResult& result) const {
+Status DoctorCommand::write_files(const inspect::DoctorResult& result,
+                                  const inspect::RangeInputs& inputs,
+                                  const inspect::RangeStudy& ranges) const {
   if (!write_.empty()) {
     std::error_code unreadable;
     if (std::filesystem::exists(write_, unreadable)) {
       return fail(ErrorCode::kUsage, write_, "the file exists", "Choose another name.");
     }
-    const Status status =
-        io::write_file_atomic(write_, inspect::doctor_fleet_yaml(result.recordings));
+    const Status status = io::write_file_atomic(
+        write_, inspect::doctor_fleet_yaml(result.recordings, inputs, ranges));
     if (!status) return status;
   }
   if (out_dir_.empty()) return {};
@@ -192,12 +200,12 @@ Result<int> DoctorCommand::run(Session& session) {
     spoilt |= inspect::has_error(report->findings);
     result.recordings.push_back(std::move(*report));
   }
-  Result<FindingList> of_ranges = inspect::examine_ranges(plan->ranges, ranges);
+  Result<FindingList> of_ranges = inspect::examine_ranges(plan->ranges, result.recordings, ranges);
   if (!of_ranges) return tl::make_unexpected(of_ranges.error());
   result.ranges = std::move(*of_ranges);
   spoilt |= inspect::has_error(result.ranges);
   session.result(text ? inspect::ranges_text(result.ranges) : inspect::doctor_json(result));
-  if (const Status status = write_files(result); !status)
+  if (const Status status = write_files(result, plan->ranges, ranges); !status)
     return tl::make_unexpected(status.error());
   return spoilt ? kExitBelowAsked : kExitDone;
 }

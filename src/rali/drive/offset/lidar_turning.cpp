@@ -24,9 +24,11 @@ void LidarTurning::see(const sensor::LidarScan& scan, Executor& executor) {
   if (!good) {
     if (result.state != TrackState::kWaiting) ++lost_;
     last_.reset();
+    ++piece_;
     return;
   }
   const geometry::Mat3 R = result.T_odom_body.R;
+  track_.push_back({result.t, result.T_odom_body.p, piece_});
   if (last_ && result.t > last_->first && seconds_between(last_->first, result.t) < kTurnMax_s) {
     turns_.push_back({last_->first, result.t, geometry::so3_log(last_->second.transpose() * R)});
   }
