@@ -1,7 +1,9 @@
 #include "rali/geometry/so3.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
 
 namespace rali::geometry {
 namespace {
@@ -68,7 +70,18 @@ Mat3 so3_right_jacobian_inverse(const Vec3& phi) {
 Mat3 so3_normalised(const Mat3& R) { return Eigen::Quaterniond(R).normalized().toRotationMatrix(); }
 
 Mat3 rotation_between(const Vec3& a, const Vec3& b) {
-  return Eigen::Quaterniond::FromTwoVectors(a, b).toRotationMatrix();
+  // As Eigen's FromTwoVectors, without its singular value decomposition for opposite vectors, which
+  // takes longer to compile than the rest of this room.
+  constexpr double kOpposite = 1e-12;
+  const Vec3 from = a.normalized(), to = b.normalized();
+  const double cosine = to.dot(from);
+  if (cosine < -1.0 + kOpposite) {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi, from.unitOrthogonal()))
+        .toRotationMatrix();
+  }
+  const double s = std::sqrt((1.0 + cosine) * 2.0);
+  const Vec3 axis = from.cross(to) * (1.0 / s);
+  return Eigen::Quaterniond(s * 0.5, axis.x(), axis.y(), axis.z()).toRotationMatrix();
 }
 
 Mat3 rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad) {
