@@ -10,9 +10,8 @@ constexpr double kTurnMax_s = 0.5;
 
 }  // namespace
 
-LidarTurning::LidarTurning()
-    : odometry_(odometry::make_robust_odometry(odometry::OdometrySettings{}, sensor::Calibration{},
-                                               false)) {}
+LidarTurning::LidarTurning(const odometry::OdometrySettings& settings)
+    : odometry_(odometry::make_robust_odometry(settings, sensor::Calibration{}, false)) {}
 
 void LidarTurning::see(const sensor::LidarScan& scan, Executor& executor) {
   if (scan.size() == 0) return;

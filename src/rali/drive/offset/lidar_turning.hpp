@@ -9,6 +9,7 @@
 #include "rali/base/executor.hpp"
 #include "rali/imu/rotation_study.hpp"
 #include "rali/odometry/odometry.hpp"
+#include "rali/odometry/settings.hpp"
 #include "rali/sensor/lidar_scan.hpp"
 
 namespace rali::drive {
@@ -25,7 +26,8 @@ struct TrackPoint {
 /// compared with both.
 class LidarTurning {
  public:
-  LidarTurning();
+  /// @param settings how many points of each scan it takes, and the like.
+  explicit LidarTurning(const odometry::OdometrySettings& settings = {});
 
   /// Sweeps in the order of time; one without points is passed over.
   void see(const sensor::LidarScan& scan, Executor& executor);

@@ -21,6 +21,15 @@ constexpr double kCertain_s = 0.0025;
 constexpr std::size_t kImuMax = 200'000;
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
+/// Half the points of a map: the offset is uncertain by the shape of the turns, not by the noise of
+/// each.
+odometry::OdometrySettings turning_settings() {
+  odometry::OdometrySettings settings;
+  settings.robust.sampling.update_points /= 2;
+  settings.robust.sampling.insert_points /= 2;
+  return settings;
+}
+
 bool is_certain(const imu::RotationStudy& study) {
   return study.time_offset_s && study.time_offset_sigma_s <= kCertain_s;
 }
@@ -71,7 +80,7 @@ class Search {
   EventSource& events_;
   Executor& executor_;
   double most_s_;
-  LidarTurning lidar_;
+  LidarTurning lidar_{turning_settings()};
   std::vector<sensor::ImuSample> imu_;
   std::optional<Time> t_first_;
   Time t_last_;
