@@ -140,7 +140,7 @@ Result<DoctorCommand::Plan> DoctorCommand::plan() const {
   Plan plan;
   plan.notices = fleet->notices;
   plan.ranges.separate = fleet->clock == config::Clock::kSeparate;
-  if (const Result<drive::RangeOptions> options = range_options(*fleet); options) {
+  if (const Result<drive::RangeOptions> options = jobs::range_options(*fleet); options) {
     plan.ranges.serial = *options;
   }
   for (const config::RangeSource& source : fleet->ranges.sources) {
