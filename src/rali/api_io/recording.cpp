@@ -43,7 +43,7 @@ struct RecordingReader::Impl {
       : job(api::value_or_throw(jobs::make_map_job(fleet, {}))),
         names(drive::vehicle_names(job)),
         index(index_of(names, vehicle)),
-        range_m(fleet.vehicles[index].lidar.range_m) {
+        range_m(job.vehicles[index].input.cloud.range_m) {
     const auto ranges = std::make_shared<const drive::RangeOptions>(job.ranges);
     source = api::value_or_throw(drive::open_events(drive::member_job(job, index, ranges)));
     file_ranges = api::value_or_throw(drive::read_range_files(job.ranges)).samples;
