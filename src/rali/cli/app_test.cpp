@@ -162,6 +162,14 @@ TEST(App, a_broken_assertion_ends_with_5_and_its_place) {
   EXPECT_EQ(text.find("run.log"), std::string::npos) << "no run has written one: " << text;
 }
 
+TEST(HelpSettings, prints_the_public_settings_and_with_all_the_unstable_ones_too) {
+  const std::string unstable = "`settings.ranging.gate.chi2`";
+  const Outcome some = run_rali({"help-settings"}), all = run_rali({"help-settings", "--all"});
+  EXPECT_NE(some.out.find("## The map is doubled after fast turns"), std::string::npos);
+  EXPECT_EQ(some.out.find(unstable), std::string::npos);
+  EXPECT_NE(all.out.find(unstable), std::string::npos);
+}
+
 TEST(ExitCodes, an_internal_fault_asks_for_the_run_log_that_is_there) {
   const io::TestFolder folder;
   Session session;

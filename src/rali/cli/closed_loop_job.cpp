@@ -191,15 +191,16 @@ bool is_mission_key(std::string_view assignment) {
   return assignment.starts_with(kLinkKeys) || assignment.starts_with(kSettingsKeys);
 }
 
-Status check_mission_settings(const std::vector<std::string>& assignments) {
+Result<std::vector<std::string>> check_mission_settings(
+    const std::vector<std::string>& assignments) {
   drive::LinkSettings link;
   config::Overrides overrides;
   Status assigned = assign(assignments, link, overrides);
-  if (!assigned) return assigned;
+  if (!assigned) return tl::make_unexpected(assigned.error());
   constexpr std::string_view kAnyFleet = "vehicles: {v1: {recording: v1.mcap}}\n";
   const auto config = config::parse_fleet(kAnyFleet, "fleet.yaml", ".", overrides);
   if (!config) return tl::make_unexpected(config.error());
-  return {};
+  return config->notices;
 }
 
 namespace {

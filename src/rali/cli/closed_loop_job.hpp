@@ -30,9 +30,10 @@ struct ClosedLoopRun {
 /// `settings.` of fleet.yaml, or `link.` of the radio that brings the software's messages.
 [[nodiscard]] bool is_mission_key(std::string_view assignment);
 
-/// Whether such assignments can be obeyed, before anything is simulated or written.
-/// Errors (kUsage): unknown key, value not allowed.
-[[nodiscard]] Status check_mission_settings(const std::vector<std::string>& assignments);
+/// Whether such assignments can be obeyed, before anything is simulated or written: the notices
+/// about keys with an old name. Errors (kUsage): unknown key, value not allowed.
+[[nodiscard]] Result<std::vector<std::string>> check_mission_settings(
+    const std::vector<std::string>& assignments);
 
 /// "12 rounds, all explored" and the like, one sentence per line.
 [[nodiscard]] std::string mission_text(const drive::MissionLog& mission, double duration_s);

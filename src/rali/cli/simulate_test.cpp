@@ -56,6 +56,17 @@ TEST_F(Simulate, writes_a_recording_that_rali_map_takes_and_tells_what_is_in_it)
   EXPECT_TRUE(fs::exists(folder_ + "/truth/mesh.ply"));
 }
 
+TEST_F(Simulate, names_an_old_setting_with_its_new_name) {
+  // The thread count ends it before anything is simulated.
+  const Outcome refused = simulate({"corridor", "-o", folder_, "--closed-loop", "--set",
+                                    "settings.mission.place_m=3", "--threads", "-1"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("rali: warning: command line: settings.mission.place_m is called "
+                             "settings.mission.progress_m now."),
+            std::string::npos)
+      << refused.err;
+}
+
 TEST_F(Simulate, its_scene_yaml_gives_the_same_recording_again) {
   ASSERT_EQ(simulate({"tunnel", "-o", folder_, "--duration", "0.2", "--seed", "3", "-q"}).code, 0);
   const std::string first = bytes("v1.mcap");

@@ -46,6 +46,13 @@ TEST(Evaluate, a_broken_limit_is_named_and_gives_exit_code_1) {
   EXPECT_EQ(run.err.find("est:ape_rmse_m"), std::string::npos);
 }
 
+TEST(Evaluate, a_limit_of_the_old_name_is_checked_with_a_notice) {
+  const io::TestFolder f;
+  const std::string est = f.write("est.tum", way(0.0));
+  const Outcome run = evaluate({est, est, "--limit", "along_blind_rmse_m=1"});
+  EXPECT_NE(run.err.find("the name is now along_degenerate_rmse_m."), std::string::npos) << run.err;
+}
+
 TEST(Evaluate, a_folder_gets_its_files_and_json_is_one_document) {
   const io::TestFolder f;
   std::filesystem::create_directories(f.path("out/trajectory"));

@@ -59,7 +59,7 @@ class SimulateCommand final : public Command {
   [[nodiscard]] Result<int> run(Session& session) override;
 
  private:
-  [[nodiscard]] Status check() const;
+  [[nodiscard]] Status check(Session& session) const;
   [[nodiscard]] Result<SceneSetup> setup() const;
   [[nodiscard]] Status apply_counts(SceneSetup& setup) const;
   [[nodiscard]] Status apply_options(SceneSetup& setup, bool shipped) const;
@@ -137,13 +137,15 @@ Result<std::int64_t> whole_number(const char* option, const std::string& text, s
       fmt::format("{} {} is not a whole number from {} to {}", option, io::quoted(text), min, max));
 }
 
-Status SimulateCommand::check() const {
+Status SimulateCommand::check(Session& session) const {
   const auto wrong = [](std::string what, std::string remedy = {}) {
     return fail(ErrorCode::kUsage, "rali simulate", std::move(what), std::move(remedy));
   };
   if (folder_.empty()) return wrong("-o DIR is missing", "Say where the recording goes.");
   if (closed_loop_) {
-    if (Status s = check_mission_settings(mission_settings()); !s) return s;
+    const auto notices = check_mission_settings(mission_settings());
+    if (!notices) return tl::make_unexpected(notices.error());
+    for (const std::string& notice : *notices) session.warning(printable(notice) + '.');
   }
   if (threads_ < 0 || threads_ > 1024) {
     return wrong(fmt::format("--threads {} is not 0 to 1024", threads_));
@@ -303,7 +305,7 @@ std::string SimulateCommand::text(const RecordingSummary& s) const {
 }
 
 Result<int> SimulateCommand::run(Session& session) {
-  if (Status s = check(); !s) return tl::make_unexpected(s.error());
+  if (Status s = check(session); !s) return tl::make_unexpected(s.error());
   const Result<SceneSetup> scene = setup();
   if (!scene) return tl::make_unexpected(scene.error());
   const Result<RecordingSummary> summary = record(*scene, session);
