@@ -1,8 +1,11 @@
-# rali_room(NAME odometry DEPS geometry sensor [LIBS external...] [HOT])
+# rali_room(NAME odometry DEPS geometry sensor [LIBS external...] [APART file.cpp...] [HOT])
 #
 # A room is one folder src/rali/<name> = one static library rali_<name> (alias rali::<name>) and,
 # where it has *_test.cpp files, one test program. DEPS are the rooms it may include; they are
-# compared with tools/layers.txt by tools/check_layers.py.
+# compared with tools/layers.txt by tools/check_layers.py. APART: files with properties of their own,
+# which no other file shares a compiler call with.
+include(RaliQuick)
+
 if(RALI_TESTS)
   find_package(GTest REQUIRED)
   include(GoogleTest)
@@ -32,15 +35,20 @@ function(rali_quick_test_build target)
 endfunction()
 
 function(rali_room)
-  cmake_parse_arguments(ROOM "HOT" "NAME" "DEPS;LIBS" ${ARGN})
+  cmake_parse_arguments(ROOM "HOT" "NAME" "DEPS;LIBS;APART" ${ARGN})
   set(dir ${CMAKE_SOURCE_DIR}/src/rali/${ROOM_NAME})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${dir}/*.cpp)
+  if(NOT RALI_PCH)  # only what includes the precompiled header uses them
+    list(FILTER sources EXCLUDE REGEX "/eigen_instances\\.cpp$")
+  endif()
   set(tests ${sources})
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$|/main\\.cpp$")
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
 
   if(sources)
-    add_library(rali_${ROOM_NAME} STATIC ${sources})
+    list(TRANSFORM ROOM_APART PREPEND ${dir}/)
+    rali_unity_sources(NAME ${ROOM_NAME} SOURCES ${sources} APART ${ROOM_APART} OUT compiled)
+    add_library(rali_${ROOM_NAME} STATIC ${compiled})
     set(scope PUBLIC)
   else()
     add_library(rali_${ROOM_NAME} INTERFACE)
@@ -54,8 +62,14 @@ function(rali_room)
   target_link_libraries(rali_${ROOM_NAME} ${scope} ${ROOM_LIBS})
 
   if(ROOM_HOT AND sources AND CMAKE_BUILD_TYPE STREQUAL "Release")
-    # Without errno a square root is one instruction, and loops with roots are vectorised.
-    target_compile_options(rali_${ROOM_NAME} PRIVATE -O3 -fno-math-errno)
+    target_compile_options(rali_${ROOM_NAME} PRIVATE ${RALI_HOT_OPTIONS})
+  endif()
+  if(sources)
+    if(RALI_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+      # A .cpp included by a batch is a header to gcc, whose types may not use file-local ones.
+      target_compile_options(rali_${ROOM_NAME} PRIVATE -Wno-subobject-linkage)
+    endif()
+    rali_room_header(rali_${ROOM_NAME} "${ROOM_HOT}")
   endif()
 
   if(RALI_TESTS AND tests)

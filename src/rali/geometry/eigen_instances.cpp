@@ -1,0 +1,2 @@
+#define RALI_EIGEN_INSTANCE template
+#include "rali/geometry/eigen_instances.hpp"
