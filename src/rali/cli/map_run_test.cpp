@@ -88,10 +88,11 @@ TEST(MapJob, carries_returns_point_and_marks) {
       folder.write("marks.csv",
                    "vehicle,stamp_s,x_m,y_m,z_m,sigma_m\nv1,1,2,3,4,0.1\nv1,2,2,3,4,0.1\n"
                    "v1,3,2,3,4,0.1\n");
-  const auto job = make_map_job(fleet_of("vehicles: {v1: {recording: a, lidar: {returns: last}}}\n"
-                                         "output: {frame: lidar, georeference: " +
-                                         marks + "}\n"),
-                                MapOptions{});
+  const auto job =
+      jobs::make_map_job(fleet_of("vehicles: {v1: {recording: a, lidar: {returns: last}}}\n"
+                                  "output: {frame: lidar, georeference: " +
+                                  marks + "}\n"),
+                         jobs::MapOptions{});
   ASSERT_TRUE(job) << job.error().message();
   EXPECT_EQ(job->vehicles[0].input.cloud.returns, wire::Returns::kLast);
   EXPECT_EQ(job->point, drive::OutputPoint::kLidar);
