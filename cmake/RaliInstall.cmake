@@ -1,6 +1,6 @@
 # What `make install` and `make deb` put where. Components: program (with its manual page, completions
-# and documents), dev (RaliLibrary.cmake), python (python/CMakeLists.txt). Built on demand (target
-# rali_share), so that a build for tests does not wait for it.
+# and documents), dev (RaliLibrary.cmake), python (python/CMakeLists.txt).
+# `make demo` builds the target rali alone and does without rali_share.
 include(GNUInstallDirs)
 
 set(share ${CMAKE_BINARY_DIR}/share)
@@ -22,7 +22,10 @@ add_custom_command(OUTPUT ${share}/rali.1.gz ${share}/rali.bash ${share}/rali.fi
   COMMAND ${RALI_GZIP} -9nc ${CMAKE_BINARY_DIR}/debian_changelog > ${share}/changelog.gz
   DEPENDS rali ${CMAKE_SOURCE_DIR}/CHANGELOG.md ${CMAKE_BINARY_DIR}/debian_changelog
   COMMENT "Manual page and completions" VERBATIM)
-add_custom_target(rali_share DEPENDS ${share}/rali.1.gz)
+if(NOT RALI_SANITIZE AND NOT RALI_COVERAGE)
+  set(rali_share_with_all ALL)  # the test of the installed library needs it
+endif()
+add_custom_target(rali_share ${rali_share_with_all} DEPENDS ${share}/rali.1.gz)
 add_dependencies(rali_share rali_library_core rali_library_io)
 if(RALI_PYTHON)
   add_dependencies(rali_share rali_python)

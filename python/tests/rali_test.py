@@ -115,7 +115,7 @@ class Recorded(unittest.TestCase):
         self.assertLess(evaluation.fleet.ape_m.rmse, 0.2)
         self.assertEqual([v.name for v in evaluation.vehicles], ["v1", "v2"])
         self.assertIn("APE", str(evaluation))
-        self.assertEqual(json.loads(evaluation.json)["schema"], 1)
+        self.assertEqual(json.loads(evaluation.json)["schema"], 2)
 
     def test_what_a_callback_raises_stops_the_run_and_leaves_it(self):
         def enough(state):

@@ -41,7 +41,7 @@ TEST(Demo, leaves_recording_both_results_report_with_the_truth_and_picture) {
     EXPECT_FALSE(folder.read(std::string("d/") + name).empty()) << name;
   }
   const std::string report = folder.read("d/out/report.html");
-  EXPECT_NE(report.find("cloud.to_mesh.mean"), std::string::npos) << "truth section";
+  EXPECT_NE(report.find("Map to the true surface: mean"), std::string::npos) << "truth section";
   EXPECT_NE(folder.read("d/out/status.json").find("\"report.html\""), std::string::npos);
 }
 
@@ -116,8 +116,8 @@ TEST(EvaluateRun, renews_the_report_of_the_run) {
   ASSERT_EQ(run_rali({"evaluate", folder.path("o"), "--truth", folder.path("s/truth"), "-q"}).code,
             0);
   const std::string after = folder.read("o/report.html");
-  EXPECT_NE(after.find("cloud.to_mesh.mean"), std::string::npos);
-  EXPECT_EQ(before.find("cloud.to_mesh.mean"), std::string::npos);
+  EXPECT_NE(after.find("Map to the true surface: mean"), std::string::npos);
+  EXPECT_EQ(before.find("Map to the true surface: mean"), std::string::npos);
 }
 
 }  // namespace

@@ -288,13 +288,13 @@ TEST(Scene, vehicles_in_walls_are_told_with_their_line) {
 TEST(Scene, routes_through_walls_are_told_with_their_line) {
   const std::string through =
       error_of(kRooms + "vehicles:\n  - start: [1, 1]\n    route: [[1, 1], [8, 1]]\n");
-  EXPECT_EQ(through.find("scene.yaml:11: the way of v1 "), 0U) << through;
+  EXPECT_EQ(through.find("scene.yaml:11: the path of v1 "), 0U) << through;
   EXPECT_EQ(error_of(kRooms + "vehicles:\n  - start: [1, 3.2]\n    route: [[1, 3.2], [4, 3.2]]\n")
-                .find("scene.yaml:11: the way of v1 touches a wall at [1."),
+                .find("scene.yaml:11: the path of v1 touches a wall at [1."),
             0U);
   EXPECT_EQ(error_of(kRooms + "vehicles:\n  - {start: [1, 2]}\n  - {start: [1, 1]}\nrounds:\n"
                               "  - anchor: v2\n    routes:\n      v1: [[3, 2], [3, 9]]\n")
-                .find("scene.yaml:15: the way of v1 has no ground at [3.00, 4."),
+                .find("scene.yaml:15: the path of v1 has no ground at [3.00, 4."),
             0U);
   EXPECT_EQ(error_of(kRooms + "vehicles:\n  - {start: [1, 1], goal: [-1, 1]}\n")
                 .find("scene.yaml:10: v1's goal has no ground"),
