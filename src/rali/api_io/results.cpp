@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// NaN for an empty cell, which stands for a number that is not known.
+/// NaN for an empty cell, a number that is not known.
 double number(const io::CsvReader& csv, int column) {
   const std::string_view cell = csv.cell(column);
   if (cell.empty()) return kUnknown;

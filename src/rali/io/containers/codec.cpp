@@ -16,7 +16,7 @@ constexpr std::size_t kFirstOutput = 64 * 1024;
 constexpr std::uint32_t kZstdMagic = 0xFD2FB528U;
 /// Level 3 takes twice the time for 6 % less of scans, whose floats are mostly noise.
 constexpr int kZstdLevel = 1;
-/// A size that a header claims is believed up to this, or up to so many times the input.
+/// A size that a header claims is accepted up to this, or up to so many times the input.
 constexpr std::uint64_t kBelieved = 16U << 20;
 constexpr std::uint64_t kBelievedRatio = 32;
 

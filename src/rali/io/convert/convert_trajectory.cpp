@@ -101,7 +101,7 @@ std::string_view first_row(std::string_view text) {
   return {};
 }
 
-/// Rows of KITTI or EuRoC, told apart by `kitti`.
+/// Rows of KITTI or EuRoC, selected by `kitti`.
 Result<Trajectory> parse_rows(std::string_view text, const std::string& path, bool kitti) {
   Trajectory out;
   out.stamps = !kitti;
