@@ -43,10 +43,10 @@ class FleetChecker {
     for (const VehicleConfig& vehicle : config.vehicles) names_.push_back(vehicle.name);
   }
 
-  [[nodiscard]] Status check() const {
+  [[nodiscard]] Status check(bool live) const {
     for (const VehicleConfig& vehicle : config_.vehicles) {
       const std::string key = "vehicles." + vehicle.name;
-      if (vehicle.recordings.empty()) {
+      if (vehicle.recordings.empty() && !live) {
         return fail(ErrorCode::kUsage, name_, key + " has no recording",
                     fmt::format("Write {}.recording.", key));
       }
@@ -245,8 +245,8 @@ class FleetChecker {
 
 }  // namespace
 
-Status check_fleet(const FleetConfig& config, const std::string& name) {
-  return FleetChecker(config, name).check();
+Status check_fleet(const FleetConfig& config, const std::string& name, bool live) {
+  return FleetChecker(config, name).check(live);
 }
 
 }  // namespace rali::config

@@ -97,6 +97,21 @@ CustomTarget path_or_none(std::string& path, const std::string& base_dir) {
   return target;
 }
 
+CustomTarget text_or_none(std::string& text) {
+  CustomTarget target;
+  target.type = "none, or a word";
+  target.decode = [&text, type = target.type](const Node& node, const std::string& key) -> Status {
+    if (node.kind != Node::Kind::kScalar || node.text.empty()) return not_allowed(node, key, type);
+    text = node.text == "none" && !node.quoted ? std::string() : node.text;
+    return {};
+  };
+  target.encode = [&text] {
+    if (text.empty()) return std::string("none");
+    return text == "none" ? std::string("\"none\"") : yaml_quoted(text);
+  };
+  return target;
+}
+
 CustomTarget path_list(std::vector<std::string>& paths, const std::string& base_dir) {
   CustomTarget target;
   target.type = "a recording, or a list of recordings";

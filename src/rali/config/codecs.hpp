@@ -20,6 +20,9 @@ namespace rali::config {
 /// it; with base_dir "" they stay as they are.
 [[nodiscard]] CustomTarget path_or_none(std::string& path, const std::string& base_dir);
 
+/// A word or `none` (empty).
+[[nodiscard]] CustomTarget text_or_none(std::string& text);
+
 /// One path or a list of paths, at least one.
 [[nodiscard]] CustomTarget path_list(std::vector<std::string>& paths, const std::string& base_dir);
 

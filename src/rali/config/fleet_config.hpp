@@ -54,6 +54,13 @@ struct AntennaConfig {
   geometry::Vec3 p_body_m = geometry::Vec3::Zero();
 };
 
+/// What `rali run` needs to know of one vehicle besides its sensors.
+struct VehicleLiveConfig {
+  std::string address;      ///< on the network of the fleet; empty = not given
+  std::string serial_port;  ///< of a LinkTrack radio; empty = none
+  int serial_baud = 921600;
+};
+
 /// One vehicle: its recording and its sensors.
 struct VehicleConfig {
   std::string name = "v1";
@@ -65,6 +72,7 @@ struct VehicleConfig {
   std::vector<AntennaConfig> antennas = {{"uwb", geometry::Vec3::Zero()}};
   /// xmin,xmax,ymin,ymax,zmin,zmax in body [m]: own structure, its points are left out.
   std::optional<std::array<double, 6>> self_box_m;
+  VehicleLiveConfig live;
 };
 
 /// Who a radio number is: a vehicle and one of its antennas (empty = the first).
@@ -111,6 +119,18 @@ struct OutputConfig {
   std::string georeference;  ///< CSV of marks; empty = none
 };
 
+/// The networks of `rali run`, the same for all vehicles.
+struct LiveConfig {
+  int ros_domain = 0;                ///< ROS_DOMAIN_ID of the vehicle's own network
+  std::string ros_interface = "lo";  ///< name or address
+  int fleet_domain = 77;
+  std::string fleet_interface = "auto";  ///< auto: that of the vehicle's address
+  std::string key_file;                  ///< of the fleet; empty = none
+  std::string view_bind = "127.0.0.1";
+  int view_port = 8765;
+  std::string view_token_file;  ///< needed if view_bind is not loopback; empty = none
+};
+
 /// fleet.yaml, complete: what was not given has its default.
 struct FleetConfig {
   int schema = 1;
@@ -122,6 +142,7 @@ struct FleetConfig {
   std::vector<PriorConfig> priors;
   std::string rounds = "auto";  ///< auto, off, or a CSV file
   OutputConfig output;
+  LiveConfig live;
   RoomSettings settings;
   Origins origins;                   ///< of every value that is not a default
   std::vector<std::string> notices;  ///< sentences about keys with an old name

@@ -29,7 +29,7 @@ void lidar_fields(LidarConfig& lidar, FieldCollector& v) {
   v.choice("header_stamp", lidar.cloud.header_stamp, wire::kHeaderStampNames,
            "whether the stamp is the start or the end of the scan (with relative times)");
   v("deskewed", lidar.cloud.deskewed, "the driver has already undistorted the scans");
-  v.choice("returns", lidar.returns, kReturnsNames, 
+  v.choice("returns", lidar.returns, kReturnsNames,
            "which return of a pulse that has two: auto (one), strongest, last; single: all points");
   v("range_m", lidar.cloud.range_m, 0.0, 1000.0, "nearest and farthest point used [m]");
   v.custom("T_body_lidar", extrinsics_target(lidar.T_body_lidar, true),
@@ -72,6 +72,13 @@ void imu_fields(ImuConfig& imu, const std::string& prefix, const std::string& ba
            "pose of the IMU in the body; body = IMU unless given; auto: base_link of /tf_static");
 }
 
+void vehicle_live_fields(VehicleLiveConfig& live, const std::string& prefix, FieldList& fields) {
+  FieldCollector v(prefix + "live.", fields);
+  v.custom("address", text_or_none(live.address), "of the vehicle on the fleet's network");
+  v.custom("serial_port", text_or_none(live.serial_port), "device of the LinkTrack radio");
+  v("serial_baud", live.serial_baud, 9600, 3000000, "speed of that port [Bd]");
+}
+
 void vehicle_fields(VehicleConfig& vehicle, const std::string& prefix, const std::string& base_dir,
                     FieldList& fields) {
   FieldCollector v(prefix, fields);
@@ -85,6 +92,7 @@ void vehicle_fields(VehicleConfig& vehicle, const std::string& prefix, const std
   v.custom("antennas", antennas_target(vehicle.antennas), "radio antennas in the body [m]");
   v.custom("self_box_m", box_or_none(vehicle.self_box_m),
            "box around the own structure, in the body: points inside are left out [m]");
+  vehicle_live_fields(vehicle.live, prefix, fields);
 }
 
 void range_fields(RangesConfig& ranges, const std::string& base_dir, FieldList& fields) {
@@ -110,6 +118,21 @@ void output_fields(OutputConfig& output, map::MapSettings& map, const std::strin
   grid("z_m", map.grid.z_m, -10.0, 50.0, "band above ground that is an obstacle [m]");
   v.custom("georeference", path_or_none(output.georeference, base_dir),
            "CSV of marks with known coordinates");
+}
+
+void live_fields(LiveConfig& live, const std::string& base_dir, FieldList& fields) {
+  FieldCollector v("live.", fields);
+  v("ros_domain", live.ros_domain, 0, 232, "ROS_DOMAIN_ID of sensors and outputs");
+  v("ros_interface", live.ros_interface, "network of the ROS domain: name or address");
+  v("fleet_domain", live.fleet_domain, 0, 232, "DDS domain between the vehicles");
+  v("fleet_interface", live.fleet_interface,
+    "network between the vehicles; auto: that of the vehicle's address");
+  v.custom("key_file", path_or_none(live.key_file, base_dir),
+           "key of the fleet; every message of a vehicle is authenticated with it");
+  v("view_bind", live.view_bind, "address at which the live page is served");
+  v("view_port", live.view_port, 0, 65535, "its port; 0: any");
+  v.custom("view_token_file", path_or_none(live.view_token_file, base_dir),
+           "word that viewers need where view_bind is not loopback");
 }
 
 CustomTarget rounds_target(std::string& rounds, const std::string& base_dir) {
@@ -167,6 +190,7 @@ FieldList fleet_fields(FleetConfig& config, const std::string& base_dir) {
   v.custom("rounds", rounds_target(config.rounds, base_dir),
            "which vehicle was the anchor at standstill, and when");
   output_fields(config.output, config.settings.map, base_dir, fields);
+  live_fields(config.live, base_dir, fields);
   collect_fields("settings.", config.settings, fields);
   // One place for one thing: these are named under output:, under ranges: and under each vehicle's
   // imu:.

@@ -171,7 +171,7 @@ Result<FleetConfig> build(Node file, const std::string& name, const std::string&
     return tl::make_unexpected(status.error());
   }
   if (!preset_origin.empty()) config.origins["preset"] = preset_origin;
-  if (Status status = check_fleet(config, name); !status) {
+  if (Status status = check_fleet(config, name, overrides.live); !status) {
     return tl::make_unexpected(status.error());
   }
   return config;

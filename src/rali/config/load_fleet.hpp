@@ -11,6 +11,7 @@ namespace rali::config {
 struct Overrides {
   std::string preset;                    ///< --preset; empty: not given
   std::vector<std::string> assignments;  ///< of --set, KEY=VALUE, in order
+  bool live = false;                     ///< the sensors are there: no recording is needed
 };
 
 /// Reads a fleet.yaml (or the settings.yaml of a run). Order of rule: defaults, preset, file,

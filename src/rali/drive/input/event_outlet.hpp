@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "rali/drive/input/event_sink.hpp"
 #include "rali/drive/input/gap_watch.hpp"
 #include "rali/drive/input/input_report.hpp"
 #include "rali/drive/input/reorder_window.hpp"
@@ -13,18 +14,18 @@ namespace rali::drive {
 
 /// The last stage of every source: puts events into order, cuts them to the time asked for and
 /// counts what is missing.
-class EventOutlet {
+class EventOutlet final : public EventSink {
  public:
   explicit EventOutlet(const InputOptions& options)
       : start_s_(options.start_s), duration_s_(options.duration_s) {}
 
-  void push(const sensor::ImuSample& sample);
+  void push(const sensor::ImuSample& sample) override;
   /// Scans without a point too: they do not leave, but count as missing.
-  void push(std::shared_ptr<const sensor::LidarScan> scan);
+  void push(std::shared_ptr<const sensor::LidarScan> scan) override;
 
   /// Ranges wait beside the window: a radio with a wrong clock must not disturb the sensors. One
   /// that comes too late leaves at once, with a stamp before the last event's.
-  void push(const sensor::RangeSample& sample);
+  void push(const sensor::RangeSample& sample) override;
 
   void finish() {
     window_.finish();

@@ -13,8 +13,6 @@
 namespace rali::drive {
 namespace {
 
-constexpr std::size_t kSweeps = 10;
-constexpr double kProbeS = 3.0;
 constexpr std::size_t kImuSamples = 20000;
 
 StoredMessage stored(const RecordedMessage& m) {
@@ -43,7 +41,7 @@ void read_first(RecordingChain& chain, RecordingProbe& probe, std::vector<TopicC
     if (!t_begin) t_begin = message.t_record;
     const double span_s = std::abs(message.t_record.s() - t_begin->s());
     // Record times may stand still: then four times as many sweeps do.
-    if ((sweeps >= kSweeps && span_s >= kProbeS) || sweeps >= 4 * kSweeps) break;
+    if ((sweeps >= kProbeClouds && span_s >= kProbe_s) || sweeps >= 4 * kProbeClouds) break;
     if (bytes > kProbeBytes) {
       if (sweeps > 0) break;
       // Inertial data long before the first sweep: of no use, only the youngest stay.
@@ -59,7 +57,7 @@ void read_first(RecordingChain& chain, RecordingProbe& probe, std::vector<TopicC
 std::vector<wire::CloudView> first_views(const RecordingProbe& probe) {
   std::vector<wire::CloudView> views;
   for (const StoredMessage& m : probe.messages) {
-    if (m.topic != probe.topics.lidar || views.size() >= kSweeps) continue;
+    if (m.topic != probe.topics.lidar || views.size() >= kProbeClouds) continue;
     Result<wire::CloudView> view = wire::decode_cloud_message(m.kind, m.data, m.encoding);
     if (view) views.push_back(std::move(*view));
   }
@@ -228,12 +226,11 @@ void add_findings(const FindingList& from, InputReport& report, const std::strin
 
 }  // namespace
 
-Result<RecordingProbe> probe_recording(RecordingChain& chain, const InputOptions& options,
-                                       InputReport& report) {
+Result<RecordingProbe> decide_probe(std::deque<StoredMessage> messages,
+                                    std::span<const TopicCount> topics, const std::string& file,
+                                    const InputOptions& options, InputReport& report) {
   RecordingProbe probe;
-  std::vector<TopicCount> topics;
-  const std::string file = chain.paths().front();
-  read_first(chain, probe, topics, report);
+  probe.messages = std::move(messages);
   Result<TopicChoice> choice = choose_topics(topics, options, file);
   if (!choice) return tl::make_unexpected(choice.error());
   probe.topics = *choice;
@@ -281,6 +278,14 @@ Result<RecordingProbe> probe_recording(RecordingChain& chain, const InputOptions
     return tl::make_unexpected(status.error());
   }
   return probe;
+}
+
+Result<RecordingProbe> probe_recording(RecordingChain& chain, const InputOptions& options,
+                                       InputReport& report) {
+  RecordingProbe read;
+  std::vector<TopicCount> topics;
+  read_first(chain, read, topics, report);
+  return decide_probe(std::move(read.messages), topics, chain.paths().front(), options, report);
 }
 
 }  // namespace rali::drive

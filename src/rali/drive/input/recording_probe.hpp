@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <deque>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +36,18 @@ struct RecordingProbe {
   StampRule imu_stamps = StampRule::kHeader;
   Duration clock_ahead;  ///< stamps of the sensors less those of the recorder; 0 on one clock
 };
+
+/// Ten clouds and so many seconds of messages are enough for the decisions.
+inline constexpr std::size_t kProbeClouds = 10;
+inline constexpr double kProbe_s = 3.0;
+
+/// Decides from the first messages how to read the rest; writes the decisions into `report`.
+/// @param topics all that the messages are from  @param where for messages of errors
+/// Errors: kInput, as open_recording_events.
+[[nodiscard]] Result<RecordingProbe> decide_probe(std::deque<StoredMessage> messages,
+                                                  std::span<const TopicCount> topics,
+                                                  const std::string& where,
+                                                  const InputOptions& options, InputReport& report);
 
 /// Reads until ten sweeps and three seconds are there (at most kProbeBytes) and decides how to
 /// read the rest; writes the decisions into `report`.

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/drive/input/event_outlet.hpp"
+#include "rali/drive/input/imu_intake.hpp"
+#include "rali/drive/input/recording_probe.hpp"
+#include "rali/drive/ranges/range_topics.hpp"
+
+namespace rali::drive {
+
+/// Messages of one vehicle's sensors to events with usable stamps and in SI units, by what was
+/// decided about the first of them. The same for recordings and for sensors that are live.
+class MessageReader {
+ public:
+  /// Names a message in findings: "file:offset 17", or nothing.
+  using PlaceOf = std::function<std::string(const RecordedMessage&)>;
+
+  /// @param probe its messages are not used
+  MessageReader(const RecordingProbe& probe, const InputOptions& options, PlaceOf place);
+
+  /// Puts what the message holds into `sink`. Damage goes to `report`.
+  void take(const RecordedMessage& message, EventSink& sink, InputReport& report);
+
+  /// The first stamps of a new file need not follow the last ones smoothly; see StampRepair.
+  void begin_file(bool clock_was_set);
+
+ private:
+  void take_cloud(const RecordedMessage& message, EventSink& sink, InputReport& report);
+  void take_imu(const RecordedMessage& message, EventSink& sink, InputReport& report);
+  void take_ranges(const RecordedMessage& message, EventSink& sink, InputReport& report);
+  [[nodiscard]] std::optional<Time> repair(StampRepair& repair, StampPair stamps,
+                                           const RecordedMessage& message, InputReport& report);
+  void damaged(const RecordedMessage& message, const Error& error, InputReport& report) const;
+
+  TopicChoice topics_;
+  wire::CloudFormat format_;
+  InputOptions options_;
+  PlaceOf place_;
+  std::shared_ptr<ClockShifts> shifts_ = std::make_shared<ClockShifts>();
+  StampRepair lidar_stamps_, imu_stamps_;
+  ImuIntake intake_;
+  RangeTopics range_topics_;
+  std::vector<sensor::RangeSample> ranges_;  ///< of one message
+};
+
+}  // namespace rali::drive
