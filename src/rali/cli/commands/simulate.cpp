@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "rali/cli/closed_loop_job.hpp"
+#include "rali/cli/live_world_job.hpp"
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/apply.hpp"
 #include "rali/config/suggest.hpp"
@@ -72,7 +73,9 @@ class SimulateCommand final : public Command {
   std::string folder_, lidar_, format_ = "mcap";
   std::string seed_, vehicles_, pedestrians_, duration_s_;  ///< numbers; empty: not given
   int threads_ = 0;
-  bool closed_loop_ = false, overwrite_ = false, no_priors_ = false;
+  double rate_ = 1.0;
+  int domain_ = 0;
+  bool closed_loop_ = false, live_ = false, overwrite_ = false, no_priors_ = false;
   std::optional<drive::MissionLog> mission_;  ///< of a closed loop
 };
 
@@ -83,8 +86,8 @@ std::vector<Option> SimulateCommand::options() {
       {"--vehicles", "N", "1 to 10; default: what the scene is made for", &vehicles_, false, {}},
       {"--duration",
        "S",
-       "of the data (default 120); 0: all rounds to their end; --closed-loop: its limit, default "
-       "3600",
+       "of the data (default 120); 0: all rounds to their end; --closed-loop, --live: the limit, "
+       "default 3600",
        &duration_s_,
        false,
        {}},
@@ -115,6 +118,14 @@ std::vector<Option> SimulateCommand::options() {
        &closed_loop_,
        false,
        {}},
+      {"--live",
+       "",
+       "in real time, sensors as ROS 2 topics; `rali run` of each vehicle drives it",
+       &live_,
+       false,
+       {}},
+      {"--rate", "X", "--live: times real time (default 1)", &rate_, true, {}},
+      {"--domain", "N", "--live: ROS_DOMAIN_ID (default 0)", &domain_, true, {}},
       {"--set",
        "KEY=VALUE",
        "any key of scene.yaml; repeatable. With --closed-loop also settings.* of fleet.yaml and "
@@ -147,6 +158,9 @@ Status SimulateCommand::check(Session& session) const {
     if (!notices) return tl::make_unexpected(notices.error());
     for (const std::string& notice : *notices) session.warning(printable(notice) + '.');
   }
+  if (live_ && closed_loop_) return wrong("--live and --closed-loop exclude each other");
+  if (!(rate_ >= 0.01 && rate_ <= 100.0)) return wrong("--rate is not 0.01 to 100");
+  if (domain_ < 0 || domain_ > 232) return wrong("--domain is not 0 to 232");
   if (threads_ < 0 || threads_ > 1024) {
     return wrong(fmt::format("--threads {} is not 0 to 1024", threads_));
   }
@@ -238,7 +252,7 @@ Result<SceneSetup> SimulateCommand::setup() const {
 
 Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Session& session) {
   sim::FleetOptions fleet = setup.fleet;
-  if (closed_loop_) fleet.scripted = false;
+  if (closed_loop_ || live_) fleet.scripted = false;
   const auto faults = scenario::parse_faults(faults_, fleet.vehicles);
   if (!faults) return tl::make_unexpected(faults.error());
   Result<sim::World> world = scenario::world_of(setup);
@@ -270,6 +284,11 @@ Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Sessio
     if (!run) return tl::make_unexpected(run.error());
     mission_ = std::move(run->mission);
     return std::move(run->recording);
+  }
+  if (live_) {
+    const double limit_s = io::parse_number(duration_s_).value_or(0.0);
+    const LiveWorldJob job{rate_, limit_s > 0.0 ? limit_s : kMissionLimit_s, domain_};
+    return run_live_world_job(**sim, options, job, session);
   }
   ProgressView view(session);
   drive::Progress progress;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "rali/scenario/recording/fleet_yaml.hpp"
 #include "rali/wire/cloud_pack.hpp"
 #include "rali/wire/decode.hpp"
 #include "rali/wire/encode.hpp"
@@ -51,16 +52,6 @@ std::array<std::uint8_t, 16> goal_id(std::uint64_t n) {
 
 }  // namespace
 
-std::string LiveWorld::lidar_topic(const std::string& vehicle, sim::Lidar lidar) {
-  return "/" + vehicle + std::string(scenario::driver_of(lidar).topic);
-}
-
-std::string LiveWorld::imu_topic(const std::string& vehicle) {
-  return "/" + vehicle + std::string(scenario::kImuTopic);
-}
-
-std::string LiveWorld::range_topic(const std::string& vehicle) { return "/" + vehicle + "/uwb"; }
-
 LiveWorld::LiveWorld(net::RosBus& bus, const LiveWorldOptions& options,
                      std::function<bool(Time)> wait)
     : bus_(bus), options_(options), wait_(std::move(wait)) {
@@ -86,31 +77,34 @@ Status LiveWorld::open() {
 }
 
 Status LiveWorld::open(Vehicle& vehicle) {
-  const std::string ns = "/" + vehicle.name;
-  const auto advertise = [this](int& number, std::string topic, std::string_view type,
+  const auto topic = [&](std::string_view name) {
+    return scenario::live_topic(vehicle.name, name);
+  };
+  const auto advertise = [this](int& number, std::string name, std::string_view type,
                                 const net::RosQos& qos) -> Status {
-    const Result<int> made = bus_.advertise({std::move(topic), std::string(type), qos});
+    const Result<int> made = bus_.advertise({std::move(name), std::string(type), qos});
     if (!made) return tl::make_unexpected(made.error());
     number = *made;
     return {};
   };
-  const auto subscribe = [this](int& number, std::string topic, std::string_view type,
+  const auto subscribe = [this](int& number, std::string name, std::string_view type,
                                 const net::RosQos& qos) -> Status {
-    const Result<int> made = bus_.subscribe({std::move(topic), std::string(type), qos});
+    const Result<int> made = bus_.subscribe({std::move(name), std::string(type), qos});
     if (!made) return tl::make_unexpected(made.error());
     number = *made;
     return {};
   };
-  Status s = advertise(vehicle.cloud, lidar_topic(vehicle.name, options_.lidar),
+  Status s = advertise(vehicle.cloud, topic(scenario::driver_of(options_.lidar).topic),
                        "sensor_msgs/msg/PointCloud2", kSensorQos);
-  if (s) s = advertise(vehicle.imu, imu_topic(vehicle.name), "sensor_msgs/msg/Imu", kImuQos);
-  if (s) s = advertise(vehicle.ranges, range_topic(vehicle.name), "rali_msgs/msg/Range", kImuQos);
+  if (s) s = advertise(vehicle.imu, topic(scenario::kImuTopic), "sensor_msgs/msg/Imu", kImuQos);
+  if (s)
+    s = advertise(vehicle.ranges, topic(scenario::kLiveRangeTopic), "rali_msgs/msg/Range", kImuQos);
   if (s) {
-    s = advertise(vehicle.status, ns + "/navigate_to_pose/_action/status", wire::kGoalStatusType,
+    s = advertise(vehicle.status, topic("navigate_to_pose/_action/status"), wire::kGoalStatusType,
                   kStatusQos);
   }
-  if (s) s = subscribe(vehicle.goal, ns + "/goal_pose", "geometry_msgs/msg/PoseStamped", {});
-  if (s) s = subscribe(vehicle.odom, ns + "/odom", "nav_msgs/msg/Odometry", {});
+  if (s) s = subscribe(vehicle.goal, topic("goal_pose"), "geometry_msgs/msg/PoseStamped", {});
+  if (s) s = subscribe(vehicle.odom, topic("odom"), "nav_msgs/msg/Odometry", {});
   return s;
 }
 
@@ -188,12 +182,12 @@ void LiveWorld::take_tf(const net::RosMessage& message) {
 }
 
 void LiveWorld::take_odom(Vehicle& vehicle, const net::RosMessage& message) {
-  const auto pose = wire::decode_odometry_pose(bytes_of(message));
+  const auto pose = wire::decode_odometry(bytes_of(message), wire::Encoding::kCdr);
   if (!pose) {
     ++counts_.unreadable;
     return;
   }
-  vehicle.T_odom_body = pose->T_frame_body;
+  vehicle.T_odom_body = pose->T_frame_child;
   vehicle.t_pose = pose->stamp;
 }
 
@@ -232,6 +226,14 @@ void LiveWorld::tell_status(Vehicle& vehicle, const sim::DriveReport& report) {
   if (status.state == state) return;
   status.state = state;
   publish(vehicle.status, wire::encode(vehicle.told));
+}
+
+std::vector<std::string> LiveWorld::unheard() const {
+  std::vector<std::string> names;
+  for (const Vehicle& vehicle : vehicles_) {
+    if (bus_.readers(vehicle.cloud) == 0) names.push_back(vehicle.name);
+  }
+  return names;
 }
 
 std::vector<sim::DriveCommand> LiveWorld::decide(Time now,

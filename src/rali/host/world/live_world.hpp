@@ -2,7 +2,7 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -48,10 +48,8 @@ class LiveWorld final : public sim::FleetSoftware {
 
   [[nodiscard]] const LiveWorldCounts& counts() const { return counts_; }
 
-  /// Topics of a vehicle's sensors, as its fleet.yaml names them.
-  [[nodiscard]] static std::string lidar_topic(const std::string& vehicle, sim::Lidar lidar);
-  [[nodiscard]] static std::string imu_topic(const std::string& vehicle);
-  [[nodiscard]] static std::string range_topic(const std::string& vehicle);
+  /// Vehicles whose LiDAR nobody listens to yet.
+  [[nodiscard]] std::vector<std::string> unheard() const;
 
  private:
   struct Vehicle {

@@ -61,23 +61,38 @@ std::string priors_text(const sim::FleetSimulation& sim, const std::vector<std::
   return text;
 }
 
+constexpr const char* kHead =
+    "# Made by rali simulate. Calibration as measured by hand: the truth is in truth/ only.\n"
+    "schema: 1\n"
+    "vehicles:\n";
+
+/// Calibration of one vehicle, and the topics of its sensors where they are not obvious.
+std::string sensors_text(const sim::FleetSimulation& sim, std::size_t v,
+                         const RecordingOptions& options, const std::string& lidar_topic,
+                         const std::string& imu_topic) {
+  const auto topic = [](const std::string& name) {
+    return name.empty() ? std::string() : fmt::format("topic: {}, ", name);
+  };
+  const sensor::Calibration& c = sim.calibration_nominal(static_cast<int>(v));
+  std::string text =
+      fmt::format("    lidar: {{{}model: {}, T_body_lidar: {}}}\n", topic(lidar_topic),
+                  driver_of(options.lidar).model, pose_text(c.T_body_lidar));
+  text +=
+      fmt::format("    imu: {{{}T_body_imu: {}}}\n",
+                  options.with_imu ? topic(imu_topic) : "topic: none, ", pose_text(c.T_body_imu));
+  return text +
+         fmt::format("    antennas: {{{}}}\n", antennas_text(sim.antennas(static_cast<int>(v))));
+}
+
 }  // namespace
 
 std::string fleet_yaml(const sim::FleetSimulation& sim, const std::vector<std::string>& names,
                        const RecordingOptions& options) {
-  std::string text =
-      "# Made by rali simulate. Calibration as measured by hand: the truth is in truth/ only.\n"
-      "schema: 1\n"
-      "vehicles:\n";
+  std::string text = kHead;
   for (std::size_t v = 0; v < names.size(); ++v) {
-    const sensor::Calibration& c = sim.calibration_nominal(static_cast<int>(v));
     text += fmt::format("  {}:\n    recording: {}\n", names[v],
                         recording_name(names[v], options.format));
-    text += fmt::format("    lidar: {{model: {}, T_body_lidar: {}}}\n",
-                        driver_of(options.lidar).model, pose_text(c.T_body_lidar));
-    text += fmt::format("    imu: {{{}T_body_imu: {}}}\n", options.with_imu ? "" : "topic: none, ",
-                        pose_text(c.T_body_imu));
-    text += fmt::format("    antennas: {{{}}}\n", antennas_text(sim.antennas(static_cast<int>(v))));
+    text += sensors_text(sim, v, options, {}, {});
   }
   if (names.size() > 1) {
     text += "ranges: {sources: [{file: ranges.csv}]}\n";
@@ -85,6 +100,28 @@ std::string fleet_yaml(const sim::FleetSimulation& sim, const std::vector<std::s
     if (options.priors) text += "priors:\n" + priors_text(sim, names, options.seed);
   }
   return text;
+}
+
+std::string live_fleet_yaml(const sim::FleetSimulation& sim, const std::vector<std::string>& names,
+                            const RecordingOptions& options, const LiveNetwork& network) {
+  std::string text = kHead;
+  for (std::size_t v = 0; v < names.size(); ++v) {
+    text += fmt::format("  {}:\n    live: {{address: 127.0.0.{}}}\n", names[v], v + 1);
+    text += sensors_text(sim, v, options, live_topic(names[v], driver_of(options.lidar).topic),
+                         live_topic(names[v], kImuTopic));
+  }
+  text += fmt::format("live: {{ros_domain: {}, fleet_domain: {}", network.ros_domain,
+                      network.fleet_domain);
+  text += names.size() > 1 ? fmt::format(", key_file: {}}}\n", network.key_file) : "}\n";
+  if (names.size() > 1) {
+    text += fmt::format("ranges: {{sources: [{{topic: {}}}]}}\n", kLiveRangeTopic);
+    if (options.priors) text += "priors:\n" + priors_text(sim, names, options.seed);
+  }
+  return text;
+}
+
+std::string live_topic(const std::string& vehicle, std::string_view topic) {
+  return fmt::format("/{}/{}", vehicle, topic.starts_with('/') ? topic.substr(1) : topic);
 }
 
 }  // namespace rali::scenario

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rali/scenario/recording/write_recording.hpp"
@@ -13,5 +14,25 @@ namespace rali::scenario {
 [[nodiscard]] std::string fleet_yaml(const sim::FleetSimulation& sim,
                                      const std::vector<std::string>& names,
                                      const RecordingOptions& options);
+
+/// Networks on which a simulated fleet is heard live, all vehicles on one machine.
+struct LiveNetwork {
+  int ros_domain = 0;
+  int fleet_domain = 77;
+  std::string key_file = "fleet.key";  ///< beside fleet.yaml
+};
+
+/// fleet.yaml of a fleet that `rali run` maps while the simulation sends: topics instead of files.
+/// Vehicle n has the address 127.0.0.n.
+[[nodiscard]] std::string live_fleet_yaml(const sim::FleetSimulation& sim,
+                                          const std::vector<std::string>& names,
+                                          const RecordingOptions& options,
+                                          const LiveNetwork& network);
+
+/// A topic of one vehicle: "/v1/imu/data" for "v1" and "/imu/data".
+[[nodiscard]] std::string live_topic(const std::string& vehicle, std::string_view topic);
+
+/// Of each vehicle's ranges: a relative name, as in ROS, is in the vehicle's namespace.
+inline constexpr std::string_view kLiveRangeTopic = "uwb";
 
 }  // namespace rali::scenario

@@ -1,0 +1,138 @@
+#include "rali/cli/live_world_job.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "rali/host/world/live_world.hpp"
+#include "rali/io/files/atomic_file.hpp"
+#include "rali/net/dds_ros_bus.hpp"
+#include "rali/net/fleet_key.hpp"
+#include "rali/scenario/recording/fleet_yaml.hpp"
+
+namespace rali::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// A signal is obeyed within this time.
+constexpr std::chrono::milliseconds kNap{20};
+
+/// The world's time against this machine's. A machine that is too slow makes the world slower: who
+/// listens must not lose data because of it.
+class Pace {
+ public:
+  Pace(Time t_begin, double rate) : t_begin_(t_begin), rate_(rate) {}
+
+  /// Waits until the world may be at `now`. @return false: a signal asks to stop
+  bool wait(Time now) {
+    if (!begun_) begun_ = Clock::now();
+    const double due_s = seconds_between(t_begin_, now) / rate_ + lag_s_;
+    while (!stop_requested()) {
+      const double left_s = due_s - elapsed_s();
+      if (left_s <= 0.0) {
+        lag_s_ += -left_s;
+        return true;
+      }
+      const auto left = std::chrono::duration<double>(left_s);
+      std::this_thread::sleep_for(std::min<std::chrono::duration<double>>(left, kNap));
+    }
+    return false;
+  }
+
+  /// How much later than asked the world is.
+  [[nodiscard]] double lag_s() const { return lag_s_; }
+
+ private:
+  [[nodiscard]] double elapsed_s() const {
+    return std::chrono::duration<double>(Clock::now() - *begun_).count();
+  }
+
+  Time t_begin_;
+  double rate_;
+  std::optional<Clock::time_point> begun_;
+  double lag_s_ = 0.0;
+};
+
+Status write_live_files(const sim::FleetSimulation& sim, const std::vector<std::string>& names,
+                        const scenario::RecordingOptions& options, const LiveWorldJob& job) {
+  scenario::LiveNetwork network;
+  network.ros_domain = job.ros_domain;
+  if (names.size() > 1) {
+    const auto key = net::create_fleet_key(options.folder + "/" + network.key_file);
+    if (!key) return tl::make_unexpected(key.error());
+  }
+  return io::write_file_atomic(options.folder + "/live.yaml",
+                               scenario::live_fleet_yaml(sim, names, options, network));
+}
+
+/// @return false: a signal asks to stop
+bool wait_for_listeners(const host::LiveWorld& world, Session& session) {
+  std::vector<std::string> told;
+  while (!stop_requested()) {
+    const std::vector<std::string> unheard = world.unheard();
+    if (unheard.empty()) return true;
+    if (unheard != told) {
+      session.note(fmt::format("waiting for `rali run` of {}", fmt::join(unheard, ", ")));
+      told = unheard;
+    }
+    std::this_thread::sleep_for(kNap);
+  }
+  return false;
+}
+
+std::vector<std::string> vehicle_names(int vehicles) {
+  std::vector<std::string> names;
+  for (int v = 1; v <= vehicles; ++v) names.push_back(fmt::format("v{}", v));
+  return names;
+}
+
+}  // namespace
+
+Result<scenario::RecordingSummary> run_live_world_job(sim::FleetSimulation& sim,
+                                                      const scenario::RecordingOptions& options,
+                                                      const LiveWorldJob& job, Session& session) {
+  const std::vector<std::string> names = vehicle_names(sim.vehicles());
+  if (Status s = write_live_files(sim, names, options, job); !s) {
+    return tl::make_unexpected(s.error());
+  }
+  net::RosBusOptions bus_options;
+  bus_options.domain = job.ros_domain;
+  bus_options.node_name = "rali_world";
+  auto bus = net::open_dds_ros_bus(bus_options);
+  if (!bus) return tl::make_unexpected(bus.error());
+  Pace pace(sim.t_begin(), job.rate);
+  auto world = host::LiveWorld::make(**bus, {names, options.lidar},
+                                     [&](Time now) { return pace.wait(now); });
+  if (!world) return tl::make_unexpected(world.error());
+  session.note(fmt::format("{}/live.yaml: start `rali run {}/live.yaml --vehicle {}`",
+                           options.folder, options.folder, names.front()));
+  const auto drive =
+      [&](const std::function<Status(const sim::FleetMessage&)>& tap) -> Result<bool> {
+    Status recorded;
+    sim::ClosedLoopOptions loop;
+    loop.time_limit_s = job.time_limit_s;
+    loop.tap = [&](const sim::FleetMessage& message) {
+      if (recorded) recorded = tap(message);
+    };
+    if (!wait_for_listeners(**world, session)) return true;
+    const Result<sim::Mission> mission = sim::run_closed_loop(sim, **world, loop);
+    if (!recorded) return tl::make_unexpected(recorded.error());
+    if (!mission) return tl::make_unexpected(mission.error());
+    return stop_requested().load();
+  };
+  auto summary = scenario::record_drive(sim, options, drive);
+  constexpr double kLagSaid_s = 1.0;
+  if (pace.lag_s() > kLagSaid_s) {
+    session.warning(
+        fmt::format("this machine made the world {:.1f} s slower than asked", pace.lag_s()));
+  }
+  return summary;
+}
+
+}  // namespace rali::cli
