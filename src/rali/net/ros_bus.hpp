@@ -27,8 +27,17 @@ struct RosTopic {
 
 struct RosMessage {
   int subscription = 0;
-  Time t;  ///< of arrival, by the clock of this machine
+  Time t;  ///< of arrival, by the clock of this machine (UTC, as stamps of sensors have it)
   std::vector<std::uint8_t> cdr;  ///< with the four bytes of the encapsulation header
+};
+
+/// What happened on a bus since it was opened.
+struct RosCounts {
+  std::uint64_t published = 0;
+  std::uint64_t refused = 0;  ///< not sent: too large, or a slow reliable reader had not taken more
+  std::uint64_t arrived = 0, arrived_bytes = 0;
+  std::uint64_t overflowed = 0;  ///< arrived, but pushed out by newer ones before take()
+  std::uint64_t malformed = 0;   ///< too large, or without an encapsulation header that is known
 };
 
 /// Messages as ROS 2 knows them, on the vehicle's own network, without ROS: bytes in CDR with
@@ -55,6 +64,8 @@ class RosBus {
 
   /// Readers that match a publication now.
   [[nodiscard]] virtual int readers(int publication) const = 0;
+
+  [[nodiscard]] virtual RosCounts counts() const { return {}; }
 };
 
 }  // namespace rali::net
