@@ -21,7 +21,7 @@ def main(source, build, cmake, npm=""):
         return 77
     subprocess.run([*base, "-P", f"{source}/cmake/BundleWeb.cmake"], check=True)
     return subprocess.run([sys.executable, f"{source}/tools/web_bundle.py", "same", f"{source}/web",
-                           str(Path(build) / "report.js")]).returncode
+                           str(Path(build))]).returncode
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Keeps web/dist: the bundled scripts of report.html, so that a build needs no npm.
+"""Keeps web/dist: the bundled scripts of report.html and of the live page, so that a build needs no npm.
 
-usage: web_bundle.py fresh WEB            exit 0 if WEB/dist was made from WEB's scripts and lock file
-       web_bundle.py pack WEB REPORT_JS   writes WEB/dist
-       web_bundle.py same WEB REPORT_JS   exit 0 if WEB/dist holds REPORT_JS
+usage: web_bundle.py fresh WEB        exit 0 if WEB/dist was made from WEB's scripts and lock file
+       web_bundle.py pack WEB BUILD   writes WEB/dist from the bundles in BUILD
+       web_bundle.py same WEB BUILD   exit 0 if WEB/dist holds the bundles in BUILD
 """
 
 import gzip
@@ -11,6 +11,7 @@ import hashlib
 import sys
 from pathlib import Path
 
+BUNDLES = ("report", "live")
 REMEDY = "run `make bundle` (needs npm and, once, the network) and commit web/dist"
 
 
@@ -31,20 +32,27 @@ def fresh(web):
     return 1
 
 
-def pack(web, script):
+def pack(web, build):
     dist = web / "dist"
     dist.mkdir(exist_ok=True)
-    # Without a time, so that the same scripts give the same file.
-    (dist / "report.js.gz").write_bytes(gzip.compress(script.read_bytes(), 9, mtime=0))
+    for name in BUNDLES:
+        script = (build / f"{name}.js").read_bytes()
+        # Without a time, so that the same scripts give the same file.
+        (dist / f"{name}.js.gz").write_bytes(gzip.compress(script, 9, mtime=0))
     (dist / "sources.sha256").write_text(sources_hash(web), encoding="ascii")
     return 0
 
 
-def same(web, script):
-    if gzip.decompress((web / "dist/report.js.gz").read_bytes()) == script.read_bytes():
-        return 0
-    print(f"{script}, bundled now, differs from {web}/dist/report.js.gz: {REMEDY}.")
-    return 1
+def same(web, build):
+    differ = 0
+    for name in BUNDLES:
+        kept = web / f"dist/{name}.js.gz"
+        script = build / f"{name}.js"
+        if kept.exists() and gzip.decompress(kept.read_bytes()) == script.read_bytes():
+            continue
+        print(f"{script}, bundled now, differs from {kept}: {REMEDY}.")
+        differ = 1
+    return differ
 
 
 def main(arguments):

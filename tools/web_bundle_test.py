@@ -19,9 +19,12 @@ class WebBundleTest(unittest.TestCase):
         (self.web / "package-lock.json").write_text("{}")
         (self.web / "src/main.js").write_text("start();\n")
         (self.web / "src/inner/deep.js").write_text("deep();\n")
-        self.script = self.web / "report.js"
+        self.build = self.web / "build"
+        self.build.mkdir(exist_ok=True)
+        self.script = self.build / "report.js"
         self.script.write_text("start()")
-        web_bundle.pack(self.web, self.script)
+        (self.build / "live.js").write_text("live()")
+        web_bundle.pack(self.web, self.build)
 
     def tearDown(self):
         self.folder.cleanup()
@@ -32,7 +35,7 @@ class WebBundleTest(unittest.TestCase):
 
     def test_a_packed_bundle_is_fresh_and_the_same(self):
         self.assertEqual(self.run_silent(web_bundle.fresh), (0, ""))
-        self.assertEqual(self.run_silent(web_bundle.same, self.script), (0, ""))
+        self.assertEqual(self.run_silent(web_bundle.same, self.build), (0, ""))
 
     def test_a_changed_script_or_lock_file_makes_it_stale_and_the_remedy_is_named(self):
         for name in ("src/main.js", "src/inner/deep.js", "package-lock.json"):
@@ -44,12 +47,19 @@ class WebBundleTest(unittest.TestCase):
                 self.assertIn("make bundle", printed)
 
     def test_a_bundle_of_other_bytes_is_refused(self):
-        self.script.write_text("other()")
-        self.assertEqual(self.run_silent(web_bundle.same, self.script)[0], 1)
+        for name in web_bundle.BUNDLES:
+            with self.subTest(name):
+                self.setUp()
+                (self.build / f"{name}.js").write_text("other()")
+                self.assertEqual(self.run_silent(web_bundle.same, self.build)[0], 1)
+
+    def test_a_bundle_that_was_never_packed_is_refused(self):
+        (self.web / "dist/live.js.gz").unlink()
+        self.assertEqual(self.run_silent(web_bundle.same, self.build)[0], 1)
 
     def test_the_same_script_is_packed_to_the_same_bytes(self):
         first = (self.web / "dist/report.js.gz").read_bytes()
-        web_bundle.pack(self.web, self.script)
+        web_bundle.pack(self.web, self.build)
         self.assertEqual((self.web / "dist/report.js.gz").read_bytes(), first)
 
     def test_a_packed_file_is_embedded_unpacked(self):

@@ -124,8 +124,7 @@ struct LiveConfig {
   int ros_domain = 0;                ///< ROS_DOMAIN_ID of the vehicle's own network
   std::string ros_interface = "lo";  ///< name or address
   int fleet_domain = 77;
-  std::string fleet_interface = "auto";  ///< auto: that of the vehicle's address
-  std::string key_file;                  ///< of the fleet; empty = none
+  std::string key_file;  ///< of the fleet; empty = none
   std::string view_bind = "127.0.0.1";
   int view_port = 8765;
   std::string view_token_file;  ///< needed if view_bind is not loopback; empty = none

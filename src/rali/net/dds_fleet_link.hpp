@@ -12,7 +12,7 @@
 
 namespace rali::net {
 
-/// Another vehicle, or the lowest epoch of it that is believed.
+/// Another vehicle of the fleet.
 struct FleetPeer {
   VehicleId id;
   std::string address;  ///< IPv4
@@ -25,12 +25,15 @@ struct FleetLinkOptions {
   /// Of this start of the program; must never be used twice with the same key: raise and sync it
   /// before the link is opened.
   std::uint32_t epoch = 0;
-  std::string address;  ///< IPv4 of this vehicle in the fleet's network; 127.0.0.n on one machine
+  /// IPv4 of this vehicle in the fleet's network. Vehicles on one machine are 127.0.0.1 to
+  /// 127.0.0.100: they share the interface 127.0.0.1 and differ by their UDP ports.
+  std::string address;
   std::vector<FleetPeer> peers;  ///< all other vehicles of the fleet
   int domain = 77;               ///< 0 to 232; another number than ROS_DOMAIN_ID
   FleetKey key;
   std::size_t message_bytes_max = std::size_t{1} << 20;
   std::size_t queue_bytes_max = std::size_t{8} << 20;  ///< arrived and not taken, for each peer
+  std::string cyclone_config;  ///< XML of Cyclone DDS or file:// names that is applied above ours
 };
 
 /// Cyclone DDS, unicast, each message sealed by the fleet's key.

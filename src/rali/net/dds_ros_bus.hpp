@@ -17,6 +17,7 @@ struct RosBusOptions {
   std::string node_namespace = "/";
   int gid_bytes = 16;  ///< in ros_discovery_info: 16 from Iron on, 24 in Humble
   std::size_t message_bytes_max = std::size_t{64} << 20;  ///< larger ones are dropped and counted
+  std::string cyclone_config;  ///< XML of Cyclone DDS or file:// names that is applied above ours
 };
 
 /// Cyclone DDS with any type by its name. Messages are only checked for their encapsulation header

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/fleet/facts/keyframe_number.hpp"
 #include "rali/geometry/so3.hpp"
 #include "rali/ranging/range_model.hpp"
 #include "rali/vehicle/paper_range_stage.hpp"
@@ -105,8 +106,8 @@ void PaperRangeStage::tell_keyframes(OutputList& out) {
     SE3& told = told_[node.seq];
     if (!differ(told, node.T_odom_body)) continue;
     told = node.T_odom_body;
-    out.emplace_back(
-        KeyframeCorrected{KeyframeId{self_, node.seq}, node.t, node.T_odom_body, node.covariance});
+    const KeyframeId id{self_, fleet::first_keyframe_of(settings_.facts.epoch) + node.seq};
+    out.emplace_back(KeyframeCorrected{id, node.t, node.T_odom_body, node.covariance});
   }
   if (!nodes.empty()) told_.erase(told_.begin(), told_.lower_bound(nodes.front().seq));
 }

@@ -2,8 +2,10 @@
 
 #include <deque>
 #include <limits>
+#include <utility>
 
 #include "rali/degeneracy/information.hpp"
+#include "rali/fleet/facts/keyframe_number.hpp"
 #include "rali/fleet/path/level.hpp"
 #include "rali/odometry/make_odometry.hpp"
 #include "rali/ranging/range_model.hpp"
@@ -27,6 +29,7 @@ class Vehicle::Impl {
   Impl(VehicleId self, const VehicleSettings& settings)
       : settings_(settings),
         self_(self),
+        first_keyframe_(fleet::first_keyframe_of(settings.facts.epoch)),
         odometry_(
             odometry::make_odometry(settings.odometry, settings.calibration, settings.has_imu)),
         paper_(settings),
@@ -127,6 +130,19 @@ class Vehicle::Impl {
     return f;
   }
 
+  /// Once: the next number is that of the first keyframe after a restart.
+  [[nodiscard]] Finding no_more_keyframes(Time t) const {
+    Finding f;
+    f.id = "vehicle.keyframes_full";
+    f.severity = Severity::kError;
+    f.t = t;
+    f.vehicle = settings_.name;
+    f.text = "all keyframe numbers of this start are used";
+    f.effect = "no more keyframes are added to the map";
+    f.remedy = "Restart the vehicle's software.";
+    return f;
+  }
+
   void report(FindingList findings, OutputList& out) const {
     for (Finding& f : findings) {
       f.vehicle = settings_.name;
@@ -180,8 +196,10 @@ class Vehicle::Impl {
     watch_way(result.t, compared && pose.degeneracy.blind);
     out.emplace_back(pose);
     std::optional<KeyframeId> keyframe;
-    if (result.keyframe) {
-      keyframe = KeyframeId{self_, keyframes_++};
+    if (result.keyframe && keyframes_ == fleet::kKeyframesPerEpoch) {
+      if (!std::exchange(keyframes_full_told_, true)) out.emplace_back(no_more_keyframes(result.t));
+    } else if (result.keyframe) {
+      keyframe = KeyframeId{self_, first_keyframe_ + keyframes_++};
       out.emplace_back(KeyframeAdded{*keyframe, result.keyframe});
     }
     record(result, keyframe, pose.degeneracy.blind, out);
@@ -287,6 +305,7 @@ class Vehicle::Impl {
 
   VehicleSettings settings_;
   VehicleId self_;
+  std::uint32_t first_keyframe_ = 0;  ///< number of the first one of this epoch
   std::unique_ptr<odometry::Odometry> odometry_;
   PaperDetector paper_;
   RangeStage ranges_;
@@ -312,7 +331,8 @@ class Vehicle::Impl {
   std::deque<std::shared_ptr<const LidarScan>> waiting_;
   Time t_imu_ = Time{std::numeric_limits<std::int64_t>::min()};
   Time t_scan_ = Time{std::numeric_limits<std::int64_t>::min()};
-  std::uint32_t keyframes_ = 0;
+  std::uint32_t keyframes_ = 0;  ///< of this epoch
+  bool keyframes_full_told_ = false;
   bool broken_imu_told_ = false;
 };
 

@@ -15,8 +15,8 @@ namespace rali::view {
 
 struct ViewOptions {
   std::string bind = "127.0.0.1";
-  std::uint16_t port = 8765;  ///< 0: any free one
-  std::string token;          ///< required of who asks if `bind` is not loopback
+  std::uint16_t port = 8765;           ///< 0: any free one
+  std::string token;                   ///< required of who asks if `bind` is not loopback
   std::size_t queue_bytes = 4u << 20;  ///< per viewer; beyond it the newest of each channel stays
 };
 

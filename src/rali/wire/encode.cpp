@@ -153,6 +153,35 @@ Bytes encode(const PoseStamped& pose, Encoding encoding, bool big_endian) {
   return out.take();
 }
 
+Bytes encode(const Odometry& odometry, Encoding encoding, bool big_endian) {
+  ByteWriter out(encoding, big_endian);
+  out.header(odometry.stamp, odometry.frame_id);
+  out.string(odometry.child_frame_id);
+  put(out, odometry.T_frame_child);
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) out.put(odometry.pose_covariance(row, column));
+  }
+  put(out, odometry.v_child_mps);
+  put(out, odometry.omega_child_radps);
+  put_zeros(out, 36);
+  return out.take();
+}
+
+Bytes encode(const GridMessage& grid, Encoding encoding, bool big_endian) {
+  ByteWriter out(encoding, big_endian);
+  out.reserve(grid.cells.size() + 256);
+  out.header(grid.stamp, grid.frame_id);
+  out.time(grid.stamp);  // map_load_time
+  out.put(grid.cell_m);
+  out.put(grid.width);
+  out.put(grid.height);
+  put(out, geometry::SE3{geometry::Mat3::Identity(),
+                         geometry::Vec3(grid.origin_m.x(), grid.origin_m.y(), 0.0)});
+  out.sequence(grid.cells.size());
+  out.bytes(std::as_bytes(std::span(grid.cells)));
+  return out.take();
+}
+
 Bytes encode(const Path& path, Encoding encoding, bool big_endian) {
   ByteWriter out(encoding, big_endian);
   out.header(path.stamp, path.frame_id);

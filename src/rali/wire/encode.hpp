@@ -21,6 +21,12 @@ namespace rali::wire {
 /// geometry_msgs/PoseStamped.
 [[nodiscard]] Bytes encode(const PoseStamped& pose, Encoding encoding, bool big_endian = false);
 
+/// nav_msgs/Odometry; nothing is known of the velocity's covariance: zeros.
+[[nodiscard]] Bytes encode(const Odometry& odometry, Encoding encoding, bool big_endian = false);
+
+/// nav_msgs/OccupancyGrid. `cells` has width * height entries.
+[[nodiscard]] Bytes encode(const GridMessage& grid, Encoding encoding, bool big_endian = false);
+
 /// nav_msgs/Path.
 [[nodiscard]] Bytes encode(const Path& path, Encoding encoding, bool big_endian = false);
 

@@ -69,11 +69,11 @@ TEST(Definitions, contain_every_message_once_with_separators) {
 }
 
 TEST(Definitions, exist_for_all_that_is_written_and_nothing_else) {
-  for (const char* type :
-       {"sensor_msgs/PointCloud2", "sensor_msgs/Imu", "tf2_msgs/TFMessage",
-        "geometry_msgs/PoseStamped", "nav_msgs/Path", "diagnostic_msgs/DiagnosticArray",
-        "visualization_msgs/Marker", "visualization_msgs/MarkerArray", "rali_msgs/Range",
-        "std_msgs/String", "livox_ros_driver2/CustomMsg"}) {
+  for (const char* type : {"sensor_msgs/PointCloud2", "sensor_msgs/Imu", "tf2_msgs/TFMessage",
+                           "geometry_msgs/PoseStamped", "nav_msgs/Path", "nav_msgs/Odometry",
+                           "nav_msgs/OccupancyGrid", "diagnostic_msgs/DiagnosticArray",
+                           "visualization_msgs/Marker", "visualization_msgs/MarkerArray",
+                           "rali_msgs/Range", "std_msgs/String", "livox_ros_driver2/CustomMsg"}) {
     EXPECT_FALSE(message_definition(type, Encoding::kCdr).empty()) << type;
     EXPECT_FALSE(message_definition(type, Encoding::kRos1).empty()) << type;
     EXPECT_EQ(message_md5(type).size(), 32U) << type;

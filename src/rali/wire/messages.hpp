@@ -42,6 +42,27 @@ struct PoseStamped {
   geometry::SE3 T_frame_body;
 };
 
+/// nav_msgs/Odometry: pose of the child in frame_id, velocity in the child.
+struct Odometry {
+  Time stamp;
+  std::string frame_id, child_frame_id;
+  geometry::SE3 T_frame_child;
+  /// x y z rx ry rz, rotations about the fixed axes of frame_id.
+  geometry::Mat6 pose_covariance = geometry::Mat6::Zero();
+  geometry::Vec3 v_child_mps = geometry::Vec3::Zero();
+  geometry::Vec3 omega_child_radps = geometry::Vec3::Zero();
+};
+
+/// nav_msgs/OccupancyGrid: rows from the smallest y; -1 unknown, 0 free, 100 occupied.
+struct GridMessage {
+  Time stamp;
+  std::string frame_id;
+  float cell_m = 0.05F;
+  std::uint32_t width = 0, height = 0;
+  geometry::Vec2 origin_m = geometry::Vec2::Zero();  ///< corner of the lower-left cell
+  std::vector<std::int8_t> cells;
+};
+
 /// nav_msgs/Path.
 struct Path {
   Time stamp;

@@ -1,12 +1,12 @@
 #include "rali/drive/closed_loop/fleet_nodes.hpp"
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
 #include <variant>
 
 #include <fmt/format.h>
 
+#include "rali/drive/closed_loop/role_finding.hpp"
 #include "rali/drive/link/post.hpp"
 
 namespace rali::drive {
@@ -34,49 +34,11 @@ fleet::DriveState state_of(sim::DriveStatus status) {
   return fleet::DriveState::kStanding;
 }
 
-/// What a change of role means, for people.
-std::string_view text_of(fleet::RoleActionKind kind) {
-  switch (kind) {
-    case fleet::RoleActionKind::kBecameAnchor:
-      return "is the anchor";
-    case fleet::RoleActionKind::kRenewedTerm:
-      return "is still the anchor";
-    case fleet::RoleActionKind::kStoppedAnchoring:
-      return "makes no more tables";
-    case fleet::RoleActionKind::kFollows:
-      return "follows a new anchor";
-    case fleet::RoleActionKind::kSealed:
-      return "ends its round";
-    case fleet::RoleActionKind::kOrphaned:
-      return "receives no anchor and stops";
-    case fleet::RoleActionKind::kRejoined:
-      return "receives an anchor again";
-    case fleet::RoleActionKind::kMayLeave:
-      return "was the anchor and may move";
-    case fleet::RoleActionKind::kNotInFleet:
-      return "is not counted on any more";
-    case fleet::RoleActionKind::kConflict:
-      return "received a second anchor";
-    case fleet::RoleActionKind::kRefused:
-      return "could not be elected";
-  }
-  return "";
-}
-
 Finding refused(const Error& error) {
   Finding finding;
   finding.id = "fleet.message_refused";
   finding.severity = Severity::kError;
   finding.text = error.message();
-  return finding;
-}
-
-Finding role_change(const fleet::RoleAction& action, Time t) {
-  Finding finding;
-  finding.id = "fleet.role";
-  finding.severity = Severity::kInfo;
-  finding.t = t;
-  finding.text = fmt::format("{} (term {})", text_of(action.kind), action.term);
   return finding;
 }
 
@@ -125,7 +87,7 @@ void FleetNodes::tell(std::size_t index, const fleet::NodeEvent& event, Time t,
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
       note(member, *finding);
     } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
-      note(member, role_change(*action, t));
+      note(member, role_finding(*action, t));
     }
   }
 }

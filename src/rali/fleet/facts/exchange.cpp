@@ -41,6 +41,15 @@ Exchange::Exchange(VehicleId self, const std::vector<VehicleId>& fleet,
   }
 }
 
+void Exchange::go_on(std::uint32_t epoch, const FactStore& store) {
+  // More messages than any start of a program sends.
+  constexpr std::uint32_t kNumbersPerEpoch = 1U << 20;
+  inventories_ = requests_ = epoch * kNumbersPerEpoch;
+  for (const StreamInventory& stream : store.streams()) {
+    if (stream.stream.vehicle == self_) pushed_[stream.stream] = stream.end;
+  }
+}
+
 void Exchange::set_points_to(std::optional<VehicleId> anchor) {
   if (points_to_ == anchor) return;
   points_to_ = anchor;
@@ -149,7 +158,7 @@ void Exchange::on_withheld(const Withheld& message, const FactStore& store) {
 }
 
 void Exchange::push_new(const FactStore& store, Time now) {
-  for (const StreamInventory& own : store.inventory(0, 0).streams) {
+  for (const StreamInventory& own : store.streams()) {
     if (own.stream.vehicle != self_) continue;
     std::uint32_t& next = pushed_[own.stream];
     store.for_each(own.stream, next, own.end - 1, [&](const FactPtr& fact) {

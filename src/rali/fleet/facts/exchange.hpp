@@ -24,6 +24,10 @@ class Exchange {
  public:
   Exchange(VehicleId self, const std::vector<VehicleId>& fleet, const ExchangeSettings& settings);
 
+  /// After a restart: the numbers of messages go on beyond those of earlier epochs, which others
+  /// remember; what the store holds is not told unasked again.
+  void go_on(std::uint32_t epoch, const FactStore& store);
+
   /// Takes a message of any kind: facts into the store, the rest to heart. What it does not know
   /// (role, status, table) only shows that the link is up.
   void receive(const Envelope& envelope, FactStore& store, Time now);

@@ -65,8 +65,25 @@ FactStore::Added FactStore::add(FactPtr fact) {
   gaps_ += stream.held.gap_count() - gaps_before;
   stream.facts.emplace(key.seq, Entry{fact, hash});
   ++size_;
+  if (logs_) unsaved_.push_back(fact);
   new_.push_back(std::move(fact));
   return Added::kNew;
+}
+
+FactStore::Added FactStore::restore(FactPtr fact) {
+  const FactKey key = fact->key;
+  const Added added = add(std::move(fact));
+  if (added == Added::kNew && logs_) {
+    unsaved_.pop_back();
+    persisted(key);
+  }
+  return added;
+}
+
+void FactStore::persisted(const FactKey& key) {
+  const auto found = streams_.find({key.vehicle, key.epoch});
+  if (found == streams_.end() || !found->second.held.contains(key.seq)) return;
+  found->second.on_disk.insert(key.seq);
 }
 
 /// Once per stream: a cloned disk makes as many conflicts as facts.
@@ -102,12 +119,22 @@ const SeqSet& FactStore::held(const StreamKey& stream) const {
 }
 
 Inventory FactStore::inventory(std::uint32_t number, std::uint64_t free_bytes) const {
+  if (!logs_) return {number, free_bytes, streams()};
   Inventory inventory{number, free_bytes, {}};
   for (const auto& [key, stream] : streams_) {
+    if (stream.on_disk.empty()) continue;
     inventory.streams.push_back(
-        {key, static_cast<std::uint32_t>(stream.held.end()), stream.held.gaps()});
+        {key, static_cast<std::uint32_t>(stream.on_disk.end()), stream.on_disk.gaps()});
   }
   return inventory;
+}
+
+std::vector<StreamInventory> FactStore::streams() const {
+  std::vector<StreamInventory> out;
+  for (const auto& [key, stream] : streams_) {
+    out.push_back({key, static_cast<std::uint32_t>(stream.held.end()), stream.held.gaps()});
+  }
+  return out;
 }
 
 std::uint64_t FactStore::hash() const {

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "rali/base/finding.hpp"
@@ -46,6 +47,19 @@ class FactStore {
   /// A fact as it came from another vehicle, in whatever order.
   Added add(FactPtr fact);
 
+  /// A fact, own or foreign, that the disk has kept since before the program's start.
+  Added restore(FactPtr fact);
+
+  /// From now on an inventory names only facts that are known to be on the disk (I5). Without it
+  /// every fact counts as persisted.
+  void keep_log() { logs_ = true; }
+
+  /// With a log: each fact once that is to be written to it.
+  [[nodiscard]] std::vector<FactPtr> take_unsaved() { return std::exchange(unsaved_, {}); }
+
+  /// With a log: the fact is on the disk. Nothing happens if there is no such fact.
+  void persisted(const FactKey& key);
+
   /// Each fact once, own and foreign, as they came in.
   [[nodiscard]] std::vector<FactPtr> take_new();
 
@@ -69,7 +83,11 @@ class FactStore {
     }
   }
 
+  /// What is on the disk: others may rely on it.
   [[nodiscard]] Inventory inventory(std::uint32_t number, std::uint64_t free_bytes) const;
+
+  /// All that is held, on the disk or not yet. Ascending by key.
+  [[nodiscard]] std::vector<StreamInventory> streams() const;
 
   /// Of all keys and contents: equal on two vehicles that hold the same facts.
   [[nodiscard]] std::uint64_t hash() const;
@@ -92,6 +110,7 @@ class FactStore {
   struct Stream {
     std::map<std::uint32_t, Entry> facts;
     SeqSet held;
+    SeqSet on_disk;  ///< of those held; used with a log
     bool conflict_said = false;
   };
 
@@ -103,7 +122,8 @@ class FactStore {
   StoreLimits limits_;
   std::map<StreamKey, Stream> streams_;
   std::size_t size_ = 0, gaps_ = 0, refused_ = 0;
-  std::vector<FactPtr> new_;
+  bool logs_ = false;
+  std::vector<FactPtr> new_, unsaved_;
   FindingList findings_;
 };
 

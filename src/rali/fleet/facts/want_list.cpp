@@ -24,6 +24,16 @@ const SeqSet* holdings_of(const Holder& holder, const StreamKey& stream) {
   return found == holder.holdings->end() ? nullptr : &found->second;
 }
 
+/// The author is known to be in a later epoch than this one, or is this vehicle itself.
+bool has_restarted(VehicleId self, const StreamKey& stream, const std::vector<Holder>& holders) {
+  if (stream.vehicle == self) return true;
+  return std::any_of(holders.begin(), holders.end(), [&](const Holder& holder) {
+    if (holder.vehicle != stream.vehicle) return false;
+    const auto later = holder.holdings->upper_bound(stream);
+    return later != holder.holdings->end() && later->first.vehicle == stream.vehicle;
+  });
+}
+
 /// Appends to the last stretch where the number follows on it.
 void append(std::vector<Want>& wants, const FactKey& key) {
   const StreamKey stream{key.vehicle, key.epoch};
@@ -63,7 +73,7 @@ void WantList::refresh(const FactStore& store, const std::vector<Holder>& holder
   for (const Holder& holder : holders) {
     for (const auto& [stream, numbers] : *holder.holdings) streams.insert(stream);
   }
-  for (const StreamInventory& own : store.inventory(0, 0).streams) streams.insert(own.stream);
+  for (const StreamInventory& own : store.streams()) streams.insert(own.stream);
   // The same for each stream, so that none can keep another from being asked for.
   const std::size_t share = kMissingMax / std::max<std::size_t>(streams.size(), 1);
   const std::size_t per_stream = std::clamp<std::size_t>(share, 1, kMissingPerStream);
@@ -71,6 +81,8 @@ void WantList::refresh(const FactStore& store, const std::vector<Holder>& holder
   for (const StreamKey& stream : streams) {
     const SeqSet& held = store.held(stream);
     const auto kept_back = withheld.find(stream);
+    // What an author had not written to its disk when it stopped is nobody's who does not say so.
+    const bool author_lacks = has_restarted(store.self(), stream, holders);
     std::size_t count = 0;
     std::uint64_t seq = 0;
     while (count < per_stream) {
@@ -84,7 +96,8 @@ void WantList::refresh(const FactStore& store, const std::vector<Holder>& holder
         const auto lacking = held.first_lacking(*theirs, static_cast<std::uint32_t>(seq));
         if (lacking) next = std::min(*lacking, next.value_or(*lacking));
       }
-      if (const auto gap = held.first_gap(static_cast<std::uint32_t>(seq))) {
+      const auto gap = held.first_gap(static_cast<std::uint32_t>(seq));
+      if (gap && !author_lacks) {
         next = std::min(*gap, next.value_or(*gap));
       }
       if (!next) break;

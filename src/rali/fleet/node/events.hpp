@@ -2,10 +2,12 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
 #include "rali/base/finding.hpp"
+#include "rali/fleet/facts/fact_store.hpp"
 #include "rali/fleet/messages/messages.hpp"
 #include "rali/fleet/roles/role_state.hpp"
 
@@ -45,19 +47,53 @@ struct DriveStatus {
   DriveState state = DriveState::kStanding;
 };
 
+/// The log on the disk has kept what it was given.
+struct Persisted {
+  std::vector<FactKey> facts;     ///< synced since the last event
+  std::uint64_t role = 0;         ///< number of the last SaveRole that is synced; 0: none yet
+  std::uint64_t free_bytes = 0;   ///< that the disk still takes
+  std::size_t failing_facts = 0;  ///< that could not be written and are tried again
+};
+
+/// These facts could not be written. They stay in memory and are tried again; until then nobody may
+/// rely on this vehicle to keep them.
+struct PersistFailed {
+  std::vector<FactKey> facts;
+  std::string why;
+};
+
+/// The operator confirms that no vote was given that the disk does not know (RoleConfirm).
+struct ConfirmRole {};
+
 /// Time passes: ten times a second is usual.
 struct NodeTick {};
 
-using NodeEvent =
-    std::variant<OwnFact, OwnPose, HeardRange, HeardRadio, DriveStatus, Envelope, NodeTick>;
+using NodeEvent = std::variant<OwnFact, OwnPose, HeardRange, HeardRadio, DriveStatus, Envelope,
+                               Persisted, PersistFailed, ConfirmRole, NodeTick>;
 
-/// To be synced to disk before any message that follows leaves.
+/// To be synced to disk. Without a log, before any message that follows leaves; with one, the
+/// messages that must wait for it come after Persisted::role has reached `number`.
 struct SaveRole {
   DurableRole durable;
+  std::uint64_t number = 0;
 };
 
-using NodeOutput = std::variant<SaveRole, Envelope, RoleAction, Finding>;
+/// A fact, own or foreign, that the log does not have yet. Only with a log.
+struct SaveFact {
+  FactPtr fact;
+};
+
+using NodeOutput = std::variant<SaveRole, SaveFact, Envelope, RoleAction, Finding>;
 using NodeOutputs = std::vector<NodeOutput>;
+
+/// What a node is built from when its program starts.
+struct NodeStart {
+  DurableRole durable;         ///< without a fleet: that of a newcomer
+  std::uint32_t epoch = 0;     ///< of this start: above that of any fact sent before
+  std::vector<FactPtr> facts;  ///< that the log holds
+  /// There is a log: facts and roles count as kept when Persisted says so. Else at once.
+  bool logs = false;
+};
 
 /// Where the vehicle is to go. Frame `map` is that of the fleet's largest group.
 struct DriveOrder {

@@ -29,8 +29,9 @@ geometry::Mat6 covariance_of(const PoseSigma& sigma) {
   return P;
 }
 
-DurableRole newcomer(const std::vector<VehicleId>& fleet) {
-  DurableRole durable;
+DurableRole role_at_start(const NodeStart& start, const std::vector<VehicleId>& fleet) {
+  if (!start.durable.fleet.empty()) return start.durable;
+  DurableRole durable = start.durable;
   durable.fleet = fleet;
   std::sort(durable.fleet.begin(), durable.fleet.end());
   return durable;
@@ -39,26 +40,33 @@ DurableRole newcomer(const std::vector<VehicleId>& fleet) {
 }  // namespace
 
 Node::Node(VehicleId self, std::vector<VehicleId> fleet, const NodeSettings& settings,
-           const FleetKnowledge& known, Time now)
+           const FleetKnowledge& known, Time now, NodeStart start)
     : self_(self),
+      epoch_(start.epoch),
       settings_(settings),
       known_(known),
       begin_(now),
       now_(now),
       store_(self, fleet),
       exchange_(self, fleet, settings.exchange),
-      role_(start_role(self, newcomer(fleet), settings.roles, now)),
+      role_(start_role(self, role_at_start(start, fleet), settings.roles, now)),
       finish_(settings.rounds.finish),
       rounds_(settings.rounds),
       next_status_(now),
       next_finish_(now),
-      next_claim_(now) {}
+      next_claim_(now) {
+  logs_ = start.logs;
+  if (logs_) store_.keep_log();
+  for (FactPtr& fact : start.facts) store_.restore(std::move(fact));
+  if (epoch_ > 0) exchange_.go_on(epoch_, store_);
+}
 
 void Node::step(const NodeEvent& event, Time now, Executor& executor, NodeOutputs& out) {
   now_ = std::max(now_, now);
   executor_ = &executor;
   out_ = &out;
   std::visit([this](const auto& e) { on(e); }, event);
+  for (FactPtr& fact : store_.take_unsaved()) out.emplace_back(SaveFact{std::move(fact)});
   executor_ = nullptr;
   out_ = nullptr;
 }
@@ -153,9 +161,25 @@ void Node::on(const Envelope& event) {
 
 void Node::on(const VehicleStatus& status, VehicleId from) {
   Peer& peer = peers_[from];
-  if (peer.t.ns != 0 && status.t_send < peer.status.t_send) return;
+  if (peer.t.ns != 0) {
+    const std::uint32_t epoch = peer.status.epoch;
+    if (status.epoch < epoch) return;
+    if (status.epoch == epoch && status.t_send < peer.status.t_send) return;
+    if (status.epoch > epoch) restarted(from);
+  }
   peer = {status, now_};
   if (status.mode == Mode::kDone && status.term >= role_.durable.term) done_ = true;
+}
+
+/// What it had finished before its restart it may go on with now; its clock may have begun anew.
+void Node::restarted(VehicleId peer) {
+  tags_.erase(peer);
+  rounds_.tag_finished(peer, FinishReason::kNone);
+  for (RolePeer& p : role_.peers) {
+    if (p.vehicle != peer) continue;
+    p.finished = FinishReason::kNone;
+    p.finished_sent = {};
+  }
 }
 
 void Node::on(const Table& table, VehicleId from) {
@@ -186,10 +210,10 @@ void Node::on(const GoalList& goals, VehicleId from) {
 }
 
 std::optional<SE3> Node::T_map_odom() const {
-  if (survey_) return survey_->T_map_odom(self_);
+  if (survey_) return survey_->T_map_odom({self_, epoch_});
   std::optional<SE3> T;
   for (const auto& [stream, frame] : frames_) {
-    if (stream.vehicle == self_) T = frame;
+    if (stream == StreamKey{self_, epoch_}) T = frame;
   }
   return T;
 }
@@ -202,7 +226,7 @@ std::optional<Vec3> Node::place_of(VehicleId vehicle) const {
   const auto peer = peers_.find(vehicle);
   if (peer == peers_.end()) return std::nullopt;
   if (survey_) {
-    const auto T = survey_->T_map_odom(vehicle);
+    const auto T = survey_->T_map_odom({vehicle, peer->second.status.epoch});
     return T ? std::optional<Vec3>(*T * peer->second.status.T_odom_body.p) : std::nullopt;
   }
   const auto frame = frames_.find({vehicle, peer->second.status.epoch});
@@ -231,6 +255,7 @@ Mode Node::mode() const {
 
 VehicleStatus Node::status() const {
   VehicleStatus s;
+  s.epoch = epoch_;
   s.term = role_.durable.term;
   s.mode = mode();
   s.at_rest = !is_moving();

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rali/base/executor.hpp"
@@ -22,9 +24,9 @@ namespace rali::fleet {
 /// also makes the map, finds the frontiers and sends everybody. No clock, no bytes.
 class Node {
  public:
-  /// @param fleet all vehicles, this one included
+  /// @param fleet all vehicles, this one included  @param start what the disk holds
   Node(VehicleId self, std::vector<VehicleId> fleet, const NodeSettings& settings,
-       const FleetKnowledge& known, Time now);
+       const FleetKnowledge& known, Time now, NodeStart start = {});
 
   /// Takes one event and appends what follows from it. `now` is the vehicle's own clock; it must
   /// not go back.
@@ -55,6 +57,8 @@ class Node {
 
   [[nodiscard]] const FactStore& store() const { return store_; }
 
+  [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
+
   /// Where the fleet's keyframes lie, as last told.
   [[nodiscard]] const std::map<KeyframeId, KeyframePose>& map_poses() const { return poses_; }
 
@@ -74,8 +78,12 @@ class Node {
   void on(const HeardRadio& event);
   void on(const DriveStatus& event);
   void on(const Envelope& event);
+  void on(const Persisted& event);
+  void on(const PersistFailed& event);
+  void on(const ConfirmRole& event);
   void on(const NodeTick& event);
   void on(const VehicleStatus& status, VehicleId from);
+  void restarted(VehicleId peer);
   void on(const Table& table, VehicleId from);
   void on(const RoundBoundary& boundary, VehicleId from);
   void on(const GoalList& goals, VehicleId from);
@@ -83,6 +91,7 @@ class Node {
   // The role.
   void give(const RoleEvent& event);
   void act(const RoleAction& action);
+  void follow(VehicleId anchor);
   void send_role(RoleSend send);
   void tell_self();
   void watch_finish();
@@ -129,6 +138,7 @@ class Node {
   void report(std::string id, Severity severity, std::string text);
 
   VehicleId self_;
+  std::uint32_t epoch_ = 0;
   NodeSettings settings_;
   FleetKnowledge known_;
   Time begin_, now_;
@@ -143,6 +153,12 @@ class Node {
   RoundMachine rounds_;
   std::map<VehicleId, Peer> peers_;
   std::uint32_t role_messages_ = 0;
+
+  bool logs_ = false;              ///< what must be kept waits for the disk
+  std::uint64_t roles_saved_ = 0;  ///< number of the last SaveRole
+  std::uint64_t roles_kept_ = 0;   ///< likewise, of those on the disk
+  std::deque<std::pair<std::uint64_t, RoleSend>> waiting_roles_;  ///< for that SaveRole
+  bool disk_fails_ = false;
 
   std::optional<OwnPose> pose_;
   std::optional<Time> rested_, standing_since_;

@@ -29,7 +29,7 @@ void Node::give(const RoleEvent& event) {
   RoleStep step = role_step(role_, settings_.roles, event, now_);
   role_ = std::move(step.state);
   // The disk before the radio.
-  if (step.save) out_->emplace_back(SaveRole{role_.durable});
+  if (step.save) out_->emplace_back(SaveRole{role_.durable, ++roles_saved_});
   for (RoleSend& send : step.messages) send_role(std::move(send));
   for (const RoleAction& action : step.actions) act(action);
 }
@@ -41,6 +41,11 @@ void Node::send_role(RoleSend send) {
   if (op == RoleOp::kFinished || op == RoleOp::kSeal) {
     send.message.inventory = op == RoleOp::kSeal && seal_ ? *seal_ : store_.inventory(0, 0);
     if (pose_) send.message.T_odom_body = pose_->T_odom_body;
+  }
+  // Later ones wait, too: a vote that is given again is as binding as the first time.
+  if (logs_ && roles_kept_ < roles_saved_) {
+    waiting_roles_.emplace_back(roles_saved_, std::move(send));
+    return;
   }
   post(send.to, std::move(send.message));
 }
@@ -56,22 +61,13 @@ void Node::act(const RoleAction& action) {
       return sealed();
     case RoleActionKind::kStoppedAnchoring:
     case RoleActionKind::kMayLeave:
+      return;
     case RoleActionKind::kRejoined:
+      // After a restart in the midst of a round: the anchor is the one that the disk names.
+      if (rounds_.rounds().empty()) follow(action.vehicle);
       return;
     case RoleActionKind::kFollows:
-      stopped_anchoring();
-      rounds_.anchor_began(action.vehicle, now_);
-      finish_.new_round(now_);
-      finish_view_ = {};
-      input_ = {};
-      goals_.reset();
-      backs_ = false;
-      ranges_to_anchor_ = 0;
-      rssi_dbm_ = 0.0;
-      was_near_ = false;
-      followed_ = now_;
-      exchange_.set_points_to(action.vehicle);
-      return;
+      return follow(action.vehicle);
     case RoleActionKind::kOrphaned:
       stopped_anchoring();
       return;
@@ -87,13 +83,30 @@ void Node::act(const RoleAction& action) {
   }
 }
 
+/// A round begins, as a tag.
+void Node::follow(VehicleId anchor) {
+  stopped_anchoring();
+  rounds_.anchor_began(anchor, now_);
+  finish_.new_round(now_);
+  finish_view_ = {};
+  input_ = {};
+  goals_.reset();
+  backs_ = false;
+  ranges_to_anchor_ = 0;
+  rssi_dbm_ = 0.0;
+  was_near_ = false;
+  followed_ = now_;
+  exchange_.set_points_to(anchor);
+}
+
 void Node::tell_self() {
   // The chain of stands holds where the LiDAR is blind; an old anchor that sees is not waited for
   // by a new one whose radio may never reach it.
   const bool sees =
       pose_ && !pose_->blind && seconds_between(followed_, now_) >= settings_.roles.stand_s;
   const auto enough = static_cast<std::uint32_t>(std::ceil(settings_.roles.ranges_to_leave));
-  give(RoleSelf{standing_since_, sees ? std::max(enough, ranges_to_anchor_) : ranges_to_anchor_});
+  give(RoleSelf{standing_since_, sees ? std::max(enough, ranges_to_anchor_) : ranges_to_anchor_,
+                !disk_fails_});
   const bool first = self_ == role_.durable.fleet.front() && role_.durable.term == 0;
   if (!first || !pose_ || !pose_->levelled || !standing_since_ || now_ < next_claim_) return;
   next_claim_ = now_ + Duration::from_s(1.0);
@@ -167,7 +180,7 @@ void Node::begin_survey() {
   } else {
     survey_ = std::make_unique<Survey>(settings_, known_);
     static_cast<void>(store_.take_new());
-    for (const StreamInventory& stream : store_.inventory(0, 0).streams) {
+    for (const StreamInventory& stream : store_.streams()) {
       store_.for_each(stream.stream, 0, stream.end, [this](const FactPtr& fact) {
         survey_->add(*fact);
         return true;
@@ -251,7 +264,7 @@ void Node::offer_choice() {
   if (role_.mode != RoleMode::kSealed || role_.named || ranked_.empty() || done_) return;
   std::vector<VehicleId> able;
   for (const VehicleId v : ranked_) {
-    if (v == self_ || (seal_ && exchange_.peer_holds(v, *seal_))) able.push_back(v);
+    if (v == self_ ? !disk_fails_ : (seal_ && exchange_.peer_holds(v, *seal_))) able.push_back(v);
   }
   const bool waited = seconds_between(sealed_at_, now_) >= settings_.choice_wait_s;
   if (able.empty() || (able.front() != ranked_.front() && !waited)) return;

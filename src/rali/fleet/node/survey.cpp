@@ -9,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "rali/fleet/centre/path_frames.hpp"
+#include "rali/fleet/facts/keyframe_number.hpp"
 
 namespace rali::fleet {
 
@@ -69,12 +70,36 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
 Survey::Survey(const NodeSettings& settings, const FleetKnowledge& known)
     : settings_(settings), known_(known), centre_(settings.fleet, known), grid_(settings.explore) {}
 
-const VehiclePath* Survey::path_of(VehicleId vehicle) const {
+const VehiclePath* Survey::last_path_of(VehicleId vehicle) const {
   const VehiclePath* found = nullptr;
   for (const VehiclePath& path : centre_.paths()) {
     if (path.vehicle() == vehicle && !path.nodes().empty()) found = &path;  // the last epoch
   }
   return found;
+}
+
+const VehiclePath* Survey::first_path_of(VehicleId vehicle) const {
+  for (const VehiclePath& path : centre_.paths()) {
+    if (path.vehicle() == vehicle && !path.nodes().empty()) return &path;
+  }
+  return nullptr;
+}
+
+/// A vehicle's keyframes have numbers of their own in each epoch (keyframe_number.hpp).
+const VehiclePath* Survey::path_with(KeyframeId keyframe) const {
+  for (const VehiclePath& path : centre_.paths()) {
+    if (path.vehicle() == keyframe.vehicle && path.node_of(keyframe.seq)) return &path;
+  }
+  return nullptr;
+}
+
+bool Survey::is_placed(const VehiclePath& path) const {
+  return T_map_odom_.contains(stream_of(path));
+}
+
+bool Survey::is_placed(VehicleId vehicle) const {
+  const VehiclePath* path = last_path_of(vehicle);
+  return path != nullptr && is_placed(*path);
 }
 
 void Survey::estimate(Executor& executor) { take(centre_.estimate(executor)); }
@@ -96,17 +121,18 @@ bool Survey::take_over(const RoundBoundary& boundary,
 void Survey::take(const FleetEstimate& estimate) {
   last_ = estimate;
   find_frames();
-  for (auto& [id, T] : in_grid_) {
-    const VehiclePath* path = path_of(id.vehicle);
-    const auto node = path != nullptr ? path->node_of(id.seq) : std::nullopt;
-    if (!node || !is_placed(id.vehicle)) {
+  for (auto it = in_grid_.begin(); it != in_grid_.end();) {
+    const KeyframeId id = it->first;
+    const VehiclePath* path = path_with(id);
+    if (path == nullptr || !is_placed(*path)) {
       grid_.remove(id);
+      it = in_grid_.erase(it);
       continue;
     }
-    T = pose_of(*path, *node);
-    grid_.move(id, T);
+    it->second = pose_of(*path, *path->node_of(id.seq));
+    grid_.move(id, it->second);
+    ++it;
   }
-  std::erase_if(in_grid_, [this](const auto& entry) { return !is_placed(entry.first.vehicle); });
   list_seen();
 }
 
@@ -116,16 +142,17 @@ void Survey::find_frames() {
   for (const VehicleFrame& frame : last_.frames) {
     if (frame.group != 0) continue;
     SE3 T = frame.T_map_odom;
-    const VehiclePath* path = path_of(frame.vehicle);
-    if (path == nullptr || path->epoch() != frame.epoch) continue;
-    const auto after =
-        last_.keyframes.upper_bound({frame.vehicle, std::numeric_limits<std::uint32_t>::max()});
+    const StreamKey stream{frame.vehicle, frame.epoch};
+    const VehiclePath* path = path_of(centre_.paths(), stream);
+    if (path == nullptr || path->nodes().empty()) continue;
+    const std::uint32_t last = first_keyframe_of(frame.epoch) + (kKeyframesPerEpoch - 1);
+    const auto after = last_.keyframes.upper_bound({frame.vehicle, last});
     if (after != last_.keyframes.begin()) {
       const auto& [id, pose] = *std::prev(after);
       const auto node = id.vehicle == frame.vehicle ? path->node_of(id.seq) : std::nullopt;
       if (node) T = pose.T_map_body * path->nodes()[*node].step.T_odom_body.inverse();
     }
-    T_map_odom_[frame.vehicle] = T;
+    T_map_odom_[stream] = T;
   }
 }
 
@@ -135,13 +162,13 @@ SE3 Survey::pose_of(const VehiclePath& path, std::size_t node) const {
     const auto known = last_.keyframes.find({path.vehicle(), *step.keyframe});
     if (known != last_.keyframes.end()) return known->second.T_map_body;
   }
-  return T_map_odom_.at(path.vehicle()) * step.T_odom_body;
+  return T_map_odom_.at(stream_of(path)) * step.T_odom_body;
 }
 
 std::size_t Survey::refresh() {
   std::size_t added = 0;
   for (const VehiclePath& path : centre_.paths()) {
-    if (!is_placed(path.vehicle()) || &path != path_of(path.vehicle())) continue;
+    if (!is_placed(path)) continue;
     for (const auto& [number, points] : path.points()) {
       const KeyframeId id{path.vehicle(), number};
       const auto node = path.node_of(number);
@@ -159,12 +186,12 @@ std::size_t Survey::refresh() {
 void Survey::list_seen() {
   seen_.clear();
   for (const VehiclePath& path : centre_.paths()) {
-    if (!is_placed(path.vehicle()) || &path != path_of(path.vehicle())) continue;
+    if (!is_placed(path)) continue;
     for (std::size_t k = 0; k < path.nodes().size(); ++k) {
       const SE3 T = pose_of(path, k);
       Seen seen{T.p.head<2>(), T.p.z(), {}};
       if (const auto axis = blind_axis_odom(path.nodes()[k].step)) {
-        const Vec3 in_map = T_map_odom_.at(path.vehicle()).R * Vec3(axis->x(), axis->y(), 0.0);
+        const Vec3 in_map = T_map_odom_.at(stream_of(path)).R * Vec3(axis->x(), axis->y(), 0.0);
         seen.blind_axis = in_map.head<2>().normalized();
       }
       seen_.push_back(seen);
@@ -172,16 +199,19 @@ void Survey::list_seen() {
   }
 }
 
-std::optional<SE3> Survey::measured(VehicleId vehicle) const {
-  const VehiclePath* path = path_of(vehicle);
-  if (path == nullptr) return std::nullopt;
+/// Where a vehicle was measured is where its first epoch began.
+std::optional<SE3> Survey::measured(const StreamKey& stream) const {
+  const VehicleId vehicle = stream.vehicle;
+  const VehiclePath* path = first_path_of(vehicle);
+  if (path == nullptr || stream_of(*path) != stream) return std::nullopt;
   for (const GivenStart& start : known_.starts) {
     const bool forward = start.vehicle == vehicle;
     if (!forward && start.relative_to != vehicle) continue;
     const VehicleId other = forward ? start.relative_to : start.vehicle;
-    const VehiclePath* base = path_of(other);
-    const auto placed = T_map_odom_.find(other);
-    if (base == nullptr || placed == T_map_odom_.end()) continue;
+    const VehiclePath* base = first_path_of(other);
+    if (base == nullptr) continue;
+    const auto placed = T_map_odom_.find(stream_of(*base));
+    if (placed == T_map_odom_.end()) continue;
     const SE3 T_map_level = placed->second * T_map_odom_alone(*base).inverse();
     const SE3 T_other_self =
         forward ? start.T_relative_vehicle : start.T_relative_vehicle.inverse();
@@ -190,9 +220,9 @@ std::optional<SE3> Survey::measured(VehicleId vehicle) const {
   return std::nullopt;
 }
 
-std::optional<SE3> Survey::T_map_odom(VehicleId vehicle) const {
-  const auto placed = T_map_odom_.find(vehicle);
-  return placed != T_map_odom_.end() ? std::optional(placed->second) : measured(vehicle);
+std::optional<SE3> Survey::T_map_odom(const StreamKey& stream) const {
+  const auto placed = T_map_odom_.find(stream);
+  return placed != T_map_odom_.end() ? std::optional(placed->second) : measured(stream);
 }
 
 BlindAxisAt Survey::blind_axis() const {
@@ -227,7 +257,7 @@ double Survey::height_m(const Vec2& place_map_m) const {
 std::size_t Survey::new_places_since(Time t) const {
   std::vector<Vec3> before, since;
   for (const VehiclePath& path : centre_.paths()) {
-    if (!is_placed(path.vehicle()) || &path != path_of(path.vehicle())) continue;
+    if (!is_placed(path)) continue;
     for (std::size_t k = 0; k < path.nodes().size(); ++k) {
       const VehiclePath::Node& node = path.nodes()[k];
       if (node.step.keyframe) (node.t < t ? before : since).push_back(pose_of(path, k).p);
@@ -243,7 +273,8 @@ std::size_t Survey::new_places_since(Time t) const {
 std::vector<Table> Survey::tables(std::uint64_t term, std::uint32_t revision, double moved_m) {
   std::map<KeyframeId, SE3> all = in_grid_;
   for (const auto& [id, pose] : last_.keyframes) {
-    if (is_placed(id.vehicle)) all[id] = pose.T_map_body;
+    const VehiclePath* path = path_with(id);
+    if (path != nullptr && is_placed(*path)) all[id] = pose.T_map_body;
   }
   std::vector<TablePose> moved;
   std::uint64_t hash = 14695981039346656037ULL;
@@ -259,7 +290,7 @@ std::vector<Table> Survey::tables(std::uint64_t term, std::uint32_t revision, do
     const auto known = last_.keyframes.find(id);
     const PoseSigma sigma =
         known == last_.keyframes.end() ? PoseSigma{} : sigma_of(known->second.covariance);
-    moved.push_back({{id.vehicle, path_of(id.vehicle)->epoch()}, id.seq, T, sigma});
+    moved.push_back({stream_of(*path_with(id)), id.seq, T, sigma});
   }
   Table table;
   table.term = term;
@@ -267,12 +298,10 @@ std::vector<Table> Survey::tables(std::uint64_t term, std::uint32_t revision, do
   table.base_revision = revision > 0 ? revision - 1 : 0;
   table.hash = hash;
   std::uint16_t group = std::numeric_limits<std::uint16_t>::max();
-  for (const auto& [vehicle, T] : T_map_odom_) group = std::min(group, vehicle.value);
+  for (const auto& [stream, T] : T_map_odom_) group = std::min(group, stream.vehicle.value);
   for (const VehiclePath& path : centre_.paths()) {
-    const auto T = T_map_odom(path.vehicle());
-    if (T && &path == path_of(path.vehicle())) {
-      table.frames.push_back({{path.vehicle(), path.epoch()}, group, *T, {}});
-    }
+    const auto T = T_map_odom(stream_of(path));
+    if (T) table.frames.push_back({stream_of(path), group, *T, {}});
   }
   std::vector<Table> parts;
   std::size_t next = 0;

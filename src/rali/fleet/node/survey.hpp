@@ -39,11 +39,12 @@ class Survey {
   /// Puts keyframes into the grid that have come since. @return how many
   std::size_t refresh();
 
-  /// Of the vehicle's newest keyframe, in the map of the largest group. A vehicle that is not tied
-  /// in yet is where it was measured at the start; nothing: nobody knows.
-  [[nodiscard]] std::optional<geometry::SE3> T_map_odom(VehicleId vehicle) const;
+  /// Of the newest keyframe of a vehicle's epoch, in the map of the largest group. A vehicle that
+  /// is not tied in yet is where it was measured at the start; nothing: nobody knows.
+  [[nodiscard]] std::optional<geometry::SE3> T_map_odom(const StreamKey& stream) const;
 
-  [[nodiscard]] bool is_placed(VehicleId vehicle) const { return T_map_odom_.contains(vehicle); }
+  /// In its last epoch.
+  [[nodiscard]] bool is_placed(VehicleId vehicle) const;
 
   [[nodiscard]] const map::ExploreGrid& grid() const { return grid_; }
 
@@ -72,8 +73,11 @@ class Survey {
     std::optional<geometry::Vec2> blind_axis;
   };
 
-  [[nodiscard]] const VehiclePath* path_of(VehicleId vehicle) const;
-  [[nodiscard]] std::optional<geometry::SE3> measured(VehicleId vehicle) const;
+  [[nodiscard]] const VehiclePath* last_path_of(VehicleId vehicle) const;
+  [[nodiscard]] const VehiclePath* first_path_of(VehicleId vehicle) const;
+  [[nodiscard]] const VehiclePath* path_with(KeyframeId keyframe) const;
+  [[nodiscard]] bool is_placed(const VehiclePath& path) const;
+  [[nodiscard]] std::optional<geometry::SE3> measured(const StreamKey& stream) const;
   [[nodiscard]] geometry::SE3 pose_of(const VehiclePath& path, std::size_t node) const;
   void take(const FleetEstimate& estimate);
   void find_frames();
@@ -83,7 +87,7 @@ class Survey {
   FleetKnowledge known_;
   RoundCentre centre_;
   FleetEstimate last_;
-  std::map<VehicleId, geometry::SE3> T_map_odom_;  ///< of those in the largest group
+  std::map<StreamKey, geometry::SE3> T_map_odom_;  ///< of those in the largest group
   map::ExploreGrid grid_;
   std::map<KeyframeId, geometry::SE3> in_grid_;
   std::map<KeyframeId, geometry::SE3> told_;

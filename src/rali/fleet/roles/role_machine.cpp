@@ -78,6 +78,7 @@ void RoleStepper::on(const RoleLink& event) {
 
 void RoleStepper::on(const RoleSelf& event) {
   state().standing_since = event.standing_since;
+  state().eligible = event.eligible;
   const bool moves = !event.standing_since;
   // Pushed, or driven by hand: what it measured as a reference is good up to here only.
   if (moves && state().mode == RoleMode::kAnchor) return seal();
@@ -104,7 +105,7 @@ void RoleStepper::on(const RoleFinished& event) {
 void RoleStepper::on(const RoleClaim&) {
   const bool promised = now_ < state().promise_until && !state().seal_heard;
   if (state().mode == RoleMode::kTag && !promised && stands() && in_fleet(state().self) &&
-      state().durable.confirmed) {
+      state().durable.confirmed && state().eligible) {
     return stand_for(state().durable.term + 1, false);
   }
   act(RoleActionKind::kRefused, state().self);
@@ -159,7 +160,8 @@ bool RoleStepper::stands() const {
 }
 
 bool RoleStepper::may_stand_for_election() const {
-  if (!stands() || !state().durable.confirmed || !in_fleet(state().self)) return false;
+  if (!stands() || !state().eligible) return false;
+  if (!state().durable.confirmed || !in_fleet(state().self)) return false;
   if (quorum() == 1) return true;
   // Without any link the vote is lost for sure and would only raise the term.
   return state().link_heard && now_ - *state().link_heard <= lease() + lease();

@@ -126,7 +126,7 @@ void RoleStepper::hear_handover(VehicleId from, const RoleMessage& m) {
   const bool sealed = state().seal_heard || state().durable.anchor == from;
   if (state().mode != RoleMode::kTag || !(sealed || now_ >= state().promise_until)) return;
   if (sealed) state().seal_heard = true;
-  if (!stands() || !state().durable.confirmed) return;  // it is repeated
+  if (!stands() || !state().durable.confirmed || !state().eligible) return;  // it is repeated
   stand_for(m.term, false);
 }
 

@@ -67,6 +67,7 @@ struct RoleState {
   bool orphan = false;  ///< no anchor with a majority: stands, makes no tables
   FinishReason finished = FinishReason::kNone;
   std::optional<Time> standing_since;
+  bool eligible = true;  ///< may become anchor: its disk keeps what an anchor is given
 
   /// Before this time no vote for anyone but the promised one: his lease may last.
   Time promise_until;
@@ -115,6 +116,7 @@ struct RoleLink {
 struct RoleSelf {
   std::optional<Time> standing_since;  ///< none: moves
   std::uint32_t ranges_to_anchor = 0;  ///< accepted since the present anchor was committed
+  bool eligible = true;                ///< false: is no candidate for anchor
 };
 
 /// A condition of algorithms_fleet 10.1 has come up; kNone: it has cleared.

@@ -1,0 +1,219 @@
+#include "rali/factlog/disk_log.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <set>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "rali/factlog/scan.hpp"
+
+namespace rali::factlog {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The number in `facts-000012.log`.
+std::optional<std::uint32_t> number_of(const std::string& name) {
+  constexpr std::string_view kBegin = "facts-", kEnd = ".log";
+  if (name.size() <= kBegin.size() + kEnd.size()) return std::nullopt;
+  if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return std::nullopt;
+  const char* first = name.data() + kBegin.size();
+  const char* last = name.data() + name.size() - kEnd.size();
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(first, last, number);
+  if (error != std::errc{} || end != last) return std::nullopt;
+  return number;
+}
+
+Result<std::set<std::uint32_t>> numbers_in(const std::string& folder) {
+  std::set<std::uint32_t> numbers;
+  std::error_code error;
+  fs::directory_iterator it(folder, error);
+  for (; !error && it != fs::directory_iterator{}; it.increment(error)) {
+    if (const auto number = number_of(it->path().filename().string())) numbers.insert(*number);
+  }
+  if (error) {
+    return fail(ErrorCode::kMachine, folder, "could not be listed: " + error.message(),
+                "Check the folder's permissions and its disk.");
+  }
+  return numbers;
+}
+
+Finding finding_of(std::string id, Severity severity, std::string text, std::string effect) {
+  Finding finding;
+  finding.id = std::move(id);
+  finding.severity = severity;
+  finding.text = std::move(text);
+  finding.effect = std::move(effect);
+  return finding;
+}
+
+Finding damaged(const std::string& path, std::uint64_t bytes, std::uint64_t offset) {
+  return finding_of("log.damaged", Severity::kWarning,
+                    fmt::format("{}: {} bytes from offset {} on are damaged", path, bytes, offset),
+                    "the facts in them are missing here and requested from other vehicles");
+}
+
+}  // namespace
+
+Result<std::unique_ptr<DiskLog>> DiskLog::open(const std::string& folder,
+                                               const DiskLogSettings& settings) {
+  auto opened = File::open(folder, File::Mode::kFolder);
+  if (!opened) return tl::make_unexpected(opened.error());
+  const Result<bool> locked = opened->lock();
+  if (!locked) return tl::make_unexpected(locked.error());
+  if (!*locked) {
+    return fail(ErrorCode::kUsage, folder, "is in use by another process",
+                "Stop that one, or give this one a folder of its own.");
+  }
+  std::unique_ptr<DiskLog> log(new DiskLog(std::move(*opened), settings));
+  if (const Status read = log->read_segments(); !read) return tl::make_unexpected(read.error());
+  return log;
+}
+
+std::string DiskLog::path_of(std::uint32_t number) const {
+  return fmt::format("{}/facts-{:06}.log", folder_.path(), number);
+}
+
+Status DiskLog::read_segments() {
+  const auto numbers = numbers_in(folder_.path());
+  if (!numbers) return tl::make_unexpected(numbers.error());
+  std::uint32_t expected = 0;
+  for (const std::uint32_t number : *numbers) {
+    if (number != expected) {
+      report(finding_of("log.missing", Severity::kWarning,
+                        fmt::format("{} is missing", path_of(expected)),
+                        "the facts in it are requested from other vehicles"));
+    }
+    expected = number + 1;
+    if (auto status = read_segment(number, number == *numbers->rbegin()); !status) return status;
+  }
+  return folder_.sync();
+}
+
+Status DiskLog::read_segment(std::uint32_t number, bool last) {
+  auto file = File::open(path_of(number), File::Mode::kExisting);
+  if (!file) return tl::make_unexpected(file.error());
+  const auto size = file->size();
+  if (!size) return tl::make_unexpected(size.error());
+  const auto bytes = file->read(0, static_cast<std::size_t>(*size));
+  if (!bytes) return tl::make_unexpected(bytes.error());
+  const SegmentScan scan = scan_segment(*bytes, number);
+  if (scan.head == SegmentHead::kOtherVersion) {
+    return fail(ErrorCode::kInput, file->path(), "was written by a newer program",
+                "Run that program, or give this one a folder of its own.");
+  }
+  const std::string path = file->path();
+  Segment segment{std::move(*file), scan.whole_end, scan.whole_end, !last};
+  if (scan.head == SegmentHead::kDamaged && scan.whole_end > 0) {
+    report(damaged(path, kSegmentHeadBytes, 0));
+    segment.closed = true;
+  }
+  for (const SegmentScan::Damage& d : scan.damages) report(damaged(path, d.bytes, d.offset));
+  for (const SegmentScan::Record& r : scan.records) index({r.head, {number, r.offset}});
+  if (bytes->size() > scan.whole_end) {
+    const std::uint64_t rest = bytes->size() - scan.whole_end;
+    if (last) {
+      report(finding_of(
+          "log.torn", Severity::kInfo,
+          fmt::format("{}: the last {} bytes are no whole record and were cut", path, rest),
+          "the fact that was being written when the program stopped is missing"));
+      if (auto status = segment.file.cut(scan.whole_end); !status) return status;
+    } else {
+      report(damaged(path, rest, scan.whole_end));
+    }
+  }
+  // A file that was made, but not even its head is whole.
+  if (scan.whole_end == 0) segment.closed = true;
+  // A program that was killed leaves records in the machine's memory: here they count as synced.
+  if (auto status = segment.file.sync(); !status) return status;
+  segments_.emplace(number, std::move(segment));
+  return {};
+}
+
+Result<DiskLog::Segment*> DiskLog::segment_for(std::uint64_t bytes) {
+  if (!segments_.empty()) {
+    Segment& last = segments_.rbegin()->second;
+    const bool fits = last.end + bytes <= settings_.segment_bytes || last.end == kSegmentHeadBytes;
+    if (!last.closed && fits) return &last;
+    last.closed = true;
+  }
+  const std::uint32_t number = segments_.empty() ? 0 : segments_.rbegin()->first + 1;
+  auto file = File::open(path_of(number), File::Mode::kCreate);
+  if (!file) return tl::make_unexpected(file.error());
+  const Bytes head = encode_segment_head();
+  const auto written = file->write(0, head);
+  if (!written) return tl::make_unexpected(written.error());
+  if (*written == File::Written::kNoRoom) return nullptr;
+  names_dirty_ = true;
+  Segment segment{std::move(*file), head.size(), 0, false};
+  return &segments_.emplace(number, std::move(segment)).first->second;
+}
+
+Result<std::optional<RecordPlace>> DiskLog::write(const RecordKey& key, std::uint8_t kind,
+                                                  std::span<const std::byte> body) {
+  const auto segment = segment_for(kRecordHeadBytes + body.size());
+  if (!segment) return tl::make_unexpected(segment.error());
+  if (*segment == nullptr) return std::optional<RecordPlace>{};
+  Segment& to = **segment;
+  const RecordPlace place{segments_.rbegin()->first, to.end};
+  const Bytes record = encode_record(key, kind, body, place);
+  const auto written = to.file.write(place.offset, record);
+  if (written && *written == File::Written::kAll) {
+    to.end += record.size();
+    return std::optional(place);
+  }
+  // A part may be there. The next record overwrites it; what stays is cut when it is read again.
+  static_cast<void>(to.file.cut(to.end));
+  if (!written) return tl::make_unexpected(written.error());
+  return std::optional<RecordPlace>{};
+}
+
+Result<Bytes> DiskLog::body_of(const Entry& entry) const {
+  const Segment& segment = segments_.at(entry.place.segment);
+  const auto read = segment.file.read(entry.place.offset + kRecordHeadBytes, entry.head.body_bytes);
+  if (read && read->size() < entry.head.body_bytes) {
+    return fail(ErrorCode::kInput, segment.file.path(), "has become shorter",
+                "Nothing but this program may write into its folder.");
+  }
+  return read;
+}
+
+Status DiskLog::sync() {
+  Status status = sync_dirty();
+  if (!status) forget_unsynced();
+  return status;
+}
+
+Status DiskLog::sync_dirty() {
+  if (names_dirty_) {
+    if (auto status = folder_.sync(); !status) return status;
+    names_dirty_ = false;
+  }
+  for (auto& [number, segment] : segments_) {
+    if (segment.synced == segment.end) continue;
+    if (auto status = segment.file.sync(); !status) return status;
+    segment.synced = segment.end;
+  }
+  return {};
+}
+
+/// After a failed sync nobody knows which pages are on the disk, and a second sync may succeed
+/// without having written them: what was not synced is written again, elsewhere.
+void DiskLog::forget_unsynced() {
+  for (auto& [number, segment] : segments_) {
+    if (segment.synced == segment.end) continue;
+    forget_from({number, segment.synced});
+    static_cast<void>(segment.file.cut(segment.synced));
+    segment.end = segment.synced;
+    segment.closed = true;
+  }
+}
+
+}  // namespace rali::factlog

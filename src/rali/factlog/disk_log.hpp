@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "rali/factlog/fact_log.hpp"
+#include "rali/factlog/file.hpp"
+
+namespace rali::factlog {
+
+struct DiskLogSettings {
+  std::uint64_t segment_bytes = std::uint64_t{64} << 20;
+};
+
+/// The log in segments `facts-000000.log`, ... of one folder, which no other process may have open.
+class DiskLog final : public FactLog {
+ public:
+  /// Reads all segments. What is torn at the end is cut; damage is a Finding, and what it held is
+  /// missing. @param folder is there
+  /// Errors: kUsage if another process has it; kInput for segments of a newer program; kMachine.
+  [[nodiscard]] static Result<std::unique_ptr<DiskLog>> open(const std::string& folder,
+                                                             const DiskLogSettings& settings = {});
+
+  [[nodiscard]] Status sync() override;
+
+  [[nodiscard]] std::uint64_t free_bytes() const override { return folder_.free_bytes(); }
+
+ private:
+  struct Segment {
+    File file;
+    std::uint64_t end = 0;     ///< of the last whole record
+    std::uint64_t synced = 0;  ///< up to here it is on the disk
+    bool closed = false;       ///< takes no more records
+  };
+
+  DiskLog(File folder, const DiskLogSettings& settings)
+      : folder_(std::move(folder)), settings_(settings) {}
+
+  [[nodiscard]] Result<std::optional<RecordPlace>> write(const RecordKey& key, std::uint8_t kind,
+                                                         std::span<const std::byte> body) override;
+  [[nodiscard]] Result<Bytes> body_of(const Entry& entry) const override;
+  [[nodiscard]] Status read_segments();
+  [[nodiscard]] Status read_segment(std::uint32_t number, bool last);
+  /// A segment with room for so many bytes, a new one if need be. Null: no room on the disk.
+  [[nodiscard]] Result<Segment*> segment_for(std::uint64_t bytes);
+  [[nodiscard]] std::string path_of(std::uint32_t number) const;
+  [[nodiscard]] Status sync_dirty();
+  void forget_unsynced();
+
+  File folder_;
+  DiskLogSettings settings_;
+  std::map<std::uint32_t, Segment> segments_;
+  bool names_dirty_ = false;  ///< a segment was made whose name is not on the disk yet
+};
+
+}  // namespace rali::factlog

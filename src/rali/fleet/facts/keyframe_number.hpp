@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+
+namespace rali::fleet {
+
+/// Keyframes are numbered over all epochs of a vehicle, so that a KeyframeId names one keyframe for
+/// good: epoch e begins at e * 2^20. At one keyframe a second that is twelve days of one start of
+/// the odometry, and 4096 starts.
+inline constexpr std::uint32_t kKeyframesPerEpoch = 1U << 20;
+inline constexpr std::uint32_t kEpochsMax = 1U << 12;
+
+[[nodiscard]] constexpr std::uint32_t first_keyframe_of(std::uint32_t epoch) {
+  return epoch * kKeyframesPerEpoch;
+}
+
+[[nodiscard]] constexpr std::uint32_t epoch_of_keyframe(std::uint32_t keyframe) {
+  return keyframe / kKeyframesPerEpoch;
+}
+
+}  // namespace rali::fleet

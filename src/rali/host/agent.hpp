@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/fleet/node/node.hpp"
+#include "rali/net/fleet_link.hpp"
+#include "rali/vehicle/event.hpp"
+#include "rali/wire/byte_writer.hpp"
+
+namespace rali::host {
+
+/// Bytes for others of the fleet.
+struct SendBytes {
+  std::optional<VehicleId> to;  ///< none: all
+  net::Urgency urgency = net::Urgency::kBulk;
+  wire::Bytes bytes;
+};
+
+/// What another vehicle says of itself: it is for the odometry.
+struct PeerReport {
+  fleet::PeerStatus status;
+};
+
+using AgentOutput =
+    std::variant<SendBytes, PeerReport, fleet::SaveRole, fleet::RoleAction, Finding>;
+using AgentOutputs = std::vector<AgentOutput>;
+
+struct AgentSetup {
+  VehicleId self;
+  std::vector<std::string> names;  ///< of all vehicles, by number
+  fleet::NodeSettings node;
+  fleet::FleetKnowledge known;
+};
+
+/// What was last heard of another vehicle.
+struct HeardVehicle {
+  fleet::VehicleStatus status;
+  Time t;  ///< of arrival, on the agent's clock
+};
+
+/// Messages that were of no use.
+struct AgentTally {
+  std::uint64_t unreadable = 0;  ///< damaged, or of a newer program
+  std::uint64_t wrong_sender = 0;
+};
+
+/// One vehicle's part in its fleet: what its odometry makes goes into its node, and what the node
+/// says becomes bytes for the others. The same wiring as in simulation, without thread, clock or
+/// socket.
+///
+/// Its clock is that of the sensors' stamps at one moment, and goes on with the time since the
+/// machine started: the node compares it with stamps, and leases trust its rate only.
+class Agent {
+ public:
+  Agent(const AgentSetup& setup, Time now);
+
+  /// What followed from one event of the vehicle.
+  void take(const vehicle::Output& output, Time now, AgentOutputs& out);
+
+  /// A range that the vehicle was handed.
+  void take(const sensor::RangeSample& range, Time now, AgentOutputs& out);
+
+  void take(const sensor::RadioSample& radio, Time now, AgentOutputs& out);
+
+  /// Bytes that are known to come from `from`.
+  void receive(VehicleId from, std::span<const std::byte> bytes, Time now, AgentOutputs& out);
+
+  /// Time passes: ten times a second.
+  void tick(Time now, AgentOutputs& out);
+
+  [[nodiscard]] const fleet::Node& node() const { return node_; }
+
+  [[nodiscard]] VehicleId self() const { return self_; }
+
+  /// The newest pose of the own odometry.
+  [[nodiscard]] const std::optional<vehicle::PoseEstimate>& pose() const { return pose_; }
+
+  [[nodiscard]] const std::map<VehicleId, HeardVehicle>& heard() const { return heard_; }
+
+  /// Frontiers and who goes where, as the anchor last said.
+  [[nodiscard]] const std::optional<fleet::GoalList>& goals() const { return goals_; }
+
+  /// The anchor, as far as this vehicle knows.
+  [[nodiscard]] const std::optional<VehicleId>& anchor() const { return anchor_; }
+
+  [[nodiscard]] const AgentTally& tally() const { return tally_; }
+
+ private:
+  void step(const fleet::NodeEvent& event, Time now, AgentOutputs& out);
+  void pass_on(const fleet::Envelope& envelope, AgentOutputs& out);
+  void note(const fleet::Message& message, VehicleId from, Time now);
+  void follow_role(const fleet::RoleAction& action);
+  [[nodiscard]] fleet::DriveStatus drive_status() const;
+
+  VehicleId self_;
+  std::vector<std::string> names_;
+  double arrive_m_;
+  fleet::Node node_;
+  SerialExecutor executor_;
+  fleet::NodeOutputs node_out_;
+  bool levelled_ = false;
+  std::optional<vehicle::PoseEstimate> pose_;
+  std::map<VehicleId, HeardVehicle> heard_;
+  std::optional<fleet::GoalList> goals_;
+  std::optional<VehicleId> anchor_;
+  AgentTally tally_;
+};
+
+}  // namespace rali::host

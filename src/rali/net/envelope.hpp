@@ -1,0 +1,105 @@
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "rali/base/ids.hpp"
+#include "rali/net/fleet_key.hpp"
+#include "rali/net/fleet_link.hpp"
+
+/// The sealed form of every message between vehicles: whoever lacks the fleet's key can neither
+/// make one nor send one a second time.
+///
+///   0   'R', version (1), urgency, 0
+///   4   from, to: uint16 (to: kEveryone for all)
+///   8   epoch: uint32, counter: uint64
+///   20  four zeros
+///   24  XChaCha20 of the message, then the 16 bytes of Poly1305
+///
+/// All little endian. The first 24 bytes are the nonce, so they are authenticated too: a message to
+/// one vehicle cannot be given to another, nor a status be passed off as a role. No nonce is used
+/// twice, because the counter of each (to, urgency) only grows and a new start has a new epoch.
+namespace rali::net {
+
+inline constexpr std::size_t kEnvelopeHeaderBytes = 24;
+inline constexpr std::size_t kEnvelopeBytes = kEnvelopeHeaderBytes + 16;
+inline constexpr std::uint16_t kEveryone = 0xFFFF;
+
+/// Makes libsodium ready; must be true before the first use of what follows.
+[[nodiscard]] bool sodium_is_ready();
+
+/// Seals what one vehicle sends.
+class EnvelopeSealer {
+ public:
+  EnvelopeSealer(VehicleId self, std::uint32_t epoch, const FleetKey& key)
+      : self_(self), epoch_(epoch), key_(key) {}
+
+  /// @param to a vehicle's number or kEveryone
+  [[nodiscard]] std::vector<std::uint8_t> seal(std::uint16_t to, Urgency urgency,
+                                               std::span<const std::uint8_t> message);
+
+ private:
+  VehicleId self_;
+  std::uint32_t epoch_;
+  FleetKey key_;
+  std::map<std::pair<std::uint16_t, Urgency>, std::uint64_t> counters_;
+};
+
+/// Which counters of one sender have been seen: the newest and the 1023 before it, because best
+/// effort samples may overtake each other. Older ones count as seen.
+class ReplayWindow {
+ public:
+  explicit ReplayWindow(std::uint32_t epoch_min = 0) : epoch_(epoch_min) {}
+
+  /// True for what is new; remembers it.
+  [[nodiscard]] bool admit(std::uint32_t epoch, std::uint64_t counter);
+
+ private:
+  static constexpr std::size_t kSize = 1024;
+  std::uint32_t epoch_;
+  std::uint64_t newest_ = 0;
+  std::bitset<kSize> seen_;  ///< counter mod kSize
+};
+
+enum class EnvelopeVerdict {
+  kGenuine,
+  kStranger,  ///< too short, another version, or not of a vehicle of the list
+  kForged,    ///< claims to be of a vehicle of the list
+  kRepeated   ///< genuine, but seen before, or of an older start of its sender
+};
+
+struct OpenedEnvelope {
+  EnvelopeVerdict verdict = EnvelopeVerdict::kStranger;
+  VehicleId from;                     ///< claimed only where forged; not set for strangers
+  std::vector<std::uint8_t> message;  ///< of a genuine one
+};
+
+/// A vehicle whose messages are opened, with the lowest epoch that is believed.
+struct KnownSender {
+  VehicleId id;
+  std::uint32_t epoch_min = 0;
+};
+
+/// Opens what one vehicle receives. Memory does not grow with what arrives.
+class EnvelopeOpener {
+ public:
+  EnvelopeOpener(VehicleId self, const FleetKey& key, const std::vector<KnownSender>& senders);
+
+  /// @param urgency of the topic on which it came
+  [[nodiscard]] OpenedEnvelope open(Urgency urgency, std::span<const std::uint8_t> sealed);
+
+ private:
+  using Channel = std::tuple<VehicleId, bool, Urgency>;  ///< from, to everyone, urgency
+
+  VehicleId self_;
+  FleetKey key_;
+  std::map<Channel, ReplayWindow> windows_;  ///< made at the start; nothing is added
+};
+
+}  // namespace rali::net

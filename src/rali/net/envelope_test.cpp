@@ -1,0 +1,152 @@
+#include "rali/net/envelope.hpp"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+
+#include <gtest/gtest.h>
+
+namespace rali::net {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr VehicleId kV1{1}, kV2{2}, kV3{3};
+
+FleetKey key_of(std::uint8_t fill) {
+  FleetKey key;
+  key.bytes.fill(fill);
+  return key;
+}
+
+Bytes bytes_of(std::string_view text) { return {text.begin(), text.end()}; }
+
+class Envelope : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(sodium_is_ready()); }
+
+  EnvelopeSealer v1_{kV1, 7, key_of(0x11)};
+  EnvelopeOpener v2_{kV2, key_of(0x11), {{kV1, 0}, {kV3, 0}}};
+};
+
+TEST_F(Envelope, header_is_laid_out_as_documented) {
+  const Bytes sealed = v1_.seal(2, Urgency::kBulk, bytes_of("abc"));
+  ASSERT_EQ(sealed.size(), 24U + 3U + 16U);
+  const Bytes header{'R',           1, 2, 0, /*from*/ 1, 0, /*to*/ 2, 0, /*epoch*/ 7, 0, 0, 0,
+                     /*counter*/ 1, 0, 0, 0, 0,          0, 0,        0, 0,           0, 0, 0};
+  EXPECT_TRUE(std::equal(header.begin(), header.end(), sealed.begin()));
+}
+
+TEST_F(Envelope, opens_what_the_same_key_sealed) {
+  const OpenedEnvelope opened =
+      v2_.open(Urgency::kRole, v1_.seal(kEveryone, Urgency::kRole, bytes_of("stand still")));
+  EXPECT_EQ(opened.verdict, EnvelopeVerdict::kGenuine);
+  EXPECT_EQ(opened.from, kV1);
+  EXPECT_EQ(opened.message, bytes_of("stand still"));
+  const OpenedEnvelope empty = v2_.open(Urgency::kRole, v1_.seal(2, Urgency::kRole, {}));
+  EXPECT_EQ(empty.verdict, EnvelopeVerdict::kGenuine);
+  EXPECT_TRUE(empty.message.empty());
+}
+
+TEST_F(Envelope, hides_the_message) {
+  const Bytes text = bytes_of("a sentence of some length");
+  const Bytes sealed = v1_.seal(2, Urgency::kBulk, text);
+  EXPECT_EQ(std::search(sealed.begin(), sealed.end(), text.begin(), text.begin() + 4),
+            sealed.end());
+}
+
+TEST_F(Envelope, one_wrong_bit_anywhere_is_noticed) {
+  const Bytes sealed = v1_.seal(2, Urgency::kBulk, bytes_of("fact"));
+  for (std::size_t i = 0; i < 8 * sealed.size(); ++i) {
+    Bytes damaged = sealed;
+    damaged[i / 8] = static_cast<std::uint8_t>(damaged[i / 8] ^ (1U << (i % 8)));
+    EXPECT_NE(v2_.open(Urgency::kBulk, damaged).verdict, EnvelopeVerdict::kGenuine) << "bit " << i;
+  }
+  EXPECT_EQ(v2_.open(Urgency::kBulk, sealed).verdict, EnvelopeVerdict::kGenuine);
+}
+
+TEST_F(Envelope, a_cut_one_is_not_opened) {
+  const Bytes sealed = v1_.seal(2, Urgency::kBulk, bytes_of("fact"));
+  for (std::size_t n = 0; n < sealed.size(); ++n) {
+    const auto verdict = v2_.open(Urgency::kBulk, std::span(sealed).first(n)).verdict;
+    EXPECT_EQ(verdict, n < kEnvelopeBytes ? EnvelopeVerdict::kStranger : EnvelopeVerdict::kForged);
+  }
+}
+
+TEST_F(Envelope, another_key_is_a_forgery_and_an_unknown_vehicle_a_stranger) {
+  EnvelopeSealer liar(kV1, 7, key_of(0x12));
+  const OpenedEnvelope opened = v2_.open(Urgency::kRole, liar.seal(2, Urgency::kRole, Bytes(9)));
+  EXPECT_EQ(opened.verdict, EnvelopeVerdict::kForged);
+  EXPECT_EQ(opened.from, kV1);
+  EnvelopeSealer stranger(VehicleId{9}, 7, key_of(0x11));
+  EXPECT_EQ(v2_.open(Urgency::kRole, stranger.seal(2, Urgency::kRole, Bytes(9))).verdict,
+            EnvelopeVerdict::kStranger);
+}
+
+TEST_F(Envelope, is_good_for_its_receiver_and_topic_only) {
+  EXPECT_EQ(v2_.open(Urgency::kBulk, v1_.seal(3, Urgency::kBulk, Bytes(4))).verdict,
+            EnvelopeVerdict::kForged);
+  EXPECT_EQ(v2_.open(Urgency::kRole, v1_.seal(2, Urgency::kStatus, Bytes(4))).verdict,
+            EnvelopeVerdict::kForged);
+}
+
+TEST_F(Envelope, a_second_copy_counts_as_repeated) {
+  const Bytes sealed = v1_.seal(2, Urgency::kBulk, Bytes(4));
+  EXPECT_EQ(v2_.open(Urgency::kBulk, sealed).verdict, EnvelopeVerdict::kGenuine);
+  const OpenedEnvelope again = v2_.open(Urgency::kBulk, sealed);
+  EXPECT_EQ(again.verdict, EnvelopeVerdict::kRepeated);
+  EXPECT_TRUE(again.message.empty());
+}
+
+TEST_F(Envelope, messages_may_overtake_each_other) {
+  const Bytes first = v1_.seal(2, Urgency::kStatus, Bytes(1)),
+              second = v1_.seal(2, Urgency::kStatus, Bytes(2));
+  EXPECT_EQ(v2_.open(Urgency::kStatus, second).verdict, EnvelopeVerdict::kGenuine);
+  EXPECT_EQ(v2_.open(Urgency::kStatus, first).verdict, EnvelopeVerdict::kGenuine);
+}
+
+TEST_F(Envelope, an_older_start_of_the_sender_is_not_believed) {
+  const Bytes old = v1_.seal(2, Urgency::kRole, Bytes(4));
+  EnvelopeSealer restarted(kV1, 8, key_of(0x11));
+  EXPECT_EQ(v2_.open(Urgency::kRole, restarted.seal(2, Urgency::kRole, Bytes(4))).verdict,
+            EnvelopeVerdict::kGenuine);
+  EXPECT_EQ(v2_.open(Urgency::kRole, old).verdict, EnvelopeVerdict::kRepeated);
+
+  EnvelopeOpener with_log(kV2, key_of(0x11), {{kV1, 8}});
+  EXPECT_EQ(with_log.open(Urgency::kRole, old).verdict, EnvelopeVerdict::kRepeated);
+}
+
+TEST(ReplayWindow, admits_each_counter_once) {
+  ReplayWindow window;
+  EXPECT_FALSE(window.admit(0, 0)) << "counters begin with 1";
+  EXPECT_TRUE(window.admit(0, 1));
+  EXPECT_FALSE(window.admit(0, 1));
+  EXPECT_TRUE(window.admit(0, 1024));
+  EXPECT_TRUE(window.admit(0, 2)) << "1022 behind";
+  EXPECT_FALSE(window.admit(0, 2));
+  EXPECT_FALSE(window.admit(0, 1));
+  EXPECT_TRUE(window.admit(0, 1025));
+  EXPECT_FALSE(window.admit(0, 1)) << "1024 behind: too old";
+}
+
+TEST(ReplayWindow, forgets_what_a_jump_passes_over) {
+  ReplayWindow window;
+  EXPECT_TRUE(window.admit(0, 5));
+  EXPECT_TRUE(window.admit(0, 5 + 1024)) << "the same place in the window";
+  EXPECT_TRUE(window.admit(0, ~std::uint64_t{0}));
+  EXPECT_FALSE(window.admit(0, ~std::uint64_t{0}));
+  EXPECT_TRUE(window.admit(0, ~std::uint64_t{0} - 1023));
+  EXPECT_FALSE(window.admit(0, 6));
+}
+
+TEST(ReplayWindow, begins_anew_with_each_epoch) {
+  ReplayWindow window(3);
+  EXPECT_FALSE(window.admit(2, 1));
+  EXPECT_TRUE(window.admit(3, 9));
+  EXPECT_TRUE(window.admit(4, 9));
+  EXPECT_TRUE(window.admit(4, 1));
+  EXPECT_FALSE(window.admit(3, 10));
+}
+
+}  // namespace
+}  // namespace rali::net

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "rali/net/envelope.hpp"
+#include "rali/net/fleet_link.hpp"
+
+namespace rali::net {
+
+/// Opens what arrives, on the thread on which it arrives, so that nothing without the fleet's key
+/// ever takes a place in a queue. Each vehicle has queues of its own: one that floods loses its own
+/// messages only.
+class FleetInbox {
+ public:
+  FleetInbox(EnvelopeOpener opener, const std::vector<VehicleId>& peers,
+             std::size_t queue_bytes_max);
+
+  /// From the threads of DDS. @param cdr a sample: sequence<octet> with the envelope
+  void put(Urgency urgency, Time t, std::span<const std::uint8_t> cdr) noexcept;
+
+  [[nodiscard]] std::vector<Arrived> take();
+  bool wait(Duration timeout);
+
+  /// Fills in what has arrived from `row.peer`.
+  void add_counts(LinkCounts& row) const;
+  [[nodiscard]] std::uint64_t strangers() const;
+
+ private:
+  struct Waiting {
+    std::uint64_t order = 0;
+    Arrived arrived;
+  };
+
+  struct Peer {
+    LinkCounts counts;
+    std::deque<Waiting> bulk, others;
+    std::size_t bulk_bytes = 0;
+  };
+
+  void sort_in(Urgency urgency, Time t, std::span<const std::uint8_t> cdr);
+  void keep(Peer& peer, Urgency urgency, Arrived arrived);
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  EnvelopeOpener opener_;
+  std::map<VehicleId, Peer> peers_;
+  std::size_t queue_bytes_max_;
+  std::uint64_t order_ = 0, strangers_ = 0;
+  std::size_t waiting_ = 0;
+};
+
+/// The sample that carries an envelope: `struct Sealed_ { sequence<octet> body_; }` in CDR.
+[[nodiscard]] std::vector<std::uint8_t> encode_sealed(std::span<const std::uint8_t> envelope);
+
+/// The envelope in a sample; empty for what is no such sample.
+[[nodiscard]] std::span<const std::uint8_t> decode_sealed(std::span<const std::uint8_t> cdr);
+
+}  // namespace rali::net

@@ -1,0 +1,173 @@
+// The points of the map on the graphics card. Each knows when it was first seen: the timeline only moves a number.
+import {BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, GLSL3, Points, ShaderMaterial} from 'three';
+import {HEIGHTS, vehicle_colour} from './colours.js';
+
+export const POINTS_MAX = 1e6;
+const NEVER_S = 3e38;
+const VEHICLES = 8;
+
+const VERTEX = `
+  in float seen_s;
+  in float vehicle;
+  uniform float now_s, size, scale, low_m, high_m, cut_m, fresh_s;
+  uniform int by;
+  uniform vec3 heights[5];
+  uniform vec3 vehicles[${VEHICLES}];
+  out vec3 colour;
+  void main() {
+    vec4 p = modelViewMatrix * vec4(position, 1.0);
+    gl_Position = projectionMatrix * p;
+    gl_PointSize = clamp(size * scale / max(-p.z, 0.1), 1.3, 5.0);
+    if (seen_s > now_s || position.z > cut_m) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+    float h = clamp((position.z - low_m) / max(high_m - low_m, 0.1), 0.0, 0.999) * 4.0;
+    int n = int(h);
+    colour = by == 1 ? vehicles[int(vehicle) % ${VEHICLES}] : mix(heights[n], heights[n + 1], h - float(n));
+    float fresh = clamp(1.0 - (now_s - seen_s) / fresh_s, 0.0, 1.0);
+    colour = mix(colour, vec3(1.0), 0.55 * fresh);
+  }`;
+
+const FRAGMENT = `
+  precision mediump float;
+  in vec3 colour;
+  uniform float alpha;
+  out vec4 pixel;
+  void main() { pixel = vec4(colour, alpha); }`;
+
+function make_material() {
+  const rgb = (hex) => new Color(hex);
+  return new ShaderMaterial({
+    glslVersion: GLSL3,
+    vertexShader: VERTEX,
+    fragmentShader: FRAGMENT,
+    uniforms: {
+      now_s: {value: 0}, size: {value: 0.12}, scale: {value: 800}, low_m: {value: 0}, high_m: {value: 3},
+      cut_m: {value: 1e9}, fresh_s: {value: 6}, by: {value: 0}, alpha: {value: 1},
+      heights: {value: HEIGHTS.map(rgb)},
+      vehicles: {value: Array.from({length: VEHICLES}, (_, i) => rgb(vehicle_colour(i)))},
+    },
+  });
+}
+
+export class PointStore {
+  constructor() {
+    this.points = new Points(new BufferGeometry(), make_material());
+    this.points.frustumCulled = false;
+    this.count = 0;
+    this.keyframes = new Map();  // 'vehicle keyframe': [[start, end], ...]
+    this.allocate(1 << 16);
+    this.reset_bounds();
+  }
+
+  reset_bounds() {
+    this.low = [Infinity, Infinity, Infinity];
+    this.high = [-Infinity, -Infinity, -Infinity];
+    this.height_bins = new Uint32Array(400);  // 0.25 m each, from -50 m
+  }
+
+  allocate(capacity) {
+    const grown = (old, size, array) => {
+      const values = new array(capacity * size);
+      if (old) values.set(old.array.subarray(0, this.count * size));
+      const attribute = new BufferAttribute(values, size);
+      attribute.setUsage(DynamicDrawUsage);
+      return attribute;
+    };
+    const old = this.points.geometry;
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', grown(old.attributes.position, 3, Float32Array));
+    geometry.setAttribute('seen_s', grown(old.attributes.seen_s, 1, Float32Array));
+    geometry.setAttribute('vehicle', grown(old.attributes.vehicle, 1, Float32Array));
+    old.dispose();
+    this.points.geometry = geometry;
+    this.capacity = capacity;
+  }
+
+  /** Times of points are seconds since the first state: a float has no room for a clock. */
+  set_start(start_s) {
+    this.start_s ??= start_s;
+  }
+
+  clear() {
+    this.count = 0;
+    this.keyframes.clear();
+    this.reset_bounds();
+  }
+
+  /** Adds a cloud; `whole`: in place of all points. */
+  add(cloud, vehicle, whole) {
+    if (whole) this.clear();
+    if (cloud.keyframe) this.forget(cloud, vehicle);
+    const n = Math.min(cloud.count, POINTS_MAX - this.count);
+    if (this.count + n > this.capacity) {
+      this.allocate(Math.min(Math.max(2 * this.capacity, this.count + n), POINTS_MAX));
+    }
+    const {position, seen_s, vehicle: owner} = this.points.geometry.attributes;
+    const stamp_s = cloud.stamp_s - (this.start_s ?? 0);
+    for (let i = 0; i < n; ++i) {
+      const at = this.count + i;
+      // A whole map without ages has always been there.
+      seen_s.array[at] = cloud.age_s ? stamp_s - cloud.age_s[i] : whole ? -1e6 : stamp_s;
+      owner.array[at] = cloud.vehicle ? cloud.vehicle[i] : vehicle;
+    }
+    position.array.set(cloud.positions.subarray(0, 3 * n), 3 * this.count);
+    this.extend(cloud.positions, n);
+    for (const attribute of [position, seen_s, owner]) {
+      const size = attribute.itemSize;
+      if (!whole) attribute.addUpdateRange(this.count * size, n * size);
+      attribute.needsUpdate = true;
+    }
+    if (cloud.keyframe) this.remember(cloud, vehicle, n);
+    this.count += n;
+    this.points.geometry.setDrawRange(0, this.count);
+  }
+
+  remember(cloud, vehicle, n) {
+    for (let i = 0; i < n;) {
+      let end = i + 1;
+      while (end < n && cloud.keyframe[end] === cloud.keyframe[i]) ++end;
+      const key = `${vehicle} ${cloud.keyframe[i]}`;
+      const runs = this.keyframes.get(key) ?? [];
+      runs.push([this.count + i, this.count + end]);
+      this.keyframes.set(key, runs);
+      i = end;
+    }
+  }
+
+  /** Points of keyframes that come again vanish. */
+  forget(cloud, vehicle) {
+    const {seen_s} = this.points.geometry.attributes;
+    for (const keyframe of new Set(cloud.keyframe)) {
+      const key = `${vehicle} ${keyframe}`;
+      for (const [start, end] of this.keyframes.get(key) ?? []) {
+        seen_s.array.fill(NEVER_S, start, end);
+        seen_s.addUpdateRange(start, end - start);
+      }
+      this.keyframes.delete(key);
+    }
+    seen_s.needsUpdate = true;
+  }
+
+  extend(positions, n) {
+    for (let i = 0; i < 3 * n; ++i) {
+      const k = i % 3;
+      const value = positions[i];
+      if (value < this.low[k]) this.low[k] = value;
+      if (value > this.high[k]) this.high[k] = value;
+      if (k === 2) ++this.height_bins[Math.min(Math.max(Math.floor((value + 50) * 4), 0), 399)];
+    }
+    const {uniforms} = this.points.material;
+    uniforms.low_m.value = this.height_at(0.03);
+    uniforms.high_m.value = this.height_at(0.97);
+  }
+
+  /** Height below which this fraction of the points lies. */
+  height_at(fraction) {
+    let below = 0;
+    const wanted = fraction * (this.count + 1);
+    for (let i = 0; i < 400; ++i) {
+      below += this.height_bins[i];
+      if (below >= wanted) return i / 4 - 50;
+    }
+    return 0;
+  }
+}
