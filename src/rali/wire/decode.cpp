@@ -157,6 +157,29 @@ Result<PoseStamped> decode_pose_stamped(std::span<const std::byte> message, Enco
   return finish(in, "PoseStamped", std::move(pose));
 }
 
+Result<Odometry> decode_odometry(std::span<const std::byte> message, Encoding encoding) {
+  ByteReader in(message, encoding);
+  Odometry odometry;
+  ByteReader::Header header = in.header();
+  odometry.stamp = header.stamp;
+  odometry.frame_id = std::move(header.frame_id);
+  odometry.child_frame_id = in.string();
+  odometry.T_frame_child.p = vector3(in);
+  if (!rotation(in, odometry.T_frame_child.R) && in.ok()) {
+    return fail(ErrorCode::kInput, {}, "an Odometry has no rotation (quaternion of length 0)");
+  }
+  const auto covariance = in.get_array<double, 36>();
+  for (int row = 0; row < 6; ++row) {
+    for (int col = 0; col < 6; ++col) {
+      odometry.pose_covariance(row, col) = covariance[static_cast<std::size_t>(6 * row + col)];
+    }
+  }
+  odometry.v_child_mps = vector3(in);
+  odometry.omega_child_radps = vector3(in);
+  in.skip(36 * sizeof(double));  // covariance of the velocity
+  return finish(in, "Odometry", std::move(odometry));
+}
+
 Result<RangeMessage> decode_range(std::span<const std::byte> message, Encoding encoding) {
   ByteReader in(message, encoding);
   RangeMessage range;

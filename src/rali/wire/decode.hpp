@@ -40,6 +40,9 @@ namespace rali::wire {
 [[nodiscard]] Result<PoseStamped> decode_pose_stamped(std::span<const std::byte> message,
                                                       Encoding encoding);
 
+[[nodiscard]] Result<Odometry> decode_odometry(std::span<const std::byte> message,
+                                               Encoding encoding);
+
 /// @param type_name tells which of the frames it is (Nodeframe2, 3, 5, Tagframe0).
 [[nodiscard]] Result<LinktrackFrame> decode_linktrack(std::string_view type_name,
                                                       std::span<const std::byte> message,

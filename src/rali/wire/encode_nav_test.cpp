@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/wire/byte_reader.hpp"
+#include "rali/wire/decode.hpp"
 #include "rali/wire/encode.hpp"
 
 namespace rali::wire {
@@ -39,6 +40,30 @@ TEST(EncodeNav, an_odometry_lies_as_ros_2_reads_it) {
   EXPECT_EQ(double_at(bytes, kPose + 48), 1.0);  // w
   EXPECT_EQ(double_at(bytes, kCovariance + 5 * 8), 0.25);
   EXPECT_EQ(double_at(bytes, kTwist), 4.0);
+}
+
+TEST(EncodeNav, an_odometry_comes_back_as_it_was_written) {
+  Odometry odometry;
+  odometry.stamp = Time::from_ns(1'500'000'000);
+  odometry.frame_id = "v1/odom";
+  odometry.child_frame_id = "v1/base_link";
+  odometry.T_frame_child.p = {1.0, 2.0, 3.0};
+  odometry.T_frame_child.R << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  odometry.pose_covariance(0, 5) = 0.25;
+  odometry.omega_child_radps = {0.0, 0.0, 0.5};
+  const Bytes bytes = encode(odometry, Encoding::kCdr);
+  const auto read = decode_odometry(bytes, Encoding::kCdr);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->stamp, odometry.stamp);
+  EXPECT_EQ(read->frame_id, odometry.frame_id);
+  EXPECT_EQ(read->child_frame_id, odometry.child_frame_id);
+  EXPECT_EQ(read->T_frame_child.p, odometry.T_frame_child.p);
+  EXPECT_TRUE(read->T_frame_child.R.isApprox(odometry.T_frame_child.R, 1e-12));
+  EXPECT_EQ(read->pose_covariance, odometry.pose_covariance);
+  EXPECT_EQ(read->omega_child_radps, odometry.omega_child_radps);
+  for (std::size_t size = 0; size < bytes.size(); size += 7) {
+    EXPECT_FALSE(decode_odometry(std::span(bytes).first(size), Encoding::kCdr)) << size;
+  }
 }
 
 TEST(EncodeNav, a_grid_lies_as_ros_2_reads_it) {
