@@ -1,0 +1,58 @@
+#include "rali/host/goal_watch.hpp"
+
+#include <gtest/gtest.h>
+
+namespace rali::host {
+namespace {
+
+wire::GoalStatusArray goal(std::uint8_t id, double accepted_s, wire::GoalStatus::State state) {
+  wire::GoalStatusArray array;
+  array.goals.resize(1);
+  array.goals[0].goal_id[0] = id;
+  array.goals[0].accepted = Time::from_s(accepted_s);
+  array.goals[0].state = state;
+  return array;
+}
+
+TEST(GoalWatch, ANavigationThatIsSilentSaysNothing) {
+  GoalWatch watch;
+  watch.sent(1);
+  EXPECT_FALSE(watch.state());
+}
+
+TEST(GoalWatch, AGoalThatAnotherHasSentBeforeIsNotOurs) {
+  GoalWatch watch;
+  watch.heard(goal(1, 10.0, wire::GoalStatus::kSucceeded));
+  watch.sent(1);
+  EXPECT_FALSE(watch.state());
+  watch.heard(goal(1, 10.0, wire::GoalStatus::kSucceeded));
+  EXPECT_FALSE(watch.state());
+  watch.heard(goal(2, 11.0, wire::GoalStatus::kExecuting));
+  EXPECT_EQ(watch.state(), fleet::DriveState::kDriving);
+  watch.heard(goal(2, 11.0, wire::GoalStatus::kSucceeded));
+  EXPECT_EQ(watch.state(), fleet::DriveState::kArrived);
+}
+
+TEST(GoalWatch, ANewOrderHasNoStateUntilItsGoalIsThere) {
+  GoalWatch watch;
+  watch.sent(1);
+  watch.heard(goal(1, 10.0, wire::GoalStatus::kSucceeded));
+  watch.sent(2);
+  EXPECT_FALSE(watch.state());
+  watch.heard(goal(2, 12.0, wire::GoalStatus::kAborted));
+  EXPECT_EQ(watch.state(), fleet::DriveState::kUnreachable);
+  watch.sent(2);
+  EXPECT_EQ(watch.state(), fleet::DriveState::kUnreachable) << "the same order again";
+}
+
+TEST(GoalWatch, OfSeveralGoalsTheNewestCounts) {
+  GoalWatch watch;
+  watch.sent(1);
+  wire::GoalStatusArray both = goal(2, 20.0, wire::GoalStatus::kExecuting);
+  both.goals.push_back(goal(1, 10.0, wire::GoalStatus::kAborted).goals[0]);
+  watch.heard(both);
+  EXPECT_EQ(watch.state(), fleet::DriveState::kDriving);
+}
+
+}  // namespace
+}  // namespace rali::host
