@@ -7,6 +7,7 @@
 #include "rali/cli/commands/info.hpp"
 #include "rali/cli/commands/picture.hpp"
 #include "rali/cli/commands/report.hpp"
+#include "rali/cli/commands/run.hpp"
 #include "rali/cli/commands/simulate.hpp"
 
 namespace rali::cli {
@@ -14,6 +15,7 @@ namespace rali::cli {
 CommandList all_commands() {
   CommandList commands;
   commands.push_back(make_map_command());
+  commands.push_back(make_run_command());
   commands.push_back(make_doctor_command());
   commands.push_back(make_info_command());
   commands.push_back(make_evaluate_command());
