@@ -38,7 +38,8 @@ Agent::Agent(const AgentSetup& setup, Time now)
     : self_(setup.self),
       names_(setup.names),
       arrive_m_(setup.node.arrive_m),
-      node_(setup.self, ids_of_fleet(setup.names.size()), setup.node, setup.known, now) {}
+      node_(setup.self, ids_of_fleet(setup.names.size()), setup.node, setup.known, now,
+            setup.start) {}
 
 void Agent::take(const vehicle::Output& output, Time now, AgentOutputs& out) {
   if (const auto* pose = std::get_if<vehicle::PoseEstimate>(&output)) {
@@ -115,30 +116,13 @@ void Agent::step(const fleet::NodeEvent& event, Time now, AgentOutputs& out) {
     } else if (auto* finding = std::get_if<Finding>(&output)) {
       out.emplace_back(std::move(*finding));
     } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
-      follow_role(*action);
       out.emplace_back(*action);
       out.emplace_back(drive::role_finding(*action, now));
     } else if (auto* save = std::get_if<fleet::SaveRole>(&output)) {
       out.emplace_back(std::move(*save));
+    } else if (auto* fact = std::get_if<fleet::SaveFact>(&output)) {
+      out.emplace_back(std::move(*fact));
     }
-  }
-}
-
-void Agent::follow_role(const fleet::RoleAction& action) {
-  switch (action.kind) {
-    case fleet::RoleActionKind::kBecameAnchor:
-    case fleet::RoleActionKind::kRenewedTerm:
-      anchor_ = self_;
-      return;
-    case fleet::RoleActionKind::kFollows:
-      anchor_ = action.vehicle;
-      return;
-    case fleet::RoleActionKind::kOrphaned:
-    case fleet::RoleActionKind::kStoppedAnchoring:
-      if (anchor_ == self_) anchor_.reset();
-      return;
-    default:
-      return;
   }
 }
 
@@ -157,7 +141,7 @@ void Agent::note(const fleet::Message& message, VehicleId from, Time now) {
   if (const auto* status = std::get_if<fleet::VehicleStatus>(&message)) {
     heard_[from] = {*status, now};
   } else if (const auto* goals = std::get_if<fleet::GoalList>(&message)) {
-    if (!anchor_ || *anchor_ == from) goals_ = *goals;
+    if (!anchor() || anchor() == from) goals_ = *goals;
   }
 }
 

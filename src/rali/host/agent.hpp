@@ -28,8 +28,8 @@ struct PeerReport {
   fleet::PeerStatus status;
 };
 
-using AgentOutput =
-    std::variant<SendBytes, PeerReport, fleet::SaveRole, fleet::RoleAction, Finding>;
+using AgentOutput = std::variant<SendBytes, PeerReport, fleet::SaveRole, fleet::SaveFact,
+                                 fleet::RoleAction, Finding>;
 using AgentOutputs = std::vector<AgentOutput>;
 
 struct AgentSetup {
@@ -37,6 +37,7 @@ struct AgentSetup {
   std::vector<std::string> names;  ///< of all vehicles, by number
   fleet::NodeSettings node;
   fleet::FleetKnowledge known;
+  fleet::NodeStart start;  ///< what the disk holds
 };
 
 /// What was last heard of another vehicle.
@@ -72,6 +73,13 @@ class Agent {
   /// Bytes that are known to come from `from`.
   void receive(VehicleId from, std::span<const std::byte> bytes, Time now, AgentOutputs& out);
 
+  /// What the log on the disk has kept, or could not keep.
+  void take(const fleet::Persisted& event, Time now, AgentOutputs& out) { step(event, now, out); }
+
+  void take(const fleet::PersistFailed& event, Time now, AgentOutputs& out) {
+    step(event, now, out);
+  }
+
   /// Time passes: ten times a second.
   void tick(Time now, AgentOutputs& out);
 
@@ -87,8 +95,8 @@ class Agent {
   /// Frontiers and who goes where, as the anchor last said.
   [[nodiscard]] const std::optional<fleet::GoalList>& goals() const { return goals_; }
 
-  /// The anchor, as far as this vehicle knows.
-  [[nodiscard]] const std::optional<VehicleId>& anchor() const { return anchor_; }
+  /// The anchor of the round, as far as this vehicle knows.
+  [[nodiscard]] std::optional<VehicleId> anchor() const { return node_.rounds().anchor(); }
 
   [[nodiscard]] const AgentTally& tally() const { return tally_; }
 
@@ -96,7 +104,6 @@ class Agent {
   void step(const fleet::NodeEvent& event, Time now, AgentOutputs& out);
   void pass_on(const fleet::Envelope& envelope, AgentOutputs& out);
   void note(const fleet::Message& message, VehicleId from, Time now);
-  void follow_role(const fleet::RoleAction& action);
   [[nodiscard]] fleet::DriveStatus drive_status() const;
 
   VehicleId self_;
@@ -109,7 +116,6 @@ class Agent {
   std::optional<vehicle::PoseEstimate> pose_;
   std::map<VehicleId, HeardVehicle> heard_;
   std::optional<fleet::GoalList> goals_;
-  std::optional<VehicleId> anchor_;
   AgentTally tally_;
 };
 

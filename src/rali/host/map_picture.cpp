@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "rali/fleet/facts/keyframe_number.hpp"
 #include "rali/map/voxel_index.hpp"
 
 namespace rali::host {
@@ -58,7 +59,7 @@ void MapPicture::update(const fleet::Node& node) {
 
 void MapPicture::read(const fleet::Node& node) {
   const fleet::FactStore& store = node.store();
-  for (const fleet::StreamInventory& stream : store.inventory(0, 0).streams) {
+  for (const fleet::StreamInventory& stream : store.streams()) {
     fleet::SeqSet& seen = seen_[stream.stream];
     const fleet::SeqSet& held = store.held(stream.stream);
     for (auto seq = seen.first_lacking(held, 0); seq; seq = seen.first_lacking(held, *seq + 1)) {
@@ -91,13 +92,16 @@ void MapPicture::take(const fleet::FactPtr& fact) {
 void MapPicture::place(const fleet::Node& node) {
   moving_ = {};
   std::optional<geometry::SE3> T_map_local;
-  std::optional<VehicleId> vehicle;
+  std::optional<fleet::StreamKey> stream;
   for (auto& [id, keyframe] : keyframes_) {
     if (!keyframe.has_step) continue;
-    if (vehicle != id.vehicle) {
-      vehicle = id.vehicle;
+    const fleet::StreamKey of{id.vehicle, fleet::epoch_of_keyframe(id.seq)};
+    if (stream != of) {  // each start has a frame of its own
+      stream = of;
       T_map_local.reset();
-      if (id.vehicle == node.store().self()) T_map_local = node.T_map_odom();
+      frames_.erase(id.vehicle);
+      const bool own = id.vehicle == node.store().self() && of.epoch == node.epoch();
+      if (own) T_map_local = node.T_map_odom();
     }
     const auto known = node.map_poses().find(id);
     if (known != node.map_poses().end()) {

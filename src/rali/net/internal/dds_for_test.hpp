@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
@@ -8,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "rali/net/internal/blob.hpp"
@@ -16,8 +19,20 @@
 namespace rali::net {
 
 /// Tests may run at the same time: each process takes a domain of its own, below 100, so that its
-/// fixed ports lie below those that the system gives away.
-inline int domain_for_test() { return 1 + static_cast<int>(::getpid() % 100); }
+/// fixed ports lie below those that the system gives away. A lock keeps it until the process ends.
+inline int domain_for_test() {
+  static const int kDomain = [] {
+    for (int domain = 1; domain < 100; ++domain) {
+      const auto path =
+          std::filesystem::temp_directory_path() / ("rali_test_domain_" + std::to_string(domain));
+      const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+      if (file >= 0 && ::flock(file, LOCK_EX | LOCK_NB) == 0) return domain;
+      if (file >= 0) ::close(file);
+    }
+    return 100;
+  }();
+  return kDomain;
+}
 
 inline double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

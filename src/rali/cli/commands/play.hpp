@@ -1,0 +1,10 @@
+#pragma once
+
+#include "rali/cli/command.hpp"
+
+namespace rali::cli {
+
+/// `rali play RECORDING`: sensors of a recording, live on a ROS 2 network.
+[[nodiscard]] std::unique_ptr<Command> make_play_command();
+
+}  // namespace rali::cli

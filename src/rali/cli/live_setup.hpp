@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "rali/config/fleet_config.hpp"
+#include "rali/host/live_host.hpp"
+#include "rali/net/fleet_link.hpp"
+#include "rali/net/ros_bus.hpp"
+
+namespace rali::cli {
+
+/// What `rali run` makes of a fleet.yaml for one vehicle.
+struct LiveSetup {
+  host::LiveHostSetup host;
+  std::size_t index = 0;  ///< of the vehicle in the fleet
+};
+
+/// Number of a vehicle by its name. Errors: kUsage, with those there are.
+[[nodiscard]] Result<std::size_t> vehicle_index(const config::FleetConfig& fleet,
+                                                const std::string& name);
+
+/// Errors: kUsage (settings that this version cannot obey), kInput (files beside).
+[[nodiscard]] Result<LiveSetup> make_live_setup(const config::FleetConfig& fleet,
+                                                std::size_t index);
+
+/// All vehicles of the fleet, by number.
+[[nodiscard]] std::vector<VehicleId> vehicle_ids(const config::FleetConfig& fleet);
+
+/// Takes over what the vehicle's disk holds.
+void restore(LiveSetup& setup, drive::StateDir& state);
+
+/// The ROS domain of the vehicle's own network. Errors: those of net::open_dds_ros_bus.
+[[nodiscard]] Result<std::unique_ptr<net::RosBus>> open_ros_bus(const config::FleetConfig& fleet,
+                                                                std::size_t index);
+
+/// The link to the other vehicles; null for a vehicle alone.
+/// Errors: kUsage (no key, no address), those of net::open_dds_fleet_link
+[[nodiscard]] Result<std::unique_ptr<net::FleetLink>> open_fleet_link(
+    const config::FleetConfig& fleet, std::size_t index, std::uint32_t epoch);
+
+/// The first word of a file; "" for no file. Errors: kInput.
+[[nodiscard]] Result<std::string> read_token(const std::string& path);
+
+}  // namespace rali::cli

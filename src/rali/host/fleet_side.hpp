@@ -1,0 +1,123 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rali/host/agent.hpp"
+#include "rali/host/live_state.hpp"
+#include "rali/host/map_picture.hpp"
+#include "rali/host/ros_outputs.hpp"
+#include "rali/host/sensor_side.hpp"
+
+namespace rali::host {
+
+/// Two clocks of one moment.
+struct HostTime {
+  Time boot;  ///< since the machine started; goes on in suspend: leases run on it
+  Time wall;  ///< UTC
+};
+
+struct FleetSideSetup {
+  AgentSetup agent;
+  map::ExploreSettings grid;
+  /// Without data of sensors for so long, the vehicle takes part in the fleet by its wall clock.
+  double sensors_wait_s = 30.0;
+};
+
+/// What follows from a call; the caller empties it.
+struct FleetSideOutputs {
+  AgentOutputs agent;
+  std::vector<ToSensors> sensors;
+  std::vector<RosOut> publish;
+  std::vector<std::string> paths;  ///< JSON of /rali/paths
+};
+
+/// A finding that the live page and /diagnostics still show.
+struct RecentFinding {
+  Finding finding;
+  Time t_boot;
+};
+
+/// A range as the odometry judged it.
+struct RecentRange {
+  ranging::RangeUse use;
+  Time t_boot;
+};
+
+/// The fleet's part of one vehicle: agent, map as it is drawn, and what is published of both. What
+/// its thread runs, without the thread.
+class FleetSide {
+ public:
+  FleetSide(FleetSideSetup setup, HostTime now);
+
+  void take(ToAgent news, HostTime now, FleetSideOutputs& out);
+
+  /// Bytes that are known to come from `from`.
+  void receive(VehicleId from, std::span<const std::byte> bytes, HostTime now,
+               FleetSideOutputs& out);
+
+  void take(const fleet::NodeEvent& from_disk, HostTime now, FleetSideOutputs& out);
+
+  /// Ten times a second.
+  void tick(HostTime now, FleetSideOutputs& out);
+
+  /// Null: the clock of the sensors is not known yet.
+  [[nodiscard]] const Agent* agent() const { return agent_.get(); }
+
+  [[nodiscard]] const FleetSideSetup& setup() const { return setup_; }
+
+  [[nodiscard]] const MapPicture& picture() const { return picture_; }
+
+  [[nodiscard]] const SensorNews& sensors() const { return sensors_; }
+
+  [[nodiscard]] const std::deque<RecentFinding>& findings() const { return findings_; }
+
+  [[nodiscard]] const std::deque<RecentRange>& ranges() const { return ranges_; }
+
+  [[nodiscard]] std::optional<Time> degenerate_since() const { return degenerate_since_; }
+
+  [[nodiscard]] double distance_m() const { return distance_m_; }
+
+  [[nodiscard]] std::uint32_t table_revision() const { return table_revision_; }
+
+  /// On the clock of the sensors.
+  [[nodiscard]] Time agent_time(HostTime now) const { return now.boot + offset_; }
+
+  /// The lines of /diagnostics are the caller's: they tell of links and disk, too.
+  void publish_diagnostics(const std::vector<DiagnosticLine>& lines, HostTime now,
+                           FleetSideOutputs& out) const;
+
+ private:
+  void start_agent(HostTime now, Duration ahead);
+  void take_output(const vehicle::Output& output, Time t, HostTime now, FleetSideOutputs& out);
+  void sort_out(HostTime now, FleetSideOutputs& out);
+  void publish_goal(Time t, FleetSideOutputs& out);
+  void publish_map(Time t, FleetSideOutputs& out);
+  [[nodiscard]] bool due(Time& next, double period_s, Time now) const;
+  [[nodiscard]] std::string role_text() const;
+
+  FleetSideSetup setup_;
+  RosOutputs outputs_;
+  Time begin_boot_;
+  Duration offset_;  ///< agent's clock less boot clock
+  std::unique_ptr<Agent> agent_;
+  AgentOutputs agent_out_;
+  MapPicture picture_;
+  SensorNews sensors_;
+  std::deque<RecentFinding> findings_;
+  std::deque<RecentRange> ranges_;
+  std::optional<Time> degenerate_since_;
+  std::optional<geometry::Vec3> p_last_;
+  double distance_m_ = 0.0;
+  std::uint32_t table_revision_ = 0;
+  std::optional<std::uint64_t> goal_told_;
+  bool goals_changed_ = false;
+  Time next_frame_, next_delta_, next_grid_, next_cloud_, next_paths_, next_role_;
+  double moved_told_m_ = 0.0;
+};
+
+}  // namespace rali::host

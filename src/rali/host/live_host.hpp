@@ -1,0 +1,73 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "rali/base/executor.hpp"
+#include "rali/drive/state/state_dir.hpp"
+#include "rali/host/fleet_side.hpp"
+#include "rali/host/record_writer.hpp"
+#include "rali/host/sensor_side.hpp"
+#include "rali/net/fleet_link.hpp"
+#include "rali/net/ros_bus.hpp"
+#include "rali/net/serial_port.hpp"
+#include "rali/view/view_server.hpp"
+
+namespace rali::host {
+
+struct LiveHostSetup {
+  SensorSideSetup sensors;
+  FleetSideSetup fleet;
+  std::uint32_t epoch = 0;
+};
+
+/// What the host works with. All but the bus may be null: a vehicle alone, no view, no state.
+struct LiveHostParts {
+  net::RosBus* bus = nullptr;
+  net::FleetLink* link = nullptr;
+  view::ViewServer* view = nullptr;
+  drive::StateDir* state = nullptr;
+  RecordWriter* record = nullptr;
+  net::SerialPort* serial = nullptr;  ///< of a LinkTrack radio
+};
+
+/// What the caller of a run is told, from its own thread.
+class HostListener {
+ public:
+  virtual ~HostListener() = default;
+  virtual void finding(const Finding& finding) = 0;
+
+  /// Once a second.
+  virtual void state(const LiveState& state) = 0;
+};
+
+/// How a run ended.
+struct LiveHostEnd {
+  Status status;            ///< kMachine: what cannot go on without help (disk of the recording)
+  std::uint64_t scans = 0;  ///< with a pose
+  LiveState last;
+};
+
+/// `rali run`: one vehicle with its threads. Sensors and odometry have one, the disk, the recording
+/// and the serial port have one each; agent, fleet link and view run on the caller's. Values move
+/// between them through bounded queues; what does not fit is counted and reported.
+class LiveHost {
+ public:
+  /// `executor` is used by the odometry's thread. All parts must outlive the object.
+  LiveHost(LiveHostSetup setup, const LiveHostParts& parts, Executor& executor);
+  ~LiveHost();
+
+  /// Until `stop`; then what is under way is finished and the state is on the disk.
+  [[nodiscard]] LiveHostEnd run(HostListener& listener, const std::atomic<bool>& stop);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// CLOCK_BOOTTIME and UTC of one moment.
+[[nodiscard]] HostTime host_now();
+
+}  // namespace rali::host
