@@ -77,6 +77,11 @@ Result<LiveSetup> make_live_setup(const config::FleetConfig& fleet, std::size_t 
   sensors.intake.input = own.input;
   sensors.intake.input.self = self;
   sensors.intake.ranges = job->ranges;
+  // As in ROS, a relative name is in the namespace of its vehicle: one line serves all vehicles.
+  for (drive::RangeTopic& topic : sensors.intake.ranges.topics) {
+    if (topic.topic.starts_with('/')) continue;
+    topic.topic = fmt::format("/{}/{}", host::ros_name(own.settings.name), topic.topic);
+  }
   sensors.intake.ranges.serial_logs = {
       {fleet.vehicles[index].live.serial_port, self, radio_ids(job->ranges, self)}};
   sensors.intake.order.has_imu = own.input.imu_topic != "none";

@@ -92,13 +92,17 @@ void Agent::tick(Time now, AgentOutputs& out) {
   step(fleet::NodeTick{}, now, out);
 }
 
-/// Who drives the vehicle follows /goal_pose and answers nothing: how the drive goes is seen in the
-/// motion. A vehicle that stands elsewhere has not given up, it may wait for its driver.
+/// A navigation says itself how the drive goes. Of a driver who follows /goal_pose and answers
+/// nothing it is seen in the motion: one that stands elsewhere has not given up, it may wait.
 fleet::DriveStatus Agent::drive_status() const {
   fleet::DriveStatus status{node_.order().number, fleet::DriveState::kStanding};
   const auto& places = node_.order().places_map_m;
   const auto T_map_odom = node_.T_map_odom();
   if (places.empty() || !pose_ || !T_map_odom) return status;
+  if (const auto told = goal_watch_.state()) {
+    status.state = *told;
+    return status;
+  }
   const geometry::Vec3 p_map = *T_map_odom * pose_->T_odom_body.p;
   const bool there = (p_map - places.back()).head<2>().norm() <= arrive_m_;
   if (there && pose_->at_rest) status.state = fleet::DriveState::kArrived;
@@ -109,6 +113,7 @@ fleet::DriveStatus Agent::drive_status() const {
 void Agent::step(const fleet::NodeEvent& event, Time now, AgentOutputs& out) {
   node_out_.clear();
   node_.step(event, now, executor_, node_out_);
+  goal_watch_.sent(node_.order().number);
   for (fleet::NodeOutput& output : node_out_) {
     if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
       note(envelope->message, self_, now);

@@ -10,6 +10,7 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/fleet/node/node.hpp"
+#include "rali/host/goal_watch.hpp"
 #include "rali/net/fleet_link.hpp"
 #include "rali/vehicle/event.hpp"
 #include "rali/wire/byte_writer.hpp"
@@ -70,6 +71,9 @@ class Agent {
 
   void take(const sensor::RadioSample& radio, Time now, AgentOutputs& out);
 
+  /// What the navigation says of its goals.
+  void take(const wire::GoalStatusArray& status) { goal_watch_.heard(status); }
+
   /// Bytes that are known to come from `from`.
   void receive(VehicleId from, std::span<const std::byte> bytes, Time now, AgentOutputs& out);
 
@@ -116,6 +120,7 @@ class Agent {
   std::optional<vehicle::PoseEstimate> pose_;
   std::map<VehicleId, HeardVehicle> heard_;
   std::optional<fleet::GoalList> goals_;
+  GoalWatch goal_watch_;
   AgentTally tally_;
 };
 

@@ -57,6 +57,8 @@ void FleetSide::take(ToAgent news, HostTime now, FleetSideOutputs& out) {
     const Time t = agent_time(now);
     if (const auto* range = std::get_if<RangeNews>(&news)) {
       agent_->take(range->sample, t, agent_out_);
+    } else if (const auto* goals = std::get_if<GoalNews>(&news)) {
+      agent_->take(goals->status);
     } else {
       take_output(std::get<VehicleNews>(news).output, t, now, out);
     }

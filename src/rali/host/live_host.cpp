@@ -74,6 +74,7 @@ class LiveHost::Impl {
  private:
   // The thread of sensors and odometry.
   [[nodiscard]] Status advertise();
+  void take_goal_status(const net::RosMessage& message, std::vector<ToAgent>& news);
   void sensor_loop(const std::atomic<bool>& stop);
   void look_for_topics(HostTime now);
   void publish(const RosOut& message);
@@ -101,6 +102,7 @@ class LiveHost::Impl {
 
   std::array<int, kRosTopics> publications_{};
   std::map<int, net::RosTopic> subscriptions_;
+  int goal_status_ = -1;  ///< subscription
   std::optional<Time> next_topics_, next_sensor_news_;
 
   BoundedQueue<ToAgent> to_agent_{kNewsMax};
@@ -132,7 +134,18 @@ Status LiveHost::Impl::advertise() {
     if (!id) return tl::make_unexpected(id.error());
     publications_[i] = *id;
   }
+  const std::string status = "/" + ros_name(vehicle_) + "/navigate_to_pose/_action/status";
+  const Result<int> id =
+      parts_.bus->subscribe({status, std::string(wire::kGoalStatusType), {true, true, 1}});
+  if (!id) return tl::make_unexpected(id.error());
+  goal_status_ = *id;
   return {};
+}
+
+/// What cannot be read is left out: the motion shows how a drive goes, too.
+void LiveHost::Impl::take_goal_status(const net::RosMessage& message, std::vector<ToAgent>& news) {
+  auto status = wire::decode_goal_status(as_message(message.cdr));
+  if (status) news.emplace_back(GoalNews{std::move(*status)});
 }
 
 void LiveHost::Impl::publish(const RosOut& message) {
@@ -172,6 +185,7 @@ void LiveHost::Impl::sensor_loop(const std::atomic<bool>& stop) {
   const Publish send = [this](const RosOut& message) { publish(message); };
   while (!stop.load(std::memory_order_relaxed)) {
     for (net::RosMessage& message : parts_.bus->take(kTakeWait)) {
+      if (message.subscription == goal_status_) take_goal_status(message, news);
       const auto topic = subscriptions_.find(message.subscription);
       if (topic == subscriptions_.end()) continue;
       sensors_.intake().take(topic->second, message.t, as_message(message.cdr));

@@ -14,6 +14,7 @@
 #include "rali/host/ros_outputs.hpp"
 #include "rali/host/sensor_intake.hpp"
 #include "rali/vehicle/vehicle.hpp"
+#include "rali/wire/goal_status.hpp"
 
 namespace rali::host {
 
@@ -24,6 +25,11 @@ struct VehicleNews {
 
 struct RangeNews {
   sensor::RangeSample sample;
+};
+
+/// What the navigation says of its goals.
+struct GoalNews {
+  wire::GoalStatusArray status;
 };
 
 /// How the sensors do, once a second.
@@ -43,7 +49,7 @@ struct ClockNews {
   Duration ahead;  ///< stamp less arrival
 };
 
-using ToAgent = std::variant<VehicleNews, RangeNews, SensorNews, ClockNews>;
+using ToAgent = std::variant<VehicleNews, RangeNews, GoalNews, SensorNews, ClockNews>;
 
 /// What the agent's thread tells the odometry's.
 struct FrameNews {
