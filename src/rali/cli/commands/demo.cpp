@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "rali/cli/commands/commands.hpp"
+#include "rali/cli/live_demo.hpp"
 #include "rali/cli/parse.hpp"
 #include "rali/io/files/atomic_file.hpp"
 #include "rali/sim/world.hpp"
@@ -36,7 +37,7 @@ class DemoCommand final : public Command {
   }
 
   [[nodiscard]] std::vector<std::string> examples() const override {
-    return {"rali demo", "rali demo -o floor --scene floor --pedestrians 4"};
+    return {"rali demo", "rali demo --live"};
   }
 
   [[nodiscard]] std::string exit_codes() const override {
@@ -48,6 +49,12 @@ class DemoCommand final : public Command {
   [[nodiscard]] std::vector<Option> options() override {
     return {
         {"-o,--out", "DIR", "gets recording/, out/, alone/ and map.png", &folder_, false, {}},
+        {"--live",
+         "",
+         "three vehicles explore a floor in real time while you watch at http://127.0.0.1:8765",
+         &live_,
+         false,
+         {}},
         {"--scene",
          "NAME",
          "another place than the tunnel; mapped once",
@@ -69,7 +76,9 @@ class DemoCommand final : public Command {
   [[nodiscard]] Result<int> run(Session& session) override;
 
  private:
-  [[nodiscard]] bool compares() const { return scene_.empty(); }
+  [[nodiscard]] bool compares() const { return scene_.empty() && !live_; }
+
+  [[nodiscard]] std::string place() const { return scene_.empty() ? "floor" : scene_; }
 
   [[nodiscard]] std::string path(const char* name) const { return folder_ + '/' + name; }
 
@@ -79,6 +88,9 @@ class DemoCommand final : public Command {
   [[nodiscard]] Words map_alone_words() const;
   [[nodiscard]] Words picture_words() const;
 
+  [[nodiscard]] Result<int> run_live(Session& session);
+
+  bool live_ = false;
   std::string folder_ = "rali-demo", scene_;
   std::string seed_ = "1", duration_s_ = "0", pedestrians_ = "0", threads_ = "0";
 };
@@ -142,7 +154,7 @@ Words DemoCommand::map_alone_words() const {
 
 Words DemoCommand::picture_words() const {
   if (!compares()) {
-    return {"picture", path("out"), "-o", path("map.png"), "--title", "RaLI demo: " + scene_};
+    return {"picture", path("out"), "-o", path("map.png"), "--title", "RaLI demo: " + place()};
   }
   return {"picture",
           path("alone"),
@@ -157,7 +169,31 @@ Words DemoCommand::picture_words() const {
           "with ranges to v1"};
 }
 
+/// What was sent live is mapped again from its recording: the report has the truth beside it.
+Result<int> DemoCommand::run_live(Session& session) {
+  LiveDemo demo;
+  demo.folder = folder_;
+  demo.scene = place();
+  demo.seed = seed_;
+  demo.duration_s = duration_s_;
+  const Result<bool> whole = run_live_demo(demo, session);
+  if (!whole) return tl::make_unexpected(whole.error());
+  if (!*whole) {
+    session.note("next: " + line_of(map_words()).substr(2));
+    return 128 + stop_signal();
+  }
+  std::string mapped, drawn;
+  const Result<int> map = run_step(map_words(), session, mapped);
+  session.result(mapped);
+  if (!map || (*map != kExitDone && *map != kExitGaps)) return map;
+  const Result<int> picture = run_step(picture_words(), session, drawn);
+  if (!picture) return picture;
+  session.result(drawn);
+  return map;
+}
+
 Result<int> DemoCommand::run(Session& session) {
+  if (live_) return run_live(session);
   const Result<std::string> place = scene();
   if (!place) return tl::make_unexpected(place.error());
   std::string simulated, alone, mapped, drawn;

@@ -27,9 +27,9 @@ std::string_view undressed(std::string_view name) {
 }
 
 bool is_ours(const fs::path& folder, std::string_view relative_folder, std::string_view name) {
-  constexpr std::array<std::string_view, 7> kTop = {"ranges.csv",   "radio.csv",       "fleet.yaml",
-                                                    "scene.yaml",   "simulation.json", "rounds.csv",
-                                                    "frontiers.csv"};
+  constexpr std::array<std::string_view, 9> kTop = {
+      "ranges.csv", "radio.csv",     "fleet.yaml", "scene.yaml", "simulation.json",
+      "rounds.csv", "frontiers.csv", "live.yaml",  "fleet.key"};
   constexpr std::array<std::string_view, 3> kTruth = {"ranges.csv", "biases.csv", "mesh.ply"};
   const bool dressed = undressed(name).size() != name.size();
   name = undressed(name);
