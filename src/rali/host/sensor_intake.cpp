@@ -89,7 +89,8 @@ std::vector<net::RosTopic> SensorIntake::choose(std::span<const net::RosTopic> p
       }
     }
   }
-  for (const net::RosTopic& topic : range_topics(published, setup_.ranges)) {
+  for (const net::RosTopic& topic :
+       range_topics(published, setup_.ranges, setup_.input.vehicle, setup_.fleet)) {
     if (ranges_->topic_of(topic.name) == nullptr) {
       drive::RangeTopic found;
       found.topic = topic.name;
