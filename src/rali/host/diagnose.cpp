@@ -45,8 +45,7 @@ DiagnosticLine input_line(const SensorNews& sensors) {
   line.name = "sensors";
   if (!sensors.decided) {
     line.level = Level::kStale;
-    line.message = sensors.waits_for.empty() ? "waits for sensors" : sensors.waits_for;
-    line.message += '.';
+    line.message = sensors.waits_for.empty() ? "waits for sensors." : sensors.waits_for;
     return line;
   }
   const LiveOrderTally& order = sensors.order;

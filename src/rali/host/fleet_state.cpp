@@ -196,7 +196,8 @@ LiveState live_state(const FleetSide& side, const HostFacts& host, HostTime now)
   s.t_s = side.agent_time(now).s();
   s.epoch = host.epoch;
   s.mode = "start";
-  s.waits_for = fmt::format("{} {}.", self, side.sensors().waits_for);
+  const std::string& waits_for = side.sensors().waits_for;
+  s.waits_for = fmt::format("{} {}", self, waits_for.empty() ? "waits for sensors." : waits_for);
   if (side.agent() != nullptr) StateMaker(side, host, now).fill(s);
   for (const net::LinkCounts& link : host.links) {
     if (link.peer.value >= names.size()) continue;

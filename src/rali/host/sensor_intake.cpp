@@ -58,7 +58,7 @@ SensorIntake::SensorIntake(IntakeSetup setup)
       order_(setup_.order, setup_.ranges.exchange),
       judge_(std::make_unique<Judge>(order_, *ranges_)),
       serial_stamps_(std::make_unique<drive::RadioStamps>(setup_.ranges.arrival)),
-      waits_for_("waits for topics of sensors") {
+      waits_for_("waits for topics of sensors.") {
   setup_.input.ranges = ranges_;
   report_.vehicle = setup_.input.vehicle;
 }
@@ -71,17 +71,17 @@ std::vector<net::RosTopic> SensorIntake::choose(std::span<const net::RosTopic> p
   if (!has_sensors_) {
     const Result<SensorTopics> sensors = choose_sensors(published, setup_.input, setup_.fleet);
     if (!sensors) {
-      waits_for_ = sensors.error().message();
+      waits_for_ = "waits for sensors: " + sensors.error().message();
       candidates_.clear();
     } else {
       if (const std::string seen = listed_topics(published); seen != candidates_) {
         candidates_ = seen;
         t_candidates_ = now;
       }
-      waits_for_ = "waits for the topics of sensors to stay the same";
+      waits_for_ = "waits for the topics of sensors to stay the same.";
       if (seconds_between(*t_candidates_, now) >= kSettle_s) {
         has_sensors_ = true;
-        waits_for_ = fmt::format("waits for the first messages of {}{}", sensors->lidar.name,
+        waits_for_ = fmt::format("waits for the first messages of {}{}.", sensors->lidar.name,
                                  sensors->imu ? " and " + sensors->imu->name : "");
         wanted.push_back(sensors->lidar);
         if (sensors->imu) wanted.push_back(*sensors->imu);
@@ -89,7 +89,8 @@ std::vector<net::RosTopic> SensorIntake::choose(std::span<const net::RosTopic> p
       }
     }
   }
-  for (const net::RosTopic& topic : range_topics(published, setup_.ranges)) {
+  for (const net::RosTopic& topic :
+       range_topics(published, setup_.ranges, setup_.input.vehicle, setup_.fleet)) {
     if (ranges_->topic_of(topic.name) == nullptr) {
       drive::RangeTopic found;
       found.topic = topic.name;

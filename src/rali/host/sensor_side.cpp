@@ -49,7 +49,10 @@ void SensorSide::run(const std::function<Time()>& now, const Publish& publish,
   events_.clear();
   intake_.take_events(now(), events_);
   for (const LiveEvent& next : events_) {
-    if (!vehicle_) start_vehicle(next, publish, news);
+    if (!vehicle_) {
+      start_vehicle(next, publish, news);
+      t_started_ = now();
+    }
     if (std::holds_alternative<LiveScan>(next.event)) scan_arrival_ = next.arrival;
     const Time before = now();
     const std::uint64_t scans = scans_;
@@ -57,7 +60,8 @@ void SensorSide::run(const std::function<Time()>& now, const Publish& publish,
     if (scans_ == scans) continue;
     const Time after = now();
     scan_step_.add(seconds_between(before, after));
-    if (scan_arrival_) latency_.add(seconds_between(*scan_arrival_, after));
+    const bool live = scan_arrival_ && *scan_arrival_ > t_started_;
+    if (live) latency_.add(seconds_between(*scan_arrival_, after));
   }
 }
 

@@ -101,6 +101,7 @@ class SensorSide {
   std::optional<geometry::SE3> T_map_local_;
   DurationStats latency_, scan_step_;
   std::optional<Time> scan_arrival_;  ///< of the last scan that the vehicle was handed
+  Time t_started_;                    ///< of the odometry: what came before waited for decisions
   std::uint64_t scans_ = 0;
 };
 

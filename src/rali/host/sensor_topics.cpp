@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "rali/host/ros_outputs.hpp"
 #include "rali/wire/message_kind.hpp"
 
 namespace rali::host {
@@ -42,13 +43,17 @@ bool is_range(const net::RosTopic& topic) {
   return kind == wire::MessageKind::kLinktrack || kind == wire::MessageKind::kRaliRange;
 }
 
-}  // namespace
-
-bool is_own_output(const std::string& topic, std::span<const std::string> fleet) {
-  if (topic == "/map_cloud" || topic == "/ranges" || topic == "/map") return true;
-  return std::any_of(fleet.begin(), fleet.end(),
-                     [&](const std::string& name) { return topic == '/' + name + "/map_delta"; });
+/// What rali publishes itself, or belongs to another vehicle on the same network.
+bool is_foreign(const std::string& topic, const std::string& vehicle,
+                std::span<const std::string> fleet) {
+  if (topic == "/map_cloud" || topic == "/ranges") return true;
+  return std::any_of(fleet.begin(), fleet.end(), [&](const std::string& name) {
+    const std::string prefix = '/' + ros_name(name) + '/';
+    return topic == prefix + "map_delta" || (name != vehicle && topic.starts_with(prefix));
+  });
 }
+
+}  // namespace
 
 Result<SensorTopics> choose_sensors(std::span<const net::RosTopic> published,
                                     const drive::InputOptions& options,
@@ -56,7 +61,7 @@ Result<SensorTopics> choose_sensors(std::span<const net::RosTopic> published,
   std::vector<net::RosTopic> topics;
   std::vector<drive::TopicCount> counts;
   for (const net::RosTopic& topic : published) {
-    if (is_own_output(topic.name, fleet)) continue;
+    if (is_foreign(topic.name, options.vehicle, fleet)) continue;
     topics.push_back(topic);
     counts.push_back(count_of(topic));
   }
@@ -86,12 +91,14 @@ Result<SensorTopics> choose_sensors(std::span<const net::RosTopic> published,
 }
 
 std::vector<net::RosTopic> range_topics(std::span<const net::RosTopic> published,
-                                        const drive::RangeOptions& ranges) {
+                                        const drive::RangeOptions& ranges,
+                                        const std::string& vehicle,
+                                        std::span<const std::string> fleet) {
   std::vector<net::RosTopic> found;
   for (const net::RosTopic& topic : published) {
     if (!is_range(topic)) continue;
     const bool named = ranges.topic_of(topic.name) != nullptr;
-    const bool any = ranges.topics.empty() && topic.name != "/ranges";
+    const bool any = ranges.topics.empty() && !is_foreign(topic.name, vehicle, fleet);
     if (named || any) found.push_back(listened(topic, kSampleDepth));
   }
   return found;

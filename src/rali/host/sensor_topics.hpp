@@ -21,18 +21,18 @@ struct SensorTopics {
 /// Chooses by name or by type, as `rali map` does in a recording: two clouds or two IMUs are an
 /// error. Unlike there an IMU must be there unless the settings say none: its driver may only be
 /// late.
-/// @param fleet names of all vehicles: what rali itself publishes is no sensor
+/// @param fleet names of all vehicles: what rali itself publishes is no sensor, and
+/// what is named /OTHER/... is one of that vehicle
 /// Errors (kInput): a sentence that says what is waited for.
 [[nodiscard]] Result<SensorTopics> choose_sensors(std::span<const net::RosTopic> published,
                                                   const drive::InputOptions& options,
                                                   std::span<const std::string> fleet);
 
-/// Topics that carry ranges, but for those that rali itself publishes: the ones that `ranges`
-/// names, or all if it names none.
+/// Topics that carry ranges, but for those that rali itself publishes and those of other vehicles:
+/// the ones that `ranges` names, or all if it names none.
 [[nodiscard]] std::vector<net::RosTopic> range_topics(std::span<const net::RosTopic> published,
-                                                      const drive::RangeOptions& ranges);
-
-/// True for topics that vehicles publish themselves.
-[[nodiscard]] bool is_own_output(const std::string& topic, std::span<const std::string> fleet);
+                                                      const drive::RangeOptions& ranges,
+                                                      const std::string& vehicle,
+                                                      std::span<const std::string> fleet);
 
 }  // namespace rali::host

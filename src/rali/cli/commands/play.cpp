@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "rali/base/counted.hpp"
+#include "rali/cli/play/ranges_beside.hpp"
 #include "rali/cli/play/recording_player.hpp"
 #include "rali/net/dds_ros_bus.hpp"
 #include "rali/net/ros_names.hpp"
@@ -95,6 +96,12 @@ class PlayCommand final : public Command {
              &options_.restamp,
              false,
              {}},
+            {"--ranges",
+             "FILE",
+             "CSV of ranges beside the recording: those of --vehicle are played, too",
+             &ranges_,
+             false,
+             {}},
             {"--topic",
              "NAME",
              "only this topic, of any type; repeatable",
@@ -106,6 +113,9 @@ class PlayCommand final : public Command {
   [[nodiscard]] Result<int> run(Session& session) override {
     if (Status status = check(); !status) return tl::make_unexpected(status.error());
     auto source = io::open_recording(recordings_[0]);
+    if (source && !ranges_.empty()) {
+      source = with_ranges(std::move(*source), ranges_, options_.vehicle);
+    }
     if (!source) return tl::make_unexpected(source.error());
     auto bus = open_bus();
     if (!bus) return tl::make_unexpected(bus.error());
@@ -204,6 +214,7 @@ class PlayCommand final : public Command {
   PlayOptions options_;
   int domain_ = -1;
   std::string interface_ = "lo";
+  std::string ranges_;
   bool wait_ = false;
 };
 
