@@ -210,8 +210,6 @@ class PlayCommand final : public Command {
 
   std::vector<std::string> recordings_;
   PlayOptions options_;
-  int domain_ = -1;
-  std::string interface_ = "lo";
   std::string ranges_;
   std::string domain_, interface_ = "lo";
   bool wait_ = false;

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "rali/drive/closed_loop/role_finding.hpp"
 #include "rali/base/assert.hpp"
+#include "rali/drive/closed_loop/role_finding.hpp"
 #include "rali/drive/link/post.hpp"
 
 namespace rali::drive {
@@ -109,13 +109,6 @@ void FleetNodes::step(std::size_t index, const fleet::NodeEvent& event, Time t,
   outputs_.clear();
   member.node->step(event, t, executor, outputs_);
   for (const fleet::NodeOutput& output : outputs_) {
-    if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
-      send(member, *envelope);
-    } else if (const auto* finding = std::get_if<Finding>(&output)) {
-      note(member, *finding);
-    } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
-      note(member, role_finding(*action, t));
-    }
     if (setup_.watch) setup_.watch(index, output);
     if (!member.alive) return;
     obey(index, output, t);
@@ -130,7 +123,7 @@ void FleetNodes::obey(std::size_t index, const fleet::NodeOutput& output, Time t
   } else if (const auto* finding = std::get_if<Finding>(&output)) {
     note(member, *finding);
   } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
-    note(member, role_change(*action, t));
+    note(member, role_finding(*action, t));
   }
 }
 
