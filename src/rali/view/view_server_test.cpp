@@ -6,6 +6,9 @@
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -27,6 +30,14 @@ std::unique_ptr<ViewServer> started(ViewOptions options = {}) {
   auto server = start_view_server(options);
   EXPECT_TRUE(server) << server.error().message();
   return server ? std::move(*server) : nullptr;
+}
+
+ViewOptions options_of(std::string bind, std::uint16_t port, std::string token = {}) {
+  ViewOptions options;
+  options.bind = std::move(bind);
+  options.port = port;
+  options.token = std::move(token);
+  return options;
 }
 
 ViewChannel channel(std::string topic, bool keep_last = false) {
@@ -251,13 +262,13 @@ TEST(ViewServer, a_foreign_name_on_loopback_is_refused_unless_it_has_the_token) 
 
 TEST(ViewServer, beyond_loopback_a_good_token_is_a_must) {
   for (const char* token : {"", "short", "0123456789abcde?"}) {
-    const auto server = start_view_server({.bind = "0.0.0.0", .port = 0, .token = token});
+    const auto server = start_view_server(options_of("0.0.0.0", 0, token));
     ASSERT_FALSE(server) << token;
     EXPECT_EQ(server.error().code, ErrorCode::kInput);
     EXPECT_NE(server.error().message().find("token"), std::string::npos);
   }
-  EXPECT_TRUE(start_view_server({.bind = "0.0.0.0", .port = 0, .token = "0123456789abcdef"}));
-  const auto named = start_view_server({.bind = "robot.lan", .port = 0});
+  EXPECT_TRUE(start_view_server(options_of("0.0.0.0", 0, "0123456789abcdef")));
+  const auto named = start_view_server(options_of("robot.lan", 0));
   ASSERT_FALSE(named);
   EXPECT_NE(named.error().message().find("'robot.lan' is no IP address"), std::string::npos);
 }
@@ -270,8 +281,7 @@ TEST(ViewServer, another_machine_without_the_token_sees_nothing) {
   probe.connect({asio::ip::make_address("192.0.2.1"), 9}, error);
   const auto own = probe.local_endpoint(error).address();
   if (error || own.is_loopback() || own.is_unspecified()) GTEST_SKIP() << "NO SECOND ADDRESS";
-  ViewOptions options{.bind = "0.0.0.0", .port = 0, .token = "0123456789abcdef"};
-  const auto server = started(options);
+  const auto server = started(options_of("0.0.0.0", 0, "0123456789abcdef"));
   const auto status = [&](const std::string& target) {
     tcp::socket socket(io);
     socket.connect({own, server->port()});
@@ -288,7 +298,7 @@ TEST(ViewServer, another_machine_without_the_token_sees_nothing) {
 
 TEST(ViewServer, a_port_in_use_is_one_clear_sentence) {
   const auto server = started();
-  const auto second = start_view_server({.port = server->port()});
+  const auto second = start_view_server(options_of("127.0.0.1", server->port()));
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::kMachine);
   EXPECT_EQ(second.error().message(),

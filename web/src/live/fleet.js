@@ -2,6 +2,7 @@
 import {Color} from 'three';
 import {DEGENERATE, FRONTIER, link_colour, RANGE, RANGE_UNUSED, vehicle_colour} from './colours.js';
 import {metres, percent, rate} from './format.js';
+import {worst_links} from './links.js';
 import {Lines, make_beacon, make_ellipse, make_mark, make_vehicle} from './shapes.js';
 
 const OLD_S = 3;
@@ -166,22 +167,6 @@ export class Fleet {
     }
     this.ways.set(ways);
   }
-}
-
-/** Both directions of a pair as one: the worse loss, the lower rate. */
-export function worst_links(links) {
-  const pairs = new Map();
-  for (const link of links) {
-    const key = [link.from, link.to].sort().join('\n');
-    const before = pairs.get(key);
-    if (!before) pairs.set(key, {...link});
-    else {
-      before.connected = before.connected && link.connected;
-      before.loss = Math.max(before.loss ?? 0, link.loss ?? 0);
-      before.rate_Bps = Math.min(before.rate_Bps ?? Infinity, link.rate_Bps ?? Infinity);
-    }
-  }
-  return [...pairs.values()];
 }
 
 function arc_between(a, b) {

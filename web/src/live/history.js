@@ -1,16 +1,14 @@
 // The states that the page has seen, so that the timeline can go back; and what happened between them.
 
 const FINE_S = 600;      // all states of so long ago are kept,
-const COARSE_S = 5;      // of older ones one per so many seconds,
-const STATES_MAX = 8000;
+const COARSE_S = 5;      // of older ones about one per so many seconds,
+const STATES_MAX = 8000; // or fewer.
 const MOVED_M = 0.1;     // a table that moves a pose by more is announced
 const EVENTS_MAX = 400;
 
 export class History {
   constructor() {
-    this.states = [];
-    this.events = [];
-    this.tables = new Set();
+    this.clear();
   }
 
   get first_s() { return this.states[0]?.t_s ?? 0; }
@@ -31,21 +29,21 @@ export class History {
   clear() {
     this.states = [];
     this.events = [];
-    this.tables.clear();
+    this.tables = new Set();
+    this.coarse_s = COARSE_S;
+    this.thinned = 0;  // up to here
   }
 
-  /** Removes one state that is both old and near to its neighbours, once per new state. */
+  /** Old states that are nearer to each other than `coarse_s` go; of too many all get sparser. */
   thin() {
     const limit = this.last_s - FINE_S;
-    this.thinned = this.thinned ?? 0;
     while (this.thinned + 2 < this.states.length && this.states[this.thinned + 2].t_s < limit) {
-      if (this.states[this.thinned + 2].t_s - this.states[this.thinned].t_s < COARSE_S) this.states.splice(this.thinned + 1, 1);
+      if (this.states[this.thinned + 2].t_s - this.states[this.thinned].t_s < this.coarse_s) this.states.splice(this.thinned + 1, 1);
       else ++this.thinned;
     }
-    if (this.states.length > STATES_MAX) {
-      this.states = this.states.filter((_, i) => i % 2 === 0 || i > STATES_MAX / 2);
-      this.thinned = 0;
-    }
+    if (this.states.length <= STATES_MAX) return;
+    this.coarse_s *= 2;
+    this.thinned = 0;
   }
 
   /** Index of the newest state not after t_s. */

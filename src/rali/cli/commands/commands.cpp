@@ -5,6 +5,7 @@
 #include "rali/cli/commands/doctor.hpp"
 #include "rali/cli/commands/evaluate.hpp"
 #include "rali/cli/commands/info.hpp"
+#include "rali/cli/commands/live.hpp"
 #include "rali/cli/commands/picture.hpp"
 #include "rali/cli/commands/play.hpp"
 #include "rali/cli/commands/report.hpp"
@@ -22,6 +23,9 @@ CommandList all_commands() {
   commands.push_back(make_evaluate_command());
   commands.push_back(make_report_command());
   commands.push_back(make_picture_command());
+  commands.push_back(make_view_command());
+  commands.push_back(make_status_command());
+  commands.push_back(make_operator_command());
   commands.push_back(make_convert_command());
   commands.push_back(make_simulate_command());
   commands.push_back(make_play_command());

@@ -9,10 +9,10 @@ namespace rali::view {
 struct AccessRequest {
   bool from_loopback = false;  ///< address of the peer
   bool websocket = false;
-  std::string_view target;         ///< "/state?token=..."
-  std::string_view authorization;  ///< "Bearer ..."
-  std::string_view host;           ///< "127.0.0.1:8765"; may be empty
-  std::string_view origin;         ///< of the page that asks; empty: no browser, or its own page
+  std::string_view target = {};         ///< "/state?token=..."
+  std::string_view authorization = {};  ///< "Bearer ..."
+  std::string_view host = {};           ///< "127.0.0.1:8765"; may be empty
+  std::string_view origin = {};  ///< of the page that asks; empty: no browser, or its own page
 };
 
 enum class Access {

@@ -12,7 +12,7 @@
 #include "rali/view/view_server.hpp"
 
 /// The part of the Foxglove WebSocket protocol that a read-only server needs: values to text and
-/// back, without sockets. Source: foxglove/ws-protocol, docs/spec.md, 2023.
+/// back, without sockets. Source: specification of foxglove/ws-protocol, 2023.
 namespace rali::view {
 
 /// Both names have the same messages here; clients know one or the other.

@@ -62,12 +62,13 @@ TEST(Foxglove, advertises_even_a_topic_that_is_no_utf_8) {
   EXPECT_EQ(message["channels"][0]["schemaName"], "sensor_msgs/msg/PointCloud2");
 }
 
-struct Setup {
+struct HubOfTwo {
   Exchange exchange{1000};
   Hub hub{exchange, "", 1000};
 
-  Setup() {
-    exchange.new_channels = {{1, {.topic = "/a", .keep_last = true}}, {2, {.topic = "/b"}}};
+  HubOfTwo() {
+    exchange.new_channels = {{1, {"/a", "json", "", "", "", true}},
+                             {2, {"/b", "json", "", "", "", false}}};
     hub.take_over();
   }
 
@@ -83,7 +84,7 @@ constexpr const char* kBoth =
     R"({"op":"subscribe","subscriptions":[{"id":10,"channelId":1},{"id":20,"channelId":2}]})";
 
 TEST(ViewerChannels, give_a_late_subscriber_the_last_frame_of_a_channel_that_keeps_it) {
-  Setup s;
+  HubOfTwo s;
   s.publish(1, 3);
   s.publish(1, 4);
   s.publish(2, 5);
@@ -97,7 +98,7 @@ TEST(ViewerChannels, give_a_late_subscriber_the_last_frame_of_a_channel_that_kee
 }
 
 TEST(ViewerChannels, complain_of_a_channel_that_is_not_there_and_of_one_taken_twice) {
-  Setup s;
+  HubOfTwo s;
   ViewerChannels viewer(s.hub);
   for (const char* text : {R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":9}]})",
                            R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1},)"
@@ -111,7 +112,7 @@ TEST(ViewerChannels, complain_of_a_channel_that_is_not_there_and_of_one_taken_tw
 }
 
 TEST(ViewerChannels, drop_what_waits_of_an_ended_subscription) {
-  Setup s;
+  HubOfTwo s;
   ViewerChannels viewer(s.hub);
   (void)viewer.take(kBoth, false);
   auto frame = std::make_shared<Frame>();
@@ -124,7 +125,7 @@ TEST(ViewerChannels, drop_what_waits_of_an_ended_subscription) {
 }
 
 TEST(ViewerChannels, have_enough_of_a_viewer_that_sends_nonsense) {
-  Setup s;
+  HubOfTwo s;
   ViewerChannels viewer(s.hub);
   for (int i = 0; i < kBadMessagesMax; ++i)
     EXPECT_EQ(viewer.take("nonsense", i % 2 == 0).size(), 1U);
@@ -134,7 +135,7 @@ TEST(ViewerChannels, have_enough_of_a_viewer_that_sends_nonsense) {
 }
 
 TEST(ViewerChannels, count_the_frames_that_a_slow_viewer_loses) {
-  Setup s;
+  HubOfTwo s;
   ViewerChannels viewer(s.hub);
   (void)viewer.take(kBoth, false);
   for (int i = 0; i < 20; ++i) {
