@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "rali/drive/closed_loop/fleet_nodes.hpp"
+#include "rali/fleet/facts/keyframe_number.hpp"
 #include "rali/sim/fleet/closed_loop.hpp"
 #include "rali/sim/fleet/fleet_simulation.hpp"
 
@@ -23,8 +24,9 @@ namespace rali::drive {
 class ExactFleet final : public sim::FleetSoftware {
  public:
   /// @param sim  not scripted, without LiDAR and inertial sensor
-  ExactFleet(sim::FleetSimulation& sim, const fleet::NodeSettings& settings)
-      : sim_(sim), caster_(sim.mesh()), nodes_(setup_of(sim, settings), sim.t_begin()) {
+  /// @param logs  vehicles keep logs and can be restarted
+  ExactFleet(sim::FleetSimulation& sim, const fleet::NodeSettings& settings, bool logs = false)
+      : sim_(sim), caster_(sim.mesh()), nodes_(setup_of(sim, settings, logs), sim.t_begin()) {
     for (int v = 0; v < sim.vehicles(); ++v) {
       Vehicle vehicle;
       vehicle.T_odom_world = sim.truth(v, sim.t_begin()).state.T_world_body.inverse();
@@ -56,8 +58,18 @@ class ExactFleet final : public sim::FleetSoftware {
 
   [[nodiscard]] FleetNodes& nodes() { return nodes_; }
 
+  /// A vehicle that was killed starts again; a new odom begins where it stands.
+  [[nodiscard]] Status restart(std::size_t v, Time now) {
+    if (auto status = nodes_.restart(v); !status) return status;
+    vehicles_[v] = {};
+    vehicles_[v].T_odom_world = sim_.truth(static_cast<int>(v), now).state.T_world_body.inverse();
+    return {};
+  }
+
   std::function<void(Time)> on_time;  ///< before each decision
-  std::size_t most_anchors = 0;       ///< that acted at one time
+  /// What a node gives, before it is obeyed; may kill the vehicle.
+  std::function<void(std::size_t, const fleet::NodeOutput&)> on_output;
+  std::size_t most_anchors = 0;  ///< that acted at one time
 
  private:
   struct Vehicle {
@@ -67,9 +79,13 @@ class ExactFleet final : public sim::FleetSoftware {
     Time last_node, last_range;
   };
 
-  static FleetNodesSetup setup_of(const sim::FleetSimulation& sim,
-                                  const fleet::NodeSettings& settings) {
+  FleetNodesSetup setup_of(const sim::FleetSimulation& sim, const fleet::NodeSettings& settings,
+                           bool logs) {
     FleetNodesSetup setup;
+    setup.logs = logs;
+    setup.watch = [this](std::size_t v, const fleet::NodeOutput& output) {
+      if (on_output) on_output(v, output);
+    };
     setup.node = settings;
     const geometry::SE3 T_v1_world = sim.truth(0, sim.t_begin()).state.T_world_body.inverse();
     for (int v = 0; v < sim.vehicles(); ++v) {
@@ -91,7 +107,8 @@ class ExactFleet final : public sim::FleetSoftware {
 
   void fact(std::size_t v, Time t, fleet::FactBody body) {
     const VehicleId id{static_cast<std::uint16_t>(v)};
-    const fleet::Fact made{{id, 0, vehicles_[v].facts++}, t, std::move(body)};
+    const std::uint32_t epoch = nodes_.node(v).epoch();
+    const fleet::Fact made{{id, epoch, vehicles_[v].facts++}, t, std::move(body)};
     nodes_.tell(v, fleet::OwnFact{std::make_shared<const fleet::Fact>(made)}, t, executor_);
   }
 
@@ -108,6 +125,7 @@ class ExactFleet final : public sim::FleetSoftware {
     nodes_.tell(v, pose, now, executor_);
     const bool first = !self.last_keyframe;
     if (first) fact(v, now, fleet::EpochStart{nodes_.name(v), {geometry::Vec3::Zero()}});
+    if (!nodes_.alive(v)) return;
     const geometry::SE3 step =
         first ? geometry::SE3{} : self.last_keyframe->inverse() * pose.T_odom_body;
     const bool keyframe = first || step.p.norm() > 1.0 || geometry::so3_log(step.R).norm() > 0.5;
@@ -120,7 +138,9 @@ class ExactFleet final : public sim::FleetSoftware {
     Vehicle& self = vehicles_[v];
     fleet::Increment step;
     step.node = self.path_nodes++;
-    if (keyframe) step.keyframe = self.keyframes++;
+    if (keyframe) {
+      step.keyframe = fleet::first_keyframe_of(nodes_.node(v).epoch()) + self.keyframes++;
+    }
     step.begins = step.node == 0;
     step.at_rest = pose.at_rest;
     step.levelled = true;

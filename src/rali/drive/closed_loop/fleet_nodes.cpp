@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/assert.hpp"
 #include "rali/drive/closed_loop/role_finding.hpp"
 #include "rali/drive/link/post.hpp"
 
@@ -65,30 +66,64 @@ void put_in_order(std::vector<Entry>& entries) {
 }  // namespace
 
 FleetNodes::FleetNodes(const FleetNodesSetup& setup, Time begin)
-    : link_(ids_of(setup.names.size()), setup.link, setup.seed), now_(begin) {
-  const std::vector<VehicleId> ids = ids_of(setup.names.size());
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    Member member;
-    member.name = setup.names[i];
-    member.node = std::make_unique<fleet::Node>(ids[i], ids, setup.node, setup.known, begin);
-    members_.push_back(std::move(member));
+    : setup_(setup),
+      ids_(ids_of(setup.names.size())),
+      link_(ids_, setup.link, setup.seed),
+      now_(begin) {
+  for (std::size_t i = 0; i < ids_.size(); ++i) {
+    members_.emplace_back();
+    members_.back().name = setup.names[i];
+    const Status started = start(i);
+    RALI_ASSERT(started.has_value());  // from an empty memory
   }
+}
+
+/// The vehicle's software, from what its log holds.
+Status FleetNodes::start(std::size_t index) {
+  Member& member = members_[index];
+  fleet::NodeStart from;
+  if (setup_.logs) {
+    auto state = StateDir::restore(member.disk.log, member.disk.slots, ids_[index], ids_);
+    if (!state) return tl::make_unexpected(state.error());
+    member.state = std::move(*state);
+    from = member.state->take_start();
+    for (Finding& finding : member.state->take_findings()) note(member, std::move(finding));
+  }
+  member.node = std::make_unique<fleet::Node>(ids_[index], ids_, setup_.node, setup_.known, now_,
+                                              std::move(from));
+  return {};
 }
 
 void FleetNodes::tell(std::size_t index, const fleet::NodeEvent& event, Time t,
                       Executor& executor) {
   Member& member = members_[index];
+  step(index, event, t, executor);
+  if (!member.alive || !member.state) return;
+  for (const fleet::NodeEvent& kept : member.state->sync(now_)) step(index, kept, t, executor);
+}
+
+void FleetNodes::step(std::size_t index, const fleet::NodeEvent& event, Time t,
+                      Executor& executor) {
+  const Member& member = members_[index];
   if (!member.alive) return;
   outputs_.clear();
   member.node->step(event, t, executor, outputs_);
   for (const fleet::NodeOutput& output : outputs_) {
-    if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
-      send(member, *envelope);
-    } else if (const auto* finding = std::get_if<Finding>(&output)) {
-      note(member, *finding);
-    } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
-      note(member, role_finding(*action, t));
-    }
+    if (setup_.watch) setup_.watch(index, output);
+    if (!member.alive) return;
+    obey(index, output, t);
+  }
+}
+
+void FleetNodes::obey(std::size_t index, const fleet::NodeOutput& output, Time t) {
+  Member& member = members_[index];
+  if (member.state && member.state->take(output)) return;
+  if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
+    send(member, *envelope);
+  } else if (const auto* finding = std::get_if<Finding>(&output)) {
+    note(member, *finding);
+  } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
+    note(member, role_finding(*action, t));
   }
 }
 
@@ -171,6 +206,25 @@ void FleetNodes::kill(std::size_t index) {
   link_.kill({static_cast<std::uint16_t>(index)});
 }
 
+Status FleetNodes::restart(std::size_t index) {
+  Member& member = members_[index];
+  if (member.alive || !setup_.logs) {
+    return fail(ErrorCode::kUsage, member.name,
+                member.alive ? "is alive and cannot be restarted" : "has no log to restart from");
+  }
+  member.past.push_back(member.node->rounds());
+  member.past.back().end_of_data(now_);
+  member.state.reset();
+  member.disk.log->lose_power();
+  *member.disk.slots = member.disk.slots->reopened();
+  if (auto status = start(index); !status) return status;
+  member.alive = true;
+  member.stopped = false;
+  member.obeyed = 0;
+  link_.revive(ids_[index]);
+  return {};
+}
+
 bool FleetNodes::finished() const {
   const auto goes_on = [](const Member& m) { return m.alive && !m.node->done(); };
   const auto lives = [](const Member& m) { return m.alive; };
@@ -185,12 +239,16 @@ MissionLog FleetNodes::log() const {
   std::vector<Entry> entries;
   std::vector<fleet::RoundMachine> machines;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    log.said.push_back(link_.said({static_cast<std::uint16_t>(i)}));
-    machines.push_back(members_[i].node->rounds());
-    machines.back().end_of_data(now_);
+    log.said.push_back(link_.said(ids_[i]));
     log.explored |= members_[i].alive && members_[i].node->explored();
-    for (const fleet::RoundRow& row : machines.back().rounds()) {
-      if (row.anchor.value == i) entries.push_back({row, i});
+    std::vector<fleet::RoundMachine> lives = members_[i].past;
+    lives.push_back(members_[i].node->rounds());
+    lives.back().end_of_data(now_);
+    for (fleet::RoundMachine& life : lives) {
+      for (const fleet::RoundRow& row : life.rounds()) {
+        if (row.anchor.value == i) entries.push_back({row, machines.size()});
+      }
+      machines.push_back(std::move(life));
     }
   }
   put_in_order(entries);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,6 +12,8 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/drive/link/loopback.hpp"
+#include "rali/drive/state/state_dir.hpp"
+#include "rali/factlog/memory_log.hpp"
 #include "rali/fleet/node/node.hpp"
 #include "rali/sim/fleet/closed_loop.hpp"
 
@@ -32,6 +35,11 @@ struct FleetNodesSetup {
   fleet::FleetKnowledge known;
   LinkSettings link;  ///< between any two; lossless unless told otherwise
   std::uint64_t seed = 1;
+  /// Each vehicle keeps its facts and its role in a log in memory, and can be restarted. Costs the
+  /// encoding of each fact at each vehicle.
+  bool logs = false;
+  /// Sees what a node gives before it is obeyed; may kill the vehicle, which then obeys no more.
+  std::function<void(std::size_t index, const fleet::NodeOutput& output)> watch;
 };
 
 /// The parts that vehicles of one process play in their fleet, a radio of bytes between them, and
@@ -63,8 +71,13 @@ class FleetNodes {
                                                       std::span<const sim::DriveReport> vehicles,
                                                       Executor& executor);
 
-  /// Its process is gone for good: it does, hears and says nothing more, and its drive stops.
+  /// Its process is gone: it does, hears and says nothing more, and its drive stops. What its log
+  /// had not synced is lost.
   void kill(std::size_t index);
+
+  /// A vehicle that was killed starts again from its log, in its next epoch. Errors: kUsage for one
+  /// that is alive or has no log; those of StateDir::restore.
+  [[nodiscard]] Status restart(std::size_t index);
 
   [[nodiscard]] bool alive(std::size_t index) const { return members_[index].alive; }
 
@@ -87,8 +100,17 @@ class FleetNodes {
   [[nodiscard]] const Loopback& radio() const { return link_; }
 
  private:
+  /// What is left when a process is gone.
+  struct Disk {
+    std::shared_ptr<factlog::MemoryLog> log = std::make_shared<factlog::MemoryLog>();
+    std::shared_ptr<factlog::MemorySlots> slots = std::make_shared<factlog::MemorySlots>();
+  };
+
   struct Member {
     std::string name;
+    Disk disk;
+    std::optional<StateDir> state;          ///< with a log
+    std::vector<fleet::RoundMachine> past;  ///< of the nodes before the last restart
     std::unique_ptr<fleet::Node> node;
     bool alive = true;
     bool stopped = false;      ///< dead, and its driver was told
@@ -96,12 +118,17 @@ class FleetNodes {
     std::uint64_t goals = 0;   ///< of the driver, when that command was given
   };
 
+  [[nodiscard]] Status start(std::size_t index);
+  void step(std::size_t index, const fleet::NodeEvent& event, Time t, Executor& executor);
+  void obey(std::size_t index, const fleet::NodeOutput& output, Time t);
   void note(const Member& member, Finding finding);
   void send(const Member& member, const fleet::Envelope& envelope);
   void collect_mail(Executor& executor);
   void tell_drive(std::size_t index, const sim::DriveReport& report, Executor& executor);
   [[nodiscard]] std::optional<sim::DriveCommand> command(std::size_t index);
 
+  FleetNodesSetup setup_;
+  std::vector<VehicleId> ids_;
   Loopback link_;
   std::vector<Member> members_;
   fleet::NodeOutputs outputs_;

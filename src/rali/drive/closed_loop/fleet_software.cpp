@@ -12,7 +12,8 @@ using ScanPtr = std::shared_ptr<const sensor::LidarScan>;
 }  // namespace
 
 ClosedLoopFleet::ClosedLoopFleet(const ClosedLoopSetup& setup, Time begin, Executor& executor)
-    : executor_(executor),
+    : settings_(setup.vehicles),
+      executor_(executor),
       order_(setup.vehicles.empty() ? ranging::ExchangeSettings{}
                                     : setup.vehicles.front().ranging.exchange),
       nodes_(setup.fleet, begin) {
@@ -20,6 +21,15 @@ ClosedLoopFleet::ClosedLoopFleet(const ClosedLoopSetup& setup, Time begin, Execu
     const VehicleId id{static_cast<std::uint16_t>(i)};
     members_.push_back({std::make_unique<vehicle::Vehicle>(id, setup.vehicles[i]), false});
   }
+}
+
+Status ClosedLoopFleet::restart(std::size_t index) {
+  if (auto status = nodes_.restart(index); !status) return status;
+  vehicle::VehicleSettings settings = settings_[index];
+  settings.facts.epoch = nodes_.node(index).epoch();
+  const VehicleId id{static_cast<std::uint16_t>(index)};
+  members_[index] = {std::make_unique<vehicle::Vehicle>(id, settings), false};
+  return {};
 }
 
 void ClosedLoopFleet::hand_over(const sim::FleetMessage& message) {
@@ -58,7 +68,10 @@ void ClosedLoopFleet::follow(std::size_t index, const vehicle::OutputList& outpu
       tell(index, fleet::OwnFact{made->fact}, made->fact->t);
     } else if (const auto* status = std::get_if<vehicle::PeerStatus>(&output)) {
       member.levelled = status->pose.has_value();
-      nodes_.say(index, *status);
+      fleet::PeerStatus said = *status;
+      // The others know its pose in the frame of its first start; it does not any more.
+      if (nodes_.node(index).epoch() > 0) said.pose.reset();
+      nodes_.say(index, said);
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
       findings_.push_back(*finding);
       findings_.back().vehicle = nodes_.name(index);

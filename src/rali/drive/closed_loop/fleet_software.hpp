@@ -31,6 +31,10 @@ class ClosedLoopFleet final : public sim::FleetSoftware {
 
   [[nodiscard]] bool finished() const override { return nodes_.finished(); }
 
+  /// A vehicle that was killed (nodes().kill) starts again: its part in the fleet from its log, its
+  /// odometry anew, in its next epoch. Errors: those of FleetNodes::restart.
+  [[nodiscard]] Status restart(std::size_t index);
+
   [[nodiscard]] MissionLog log() const { return nodes_.log(); }
 
   /// Findings of vehicles and nodes so far, each with its vehicle's name.
@@ -51,6 +55,7 @@ class ClosedLoopFleet final : public sim::FleetSoftware {
   void follow(std::size_t index, const vehicle::OutputList& outputs);
   void tell(std::size_t index, const fleet::NodeEvent& event, Time t);
 
+  std::vector<vehicle::VehicleSettings> settings_;
   Executor& executor_;
   EventOrder order_;
   FleetNodes nodes_;

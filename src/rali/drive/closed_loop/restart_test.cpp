@@ -1,0 +1,163 @@
+// Vehicles that die at any event of a mission, with what their logs had not synced, and start again
+// from what is left. Odometry and rays are exact: what the fleet promises itself is under test.
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
+#include "rali/drive/closed_loop/exact_fleet_for_test.hpp"
+#include "rali/drive/closed_loop/promises_for_test.hpp"
+
+namespace rali::drive {
+namespace {
+
+using Simulation = std::unique_ptr<sim::FleetSimulation>;
+
+/// Three rooms in a row, each of which hides the next.
+Simulation three_rooms() {
+  sim::World world;
+  world.mesh.add_box({9.0, 0.0, 0.0}, {26.0, 12.0, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({6.0, -1.5, 0.0}, {0.2, 9.0, 3.0}, 0.0, 0.6);
+  world.mesh.add_box({14.0, 1.5, 0.0}, {0.2, 9.0, 3.0}, 0.0, 0.6);
+  world.route = {{0.0, 0.0, 0.0}, {20.0, 0.0, 0.0}};
+  world.starts = {{{0.0, 0.0, 0.0}, 0.0}, {{-2.0, 2.0, 0.0}, 0.0}, {{-2.0, -2.0, 0.0}, 0.0}};
+  sim::FleetOptions options;
+  options.vehicles = 3;
+  options.scripted = false;
+  options.vehicle.with_lidar = false;
+  options.vehicle.with_imu = false;
+  auto sim = sim::make_fleet_simulation(std::move(world), options);
+  EXPECT_TRUE(sim.has_value());
+  return std::move(*sim);
+}
+
+/// Kills vehicles at random outputs of their nodes, in the midst of an event, and restarts them
+/// half a second to some seconds later.
+struct Restarts {
+  Restarts(ExactFleet& killed, Time begin, std::uint64_t seed, std::size_t most, double between)
+      : fleet(killed), rng(seed, "restart"), limit(most), outputs_between(between), now(begin) {
+    next = later();
+    fleet.on_output = [this](std::size_t v, const fleet::NodeOutput& output) { on(v, output); };
+    fleet.on_time = [this](Time t) { on(t); };
+  }
+
+  [[nodiscard]] std::size_t later() {
+    return outputs + 1 + static_cast<std::size_t>(rng.uniform() * outputs_between);
+  }
+
+  void on(std::size_t v, const fleet::NodeOutput& output) {
+    if (++outputs >= next && count < limit && !dead) {
+      // Before it is obeyed: what is saved and what is sent is what came before.
+      next = later();
+      ++count;
+      dead = v;
+      back_at = now + Duration::from_s(0.5 + 8.0 * rng.uniform());
+      fleet.nodes().kill(v);
+      return;
+    }
+    promises.on(v, output);
+  }
+
+  void on(Time t) {
+    now = t;
+    if (!dead || t < back_at) return;
+    const Status started = fleet.restart(*dead, t);
+    ASSERT_TRUE(started.has_value()) << started.error().message();
+    const fleet::Node& node = fleet.nodes().node(*dead);
+    epochs.insert({*dead, node.epoch()});
+    facts_checked += promises.check_facts(*dead, node.store());
+    dead.reset();
+  }
+
+  void check_at_end() {
+    for (std::size_t v = 0; v < fleet.nodes().size(); ++v) {
+      static_cast<void>(promises.check_facts(v, fleet.nodes().node(v).store()));
+    }
+    for (const std::string& broken : promises.broken) ADD_FAILURE() << broken;
+    EXPECT_LE(fleet.most_anchors, 1U);
+  }
+
+  ExactFleet& fleet;
+  Promises promises;
+  Rng rng;
+  std::size_t limit = 0;
+  double outputs_between = 0.0;
+  Time now, back_at;
+  std::size_t outputs = 0, next = 0, count = 0, facts_checked = 0;
+  std::optional<std::size_t> dead;
+  std::set<std::pair<std::size_t, std::uint32_t>> epochs;
+};
+
+fleet::NodeSettings settings_of(double estimate_s) {
+  fleet::NodeSettings settings;
+  settings.fleet.loops.use = false;
+  settings.estimate_s = estimate_s;
+  return settings;
+}
+
+sim::ClosedLoopOptions limited(double time_limit_s) {
+  sim::ClosedLoopOptions options;
+  options.time_limit_s = time_limit_s;
+  return options;
+}
+
+/// More for a long run: RALI_RESTART_SEEDS=200.
+std::uint64_t seeds(std::uint64_t usual) {
+  const char* given = std::getenv("RALI_RESTART_SEEDS");
+  return given == nullptr ? usual : std::strtoull(given, nullptr, 10);
+}
+
+TEST(Restart, at_any_event_a_mission_ends_and_no_promise_is_broken) {
+  const std::uint64_t missions = seeds(10);
+  std::size_t restarts = 0, explored = 0, facts = 0;
+  for (std::uint64_t seed = 0; seed < missions; ++seed) {
+    const Simulation sim = three_rooms();
+    ExactFleet fleet(*sim, settings_of(10.0), true);
+    Restarts r(fleet, sim->t_begin(), seed, 1, 1000.0);
+    const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
+    ASSERT_TRUE(mission.has_value()) << mission.error().message();
+    EXPECT_TRUE(mission->finished) << seed;
+    r.check_at_end();
+    restarts += r.epochs.size();
+    facts += r.facts_checked;
+    explored += fleet.nodes().log().explored ? 1 : 0;
+  }
+  EXPECT_GE(restarts, missions * 8 / 10) << "the others died with the end of the mission";
+  EXPECT_GE(explored, missions * 9 / 10) << "a restarted vehicle finds its place by what it sees";
+  EXPECT_GT(facts, 0U);
+}
+
+// Whoever restarts so often is tied into no map, and need not be: estimates are rare, and what
+// vehicles promise each other is all that is looked at.
+TEST(Restart, two_hundred_times_breaks_no_promise) {
+  std::size_t restarts = 0, votes = 0;
+  for (std::uint64_t seed = 0; seed < 20 && restarts < 200; ++seed) {
+    const Simulation sim = three_rooms();
+    fleet::NodeSettings settings = settings_of(600.0);
+    settings.fleet.loops.blind_tries = 0;
+    settings.fleet.loops.scans_only_tries = 0;
+    ExactFleet fleet(*sim, settings, true);
+    Restarts r(fleet, sim->t_begin(), 1000 + seed, 40, 200.0);
+    const auto mission = sim::run_closed_loop(*sim, fleet, limited(500.0));
+    ASSERT_TRUE(mission.has_value()) << mission.error().message();
+    r.check_at_end();
+    restarts += r.epochs.size();
+    votes += r.promises.votes;
+  }
+  EXPECT_GE(restarts, 200U);
+  EXPECT_GT(votes, 100U);
+}
+
+TEST(Restart, needs_a_vehicle_that_is_dead_and_has_a_log) {
+  const Simulation sim = three_rooms();
+  ExactFleet with(*sim, settings_of(10.0), true), without(*sim, settings_of(10.0));
+  EXPECT_EQ(with.nodes().restart(0).error().code, ErrorCode::kUsage);
+  without.nodes().kill(0);
+  EXPECT_EQ(without.nodes().restart(0).error().code, ErrorCode::kUsage);
+  with.nodes().kill(0);
+  EXPECT_TRUE(with.nodes().restart(0).has_value());
+  EXPECT_EQ(with.nodes().node(0).epoch(), 1U);
+}
+
+}  // namespace
+}  // namespace rali::drive
