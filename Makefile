@@ -6,12 +6,13 @@
 # make bundle   the scripts of report.html again, into web/dist, after a change in web/ (needs npm)
 # make fuzz     each fuzz target for FUZZ_SECONDS (needs clang)
 # make bench    Google Benchmark programs
+# make soak     vehicles over an emulated bad radio, for longer (needs root)
 # make docs     generated pages; make tutorials: what they print; make site: build/site/index.html
 # make asan | tsan | lint | format | clean
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo install deb bundle check-deb share fuzz bench format lint asan tsan docs tutorials figures site packages release clean
+.PHONY: test demo install deb bundle check-deb share fuzz soak bench format lint asan tsan docs tutorials figures site packages release clean
 
 JOBS ?= $(shell nproc)
 FUZZ_SECONDS ?= 60
@@ -75,6 +76,10 @@ asan tsan: packages
 	cmake --preset $@
 	cmake --build build/$@ -j $(JOBS)
 	$(CTEST) --test-dir build/$@
+
+# Vehicles over an emulated bad radio, ten times as long as in the tests (needs root).
+soak: release
+	RALI_SOAK=1 $(CTEST) --test-dir build/release -L radio -V
 
 format:
 	@tools/install_packages.sh $(DEV_PACKAGES)

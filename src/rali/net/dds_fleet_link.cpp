@@ -20,7 +20,6 @@ constexpr const char* kSealedType = "rali_msgs::msg::dds_::Sealed_";
 constexpr const char* kToAll = "all";
 constexpr int kBulkSamples = 64;   ///< on their way to one vehicle (middleware 4.1)
 constexpr int kReaderDepth = 256;  ///< taken out one by one as they come
-constexpr std::size_t kSampleHeaderBytes = 8;
 
 struct Channel {
   Urgency urgency;

@@ -31,7 +31,8 @@ struct FleetLinkOptions {
   std::vector<FleetPeer> peers;  ///< all other vehicles of the fleet
   int domain = 77;               ///< 0 to 232; another number than ROS_DOMAIN_ID
   FleetKey key;
-  std::size_t message_bytes_max = std::size_t{1} << 20;
+  /// A fact of 1 MiB and what is around it.
+  std::size_t message_bytes_max = (std::size_t{1} << 20) + 1024;
   std::size_t queue_bytes_max = std::size_t{8} << 20;  ///< arrived and not taken, for each peer
   std::string cyclone_config;  ///< XML of Cyclone DDS or file:// names that is applied above ours
 };

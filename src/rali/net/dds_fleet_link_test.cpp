@@ -111,7 +111,7 @@ TEST_F(DdsFleetLinks, find_each_other_within_a_second) {
 
 TEST_F(DdsFleetLinks, messages_of_every_urgency_arrive_whole) {
   ASSERT_TRUE(is_joined());
-  EXPECT_TRUE(v1_->send(kV2, Urgency::kBulk, message(std::size_t{1} << 20, 1)));
+  EXPECT_TRUE(v1_->send(kV2, Urgency::kBulk, message((std::size_t{1} << 20) + 1024, 1)));
   EXPECT_TRUE(v1_->send(std::nullopt, Urgency::kRole, message(90, 2)));
   EXPECT_TRUE(v1_->send(kV2, Urgency::kRole, message(91, 3)));
   EXPECT_TRUE(v1_->send(std::nullopt, Urgency::kStatus, message(0)));
@@ -121,7 +121,7 @@ TEST_F(DdsFleetLinks, messages_of_every_urgency_arrive_whole) {
     EXPECT_EQ(one.from, kV1);
     got.push_back(one.bytes);
   }
-  std::vector<Bytes> sent{message(std::size_t{1} << 20, 1), message(90, 2), message(91, 3),
+  std::vector<Bytes> sent{message((std::size_t{1} << 20) + 1024, 1), message(90, 2), message(91, 3),
                           message(0), message(20'000, 4)};
   std::sort(got.begin(), got.end());
   std::sort(sent.begin(), sent.end());
@@ -133,7 +133,7 @@ TEST_F(DdsFleetLinks, messages_of_every_urgency_arrive_whole) {
 
 TEST_F(DdsFleetLinks, what_is_too_large_or_for_nobody_is_not_taken) {
   ASSERT_TRUE(is_joined());
-  EXPECT_FALSE(v1_->send(kV2, Urgency::kBulk, message((std::size_t{1} << 20) + 1)));
+  EXPECT_FALSE(v1_->send(kV2, Urgency::kBulk, message((std::size_t{1} << 20) + 1025)));
   EXPECT_FALSE(v1_->send(VehicleId{7}, Urgency::kRole, message(4))) << "of no fleet";
   EXPECT_FALSE(v1_->send(kV1, Urgency::kRole, message(4))) << "itself";
   EXPECT_FALSE(v1_->send(kV3, Urgency::kBulk, message(4))) << "not there";

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <charconv>
 #include <cstdlib>
-#include <cstring>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -23,6 +22,7 @@ namespace {
 
 constexpr std::string_view kEnclave = "enclave=/;";  // without it ROS 2 passes a participant over
 constexpr int kDepthMax = 1000;
+constexpr int kRosDomainMax = 232;           // RTPS 9.6.1.1
 constexpr std::size_t kEndpointsMax = 1024;  ///< of which published() knows
 
 struct Topic {
@@ -277,15 +277,19 @@ Result<std::unique_ptr<RosBus>> open_dds_ros_bus(const RosBusOptions& options) {
   return bus;
 }
 
+Result<int> parse_ros_domain(const std::string& text, const std::string& where) {
+  int domain = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, domain);
+  if (error == std::errc() && stop == end && domain >= 0 && domain <= kRosDomainMax) return domain;
+  return fail(ErrorCode::kUsage, where, "\"" + text + "\" is no domain of ROS",
+              "Set it to 0 to 232.");
+}
+
 Result<int> ros_domain_of_environment() {
   const char* text = std::getenv("ROS_DOMAIN_ID");
   if (text == nullptr || *text == '\0') return 0;
-  int domain = 0;
-  const char* end = text + std::strlen(text);
-  const auto [stop, error] = std::from_chars(text, end, domain);
-  if (error == std::errc() && stop == end && domain >= 0 && domain <= 232) return domain;
-  return fail(ErrorCode::kUsage, "ROS_DOMAIN_ID", "\"" + std::string(text) + "\" is no domain",
-              "Set it to 0 to 232.");
+  return parse_ros_domain(text, "ROS_DOMAIN_ID");
 }
 
 }  // namespace rali::net

@@ -25,6 +25,9 @@ struct RosBusOptions {
 /// Errors: kUsage (an option out of its range), kMachine (no such interface, no port, no memory).
 [[nodiscard]] Result<std::unique_ptr<RosBus>> open_dds_ros_bus(const RosBusOptions& options);
 
+/// Number of a ROS domain. Errors: kUsage with `where` (not 0 to 232).
+[[nodiscard]] Result<int> parse_ros_domain(const std::string& text, const std::string& where);
+
 /// ROS_DOMAIN_ID of the environment, 0 where it is not set. Errors: kUsage (no number of a domain).
 [[nodiscard]] Result<int> ros_domain_of_environment();
 

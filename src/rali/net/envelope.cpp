@@ -119,4 +119,26 @@ OpenedEnvelope EnvelopeOpener::open(Urgency urgency, std::span<const std::uint8_
   return out;
 }
 
+std::vector<std::uint8_t> encode_sealed(std::span<const std::uint8_t> envelope) {
+  std::vector<std::uint8_t> out(kSampleHeaderBytes + envelope.size());
+  out[1] = 1;  // CDR, little endian
+  for (std::size_t i = 0; i < 4; ++i) {
+    out[4 + i] = static_cast<std::uint8_t>((envelope.size() >> (8 * i)) & 0xFFU);
+  }
+  std::copy(envelope.begin(), envelope.end(), out.begin() + kSampleHeaderBytes);
+  return out;
+}
+
+std::span<const std::uint8_t> decode_sealed(std::span<const std::uint8_t> cdr) {
+  constexpr std::array<std::uint8_t, 2> kLittleEndian{0, 1};
+  if (cdr.size() < kSampleHeaderBytes ||
+      !std::equal(kLittleEndian.begin(), kLittleEndian.end(), cdr.begin())) {
+    return {};
+  }
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < 4; ++i) size |= std::size_t{cdr[4 + i]} << (8 * i);
+  const auto body = cdr.subspan(kSampleHeaderBytes);
+  return size <= body.size() ? body.first(size) : std::span<const std::uint8_t>{};
+}
+
 }  // namespace rali::net

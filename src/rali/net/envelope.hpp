@@ -29,6 +29,7 @@ namespace rali::net {
 
 inline constexpr std::size_t kEnvelopeHeaderBytes = 24;
 inline constexpr std::size_t kEnvelopeBytes = kEnvelopeHeaderBytes + 16;
+inline constexpr std::size_t kSampleHeaderBytes = 8;  ///< encapsulation, length
 inline constexpr std::uint16_t kEveryone = 0xFFFF;
 
 /// Makes libsodium ready; must be true before the first use of what follows.
@@ -101,5 +102,11 @@ class EnvelopeOpener {
   FleetKey key_;
   std::map<Channel, ReplayWindow> windows_;  ///< made at the start; nothing is added
 };
+
+/// The sample of DDS that carries an envelope: `struct Sealed_ { sequence<octet> body_; }` in CDR.
+[[nodiscard]] std::vector<std::uint8_t> encode_sealed(std::span<const std::uint8_t> envelope);
+
+/// The envelope in a sample; empty for what is no such sample.
+[[nodiscard]] std::span<const std::uint8_t> decode_sealed(std::span<const std::uint8_t> cdr);
 
 }  // namespace rali::net

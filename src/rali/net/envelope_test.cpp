@@ -116,6 +116,22 @@ TEST_F(Envelope, an_older_start_of_the_sender_is_not_believed) {
   EXPECT_EQ(with_log.open(Urgency::kRole, old).verdict, EnvelopeVerdict::kRepeated);
 }
 
+TEST(SealedSample, is_a_sequence_of_bytes_in_cdr) {
+  const Bytes sample = encode_sealed(bytes_of("abc"));
+  EXPECT_EQ(sample, (Bytes{0, 1, 0, 0, 3, 0, 0, 0, 'a', 'b', 'c'}));
+  const auto body = decode_sealed(sample);
+  EXPECT_EQ(Bytes(body.begin(), body.end()), bytes_of("abc"));
+}
+
+TEST(SealedSample, what_is_cut_or_otherwise_encoded_is_empty) {
+  const Bytes sample = encode_sealed(bytes_of("abc"));
+  for (std::size_t n = 0; n < sample.size(); ++n) {
+    EXPECT_TRUE(decode_sealed(std::span(sample).first(n)).empty()) << n;
+  }
+  EXPECT_TRUE(decode_sealed(Bytes{0, 0, 0, 0, 0, 0, 0, 3, 'a', 'b', 'c'}).empty());
+  EXPECT_TRUE(decode_sealed(Bytes{0, 1, 0, 0, 255, 255, 255, 255, 'a'}).empty());
+}
+
 TEST(ReplayWindow, admits_each_counter_once) {
   ReplayWindow window;
   EXPECT_FALSE(window.admit(0, 0)) << "counters begin with 1";

@@ -41,7 +41,7 @@ struct RosCounts {
 };
 
 /// Messages as ROS 2 knows them, on the vehicle's own network, without ROS: bytes in CDR with
-/// their encapsulation header. Published from one thread, taken from another.
+/// their encapsulation header. One thread advertises, subscribes and publishes; another may take.
 class RosBus {
  public:
   virtual ~RosBus() = default;

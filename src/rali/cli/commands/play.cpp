@@ -157,12 +157,10 @@ class PlayCommand final : public Command {
 
   [[nodiscard]] Result<std::unique_ptr<net::RosBus>> open_bus() const {
     net::RosBusOptions options;
-    options.domain = domain_;
-    if (domain_ < 0) {
-      const auto domain = net::ros_domain_of_environment();
-      if (!domain) return tl::make_unexpected(domain.error());
-      options.domain = *domain;
-    }
+    const auto domain = domain_.empty() ? net::ros_domain_of_environment()
+                                        : net::parse_ros_domain(domain_, "--domain");
+    if (!domain) return tl::make_unexpected(domain.error());
+    options.domain = *domain;
     options.interface = interface_;
     options.node_name = "rali_play";
     if (!options_.vehicle.empty()) options.node_namespace = "/" + options_.vehicle;
@@ -212,9 +210,7 @@ class PlayCommand final : public Command {
 
   std::vector<std::string> recordings_;
   PlayOptions options_;
-  int domain_ = -1;
-  std::string interface_ = "lo";
-  std::string ranges_;
+  std::string domain_, interface_ = "lo", ranges_;
   bool wait_ = false;
 };
 

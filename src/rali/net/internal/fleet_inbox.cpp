@@ -1,7 +1,6 @@
 #include "rali/net/internal/fleet_inbox.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <iterator>
 #include <new>
@@ -12,31 +11,8 @@ namespace {
 
 constexpr std::size_t kOthersMax = 64;  ///< of one vehicle; they are repeated, so the newest count
 constexpr std::size_t kBulkMax = 4096;  ///< of one vehicle, however small
-constexpr std::size_t kSampleHeaderBytes = 8;  ///< encapsulation, length
 
 }  // namespace
-
-std::vector<std::uint8_t> encode_sealed(std::span<const std::uint8_t> envelope) {
-  std::vector<std::uint8_t> out(kSampleHeaderBytes + envelope.size());
-  out[1] = 1;  // CDR, little endian
-  for (std::size_t i = 0; i < 4; ++i) {
-    out[4 + i] = static_cast<std::uint8_t>((envelope.size() >> (8 * i)) & 0xFFU);
-  }
-  std::copy(envelope.begin(), envelope.end(), out.begin() + kSampleHeaderBytes);
-  return out;
-}
-
-std::span<const std::uint8_t> decode_sealed(std::span<const std::uint8_t> cdr) {
-  constexpr std::array<std::uint8_t, 2> kLittleEndian{0, 1};
-  if (cdr.size() < kSampleHeaderBytes ||
-      !std::equal(kLittleEndian.begin(), kLittleEndian.end(), cdr.begin())) {
-    return {};
-  }
-  std::size_t size = 0;
-  for (std::size_t i = 0; i < 4; ++i) size |= std::size_t{cdr[4 + i]} << (8 * i);
-  const auto body = cdr.subspan(kSampleHeaderBytes);
-  return size <= body.size() ? body.first(size) : std::span<const std::uint8_t>{};
-}
 
 FleetInbox::FleetInbox(EnvelopeOpener opener, const std::vector<VehicleId>& peers,
                        std::size_t queue_bytes_max)

@@ -56,10 +56,4 @@ class FleetInbox {
   std::size_t waiting_ = 0;
 };
 
-/// The sample that carries an envelope: `struct Sealed_ { sequence<octet> body_; }` in CDR.
-[[nodiscard]] std::vector<std::uint8_t> encode_sealed(std::span<const std::uint8_t> envelope);
-
-/// The envelope in a sample; empty for what is no such sample.
-[[nodiscard]] std::span<const std::uint8_t> decode_sealed(std::span<const std::uint8_t> cdr);
-
 }  // namespace rali::net

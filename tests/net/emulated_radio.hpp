@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <queue>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "rali/base/rng.hpp"
+
+namespace rali::net {
+
+/// One direction of a link between two vehicles.
+struct LinkModel {
+  double loss = 0.0;         ///< probability per Ethernet frame, each by itself
+  double delay_s = 0.0;      ///< one way
+  double jitter_s = 0.0;     ///< more delay, even between 0 and this: frames overtake each other
+  double bytes_per_s = 0.0;  ///< 0: no limit
+  std::size_t queue_bytes = 400'000;  ///< before the bottleneck; what is more is dropped
+  bool cut = false;
+};
+
+/// Vehicles on one machine, each in a network namespace of its own with one Ethernet interface
+/// (10.77.0.n), and between them a program that passes frames on as badly as it is told. Needs root
+/// and /dev/net/tun; no kernel module. ARP is never lost, else tests would measure its timers.
+class EmulatedRadio {
+ public:
+  /// @return nothing where the machine does not allow it; `why_not` says what
+  [[nodiscard]] static std::unique_ptr<EmulatedRadio> create(std::size_t vehicles,
+                                                             std::string& why_not);
+  ~EmulatedRadio();
+  EmulatedRadio(const EmulatedRadio&) = delete;
+  EmulatedRadio& operator=(const EmulatedRadio&) = delete;
+
+  [[nodiscard]] static std::string address(std::size_t vehicle) {
+    return "10.77.0." + std::to_string(vehicle + 1);
+  }
+
+  /// Moves the calling thread into the network of a vehicle. For children of a fork.
+  [[nodiscard]] bool enter(std::size_t vehicle) const;
+
+  /// Both directions of all links.
+  void set_all(const LinkModel& model);
+  void set(std::size_t from, std::size_t to, const LinkModel& model);
+
+  /// Begins to pass frames on; after all forks.
+  void start();
+
+  /// Frames that went into the link and that came out.
+  struct Traffic {
+    std::uint64_t frames_in = 0, frames_out = 0, bytes_out = 0;
+  };
+
+  [[nodiscard]] Traffic traffic(std::size_t from, std::size_t to) const;
+
+ private:
+  struct Port {
+    int tap = -1, space = -1;
+  };
+
+  struct Link {
+    LinkModel model;
+    double free_s = 0.0;  ///< when the bottleneck has sent all that waits
+    Traffic traffic;
+  };
+
+  struct Frame {
+    double due_s = 0.0;
+    std::uint64_t order = 0;
+    std::size_t from = 0, to = 0;
+    std::vector<std::uint8_t> bytes;
+
+    bool operator>(const Frame& other) const {
+      return due_s != other.due_s ? due_s > other.due_s : order > other.order;
+    }
+  };
+
+  explicit EmulatedRadio(std::size_t vehicles);
+  [[nodiscard]] bool add_port(std::size_t vehicle, std::string& why_not);
+
+  [[nodiscard]] Link& link(std::size_t from, std::size_t to) {
+    return links_[from * ports_.size() + to];
+  }
+
+  void run(const std::stop_token& stop);
+  void read_port(std::size_t from);
+  void forward(std::size_t from, std::size_t to, const std::vector<std::uint8_t>& bytes);
+  void deliver_due();
+
+  std::vector<Port> ports_;
+  mutable std::mutex mutex_;
+  std::vector<Link> links_;
+  std::priority_queue<Frame, std::vector<Frame>, std::greater<>> frames_;
+  std::uint64_t order_ = 0;
+  Rng rng_;
+  std::jthread thread_;
+};
+
+}  // namespace rali::net
