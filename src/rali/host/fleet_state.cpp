@@ -27,9 +27,8 @@ StateEllipse ellipse_of(const geometry::Mat3& P_map) {
 
 class StateMaker {
  public:
-  StateMaker(const FleetSide& side, const HostFacts& host, HostTime now)
+  StateMaker(const FleetSide& side, HostTime now)
       : side_(side),
-        host_(host),
         now_(now),
         agent_(*side.agent()),
         names_(side.setup().agent.names),
@@ -57,9 +56,11 @@ class StateMaker {
         s.frontiers.push_back({f.centre_map_m, f.size});
       }
       for (const fleet::Goal& g : goals->goals) {
-        if (g.vehicle.value < names_.size()) {
-          s.goals.push_back({names_[g.vehicle.value], g.place_map_m});
-        }
+        if (g.vehicle.value >= names_.size()) continue;
+        // The places of one vehicle are listed one after the other.
+        const std::string& name = names_[g.vehicle.value];
+        if (s.goals.empty() || s.goals.back().vehicle != name) s.goals.push_back({name, {}});
+        s.goals.back().path_m.push_back(g.place_map_m);
       }
     }
     const MapPicture::Move& move = side_.picture().last_move();
@@ -179,7 +180,6 @@ class StateMaker {
   }
 
   const FleetSide& side_;
-  const HostFacts& host_;
   HostTime now_;
   const Agent& agent_;
   const std::vector<std::string>& names_;
@@ -198,7 +198,7 @@ LiveState live_state(const FleetSide& side, const HostFacts& host, HostTime now)
   s.mode = "start";
   const std::string& waits_for = side.sensors().waits_for;
   s.waits_for = fmt::format("{} {}", self, waits_for.empty() ? "waits for sensors." : waits_for);
-  if (side.agent() != nullptr) StateMaker(side, host, now).fill(s);
+  if (side.agent() != nullptr) StateMaker(side, now).fill(s);
   for (const net::LinkCounts& link : host.links) {
     if (link.peer.value >= names.size()) continue;
     StateLink out;
@@ -219,6 +219,7 @@ LiveState live_state(const FleetSide& side, const HostFacts& host, HostTime now)
     s.links.push_back(std::move(out));
   }
   for (const SensorHealth& sensor : side.sensors().sensors) {
+    if (sensor.name == "tf_static") continue;  // it is silent by nature
     StateSensor out{sensor.name, sensor.topic, sensor.rate_hz, 0, std::nullopt};
     if (sensor.t_last) out.age_s = seconds_between(*sensor.t_last, now.wall);
     if (sensor.name == "lidar") out.drops = side.sensors().order.dropped_scans;

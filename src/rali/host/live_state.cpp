@@ -132,7 +132,9 @@ std::string state_json(const LiveState& s) {
     return json{{"position_m", point(f.position_m)}, {"size_m", rounded(f.size_m)}};
   });
   out["goals"] = list_of(s.goals, [](const StateGoal& g) {
-    return json{{"vehicle", g.vehicle}, {"position_m", point(g.position_m)}};
+    return json{{"vehicle", g.vehicle},
+                {"position_m", point(g.path_m.back())},
+                {"path_m", list_of(g.path_m, point)}};
   });
   out["diagnostics"] = list_of(s.diagnostics, diagnostic_json);
   out["sensors"] = list_of(s.sensors, sensor_json);

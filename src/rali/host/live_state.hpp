@@ -52,7 +52,7 @@ struct StateFrontier {
 
 struct StateGoal {
   std::string vehicle;
-  geometry::Vec3 position_m;
+  std::vector<geometry::Vec3> path_m;  ///< not empty; the goal is its end
 };
 
 struct StateTable {

@@ -210,8 +210,7 @@ class PlayCommand final : public Command {
 
   std::vector<std::string> recordings_;
   PlayOptions options_;
-  std::string ranges_;
-  std::string domain_, interface_ = "lo";
+  std::string domain_, interface_ = "lo", ranges_;
   bool wait_ = false;
 };
 
