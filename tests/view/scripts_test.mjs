@@ -92,7 +92,7 @@ const tests = {
   a_lost_anchor_and_its_return_are_events() {
     const history = new History();
     history.add({t_s: 0, anchor: {vehicle: 'v1'}});
-    assert.equal(history.add({t_s: 1, anchor: {vehicle: 'v1', lost: {vehicle: 'v1', message: 'v1 is gone.'}}})[0].text, 'v1 is gone.');
+    assert.equal(history.add({t_s: 1, anchor: {vehicle: 'v1', lost: {vehicle: 'v1', message: 'v1 is gone.'}}})[0].text, 'Anchor v1 is lost.');
     assert.equal(history.add({t_s: 2, anchor: {vehicle: 'v2'}}).length, 2);
   },
   a_day_of_states_is_thinned_and_the_last_ten_minutes_are_whole() {

@@ -76,11 +76,11 @@ export class History {
     if (now.anchor?.vehicle && now.anchor.vehicle !== before.anchor?.vehicle) {
       event('note', `${now.anchor.vehicle} is the anchor${now.term === undefined ? '' : ` (term ${now.term})`}.`);
     }
-    if (now.anchor?.lost && !before.anchor?.lost) event('error', now.anchor.lost.message ?? `${now.anchor.lost.vehicle} is lost.`);
+    if (now.anchor?.lost && !before.anchor?.lost) event('error', `Anchor ${now.anchor.lost.vehicle} is lost.`);
     if (!now.anchor?.lost && before.anchor?.lost) event('ok', 'The anchor is heard again.');
     const old = new Set((before.diagnostics ?? []).map((d) => d.level + d.name + (d.vehicle ?? '')));
     for (const d of now.diagnostics ?? []) {
-      if (d.level === 'error' && !old.has(d.level + d.name + (d.vehicle ?? ''))) event('error', d.message);
+      if (d.level === 'error' && d.name !== 'anchor' && !old.has(d.level + d.name + (d.vehicle ?? ''))) event('error', d.message);
     }
     if (now.mission?.finished && !before.mission?.finished) event('ok', 'The mission is finished.');
     return out;

@@ -13,7 +13,7 @@ class StatusCommand final : public Command {
   [[nodiscard]] std::string name() const override { return "status"; }
 
   [[nodiscard]] std::string summary() const override {
-    return "show a live fleet in the terminal: vehicles, links, what it waits for";
+    return "show a live fleet in the terminal";
   }
 
   [[nodiscard]] std::vector<std::string> examples() const override {
