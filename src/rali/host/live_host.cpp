@@ -18,7 +18,7 @@ namespace {
 constexpr Duration kTakeWait = Duration::from_ns(5'000'000);
 constexpr Duration kLinkWait = Duration::from_ns(5'000'000);
 constexpr Duration kDiskWait = Duration::from_ns(100'000'000);
-constexpr double kTick_s = 0.1, kSecond_s = 1.0, kTopics_s = 0.5;
+constexpr double kTick_s = 0.1, kSecond_s = 1.0, kTopics_s = 0.5, kSensorNews_s = 0.2;
 constexpr std::size_t kNewsMax = 50'000, kOutboxMax = 1000, kDiskMax = 100'000;
 constexpr std::size_t kRecordMax = 4000;
 constexpr std::uint64_t kDiskLow_bytes = std::uint64_t{1} << 30;
@@ -202,7 +202,7 @@ void LiveHost::Impl::sensor_loop(const std::atomic<bool>& stop) {
     look_for_topics(now);
     for (Finding& finding : sensors_.intake().take_findings()) findings_.put(std::move(finding));
     if (!next_sensor_news_ || now.boot >= *next_sensor_news_) {
-      next_sensor_news_ = now.boot + Duration::from_s(kSecond_s);
+      next_sensor_news_ = now.boot + Duration::from_s(kSensorNews_s);
       news.emplace_back(sensors_.sensor_news());
     }
     send_news(news);
