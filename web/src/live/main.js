@@ -124,7 +124,7 @@ class Page {
     const last = this.history.states.at(-1);
     this.history.clear();
     this.timeline.finished = true;
-    if (this.store) this.store.start_s = states[0]?.t_s;
+    this.store?.move_start(states[0]?.t_s);
     for (const state of states) this.history.add(state);
     if (last && last.t_s > this.history.last_s) this.history.add(last);
     this.timeline.marks(this.history.events);

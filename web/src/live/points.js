@@ -85,6 +85,16 @@ export class PointStore {
     this.start_s ??= start_s;
   }
 
+  /** Another zero of these times: points that came before it was known keep their moment. */
+  move_start(start_s) {
+    if (!Number.isFinite(start_s)) return;
+    const shift = (this.start_s ?? start_s) - start_s;
+    const {seen_s} = this.points.geometry.attributes;
+    for (let i = 0; i < this.count; ++i) if (Math.abs(seen_s.array[i]) < 1e6) seen_s.array[i] += shift;
+    seen_s.needsUpdate = true;
+    this.start_s = start_s;
+  }
+
   clear() {
     this.count = 0;
     this.keyframes.clear();
@@ -94,13 +104,14 @@ export class PointStore {
   /** Adds a cloud; `whole`: in place of all points. */
   add(cloud, vehicle, whole) {
     if (whole) this.clear();
+    this.set_start(cloud.stamp_s);  // a map may come before the first state
     if (cloud.keyframe) this.forget(cloud, vehicle);
     const n = Math.min(cloud.count, POINTS_MAX - this.count);
     if (this.count + n > this.capacity) {
       this.allocate(Math.min(Math.max(2 * this.capacity, this.count + n), POINTS_MAX));
     }
     const {position, seen_s, vehicle: owner} = this.points.geometry.attributes;
-    const stamp_s = cloud.stamp_s - (this.start_s ?? 0);
+    const stamp_s = cloud.stamp_s - this.start_s;
     for (let i = 0; i < n; ++i) {
       const at = this.count + i;
       // A whole map without ages has always been there.
