@@ -218,6 +218,26 @@ TEST_F(FleetSideTest, a_vehicle_that_is_cut_off_is_seen_as_silent_and_harms_nobo
   EXPECT_EQ(agent(2).node().mode(), fleet::Mode::kOrphan);
 }
 
+TEST_F(FleetSideTest, the_operator_ends_a_round_of_the_anchor) {
+  run(20.0);
+  ASSERT_EQ(agent(0).node().mode(), fleet::Mode::kAnchor);
+  const auto term = agent(0).node().term();
+  FleetSideOutputs out;
+  vehicles_[0]->side.take(view::OperatorRequest{"end-round", ""}, {now_, now_}, out);
+  EXPECT_EQ(agent(0).node().mode(), fleet::Mode::kSealed);
+  run(20.0);
+  EXPECT_GT(agent(0).node().term(), term);
+}
+
+TEST_F(FleetSideTest, an_order_that_nobody_knows_is_a_finding) {
+  run(5.0);
+  FleetSideOutputs out;
+  vehicles_[0]->side.take(view::OperatorRequest{"assume-lost", "v9"}, {now_, now_}, out);
+  ASSERT_FALSE(vehicles_[0]->side.findings().empty());
+  EXPECT_EQ(vehicles_[0]->side.findings().back().finding.text,
+            "unknown order of the operator: assume-lost v9");
+}
+
 TEST_F(FleetSideTest, bytes_that_are_no_message_are_counted_and_dropped) {
   run(2.0);
   FleetSideOutputs out;

@@ -10,6 +10,7 @@
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/drive/tbb_executor.hpp"
+#include "rali/host/host_clock.hpp"
 #include "rali/net/fleet_key.hpp"
 
 namespace rali::cli {
