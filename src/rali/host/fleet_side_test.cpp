@@ -201,9 +201,9 @@ TEST_F(FleetSideTest, what_a_vehicle_is_to_publish_is_published) {
 
 TEST_F(FleetSideTest, a_vehicle_that_is_cut_off_is_seen_as_silent_and_harms_nobody) {
   run(20.0);
-  for (std::uint16_t other : {0, 1}) {
-    fleet_.cut(VehicleId{2}, VehicleId{other}, true);
-    fleet_.cut(VehicleId{other}, VehicleId{2}, true);
+  for (const VehicleId other : {VehicleId{0}, VehicleId{1}}) {
+    fleet_.cut(VehicleId{2}, other, true);
+    fleet_.cut(other, VehicleId{2}, true);
   }
   run(15.0);
   HostFacts host;
