@@ -32,6 +32,11 @@ if(RALI_PYTHON)
 endif()
 
 install(TARGETS rali RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+# Below the prefix, so that an installation of a user stays his own; packages have /usr.
+install(FILES ${CMAKE_SOURCE_DIR}/cmake/rali@.service DESTINATION lib/systemd/system
+  COMPONENT program)
+install(FILES ${CMAKE_SOURCE_DIR}/cmake/rali.sysusers DESTINATION lib/sysusers.d
+  RENAME rali.conf COMPONENT program)
 install(FILES ${share}/rali.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
 install(FILES ${share}/rali.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
   RENAME rali COMPONENT program)

@@ -84,6 +84,11 @@ class Agent {
     step(event, now, out);
   }
 
+  /// An order of the operator.
+  void take(const fleet::OperatorOrder& order, Time now, AgentOutputs& out) {
+    step(order, now, out);
+  }
+
   /// Time passes: ten times a second.
   void tick(Time now, AgentOutputs& out);
 

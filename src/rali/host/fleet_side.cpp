@@ -1,5 +1,6 @@
 #include "rali/host/fleet_side.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -101,6 +102,29 @@ void FleetSide::take(const fleet::NodeEvent& from_disk, HostTime now, FleetSideO
   } else if (const auto* failed = std::get_if<fleet::PersistFailed>(&from_disk)) {
     agent_->take(*failed, t, agent_out_);
   }
+  sort_out(now, out);
+}
+
+void FleetSide::take(const view::OperatorRequest& request, HostTime now, FleetSideOutputs& out) {
+  if (!agent_) return;
+  using Kind = fleet::OperatorOrder::Kind;
+  const auto& names = setup_.agent.names;
+  const auto named = std::find(names.begin(), names.end(), request.vehicle);
+  std::optional<fleet::OperatorOrder> order;
+  if (request.command == "end-round") order = fleet::OperatorOrder{Kind::kEndRound, {}};
+  if (request.command == "finish") order = fleet::OperatorOrder{Kind::kFinish, {}};
+  if (request.command == "assume-lost" && named != names.end()) {
+    const auto number = static_cast<std::uint16_t>(named - names.begin());
+    order = fleet::OperatorOrder{Kind::kAssumeLost, VehicleId{number}};
+  }
+  Finding finding;
+  finding.id = "live.order";
+  finding.severity = order ? Severity::kInfo : Severity::kWarning;
+  finding.t = agent_time(now);
+  finding.text = fmt::format("{} of the operator: {}{}{}", order ? "order" : "unknown order",
+                             request.command, request.vehicle.empty() ? "" : " ", request.vehicle);
+  agent_out_.emplace_back(std::move(finding));
+  if (order) agent_->take(*order, agent_time(now), agent_out_);
   sort_out(now, out);
 }
 

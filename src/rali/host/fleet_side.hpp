@@ -8,18 +8,14 @@
 #include <vector>
 
 #include "rali/host/agent.hpp"
+#include "rali/host/host_clock.hpp"
 #include "rali/host/live_state.hpp"
 #include "rali/host/map_picture.hpp"
 #include "rali/host/ros_outputs.hpp"
 #include "rali/host/sensor_side.hpp"
+#include "rali/view/view_server.hpp"
 
 namespace rali::host {
-
-/// Two clocks of one moment.
-struct HostTime {
-  Time boot;  ///< since the machine started; goes on in suspend: leases run on it
-  Time wall;  ///< UTC
-};
 
 struct FleetSideSetup {
   AgentSetup agent;
@@ -61,6 +57,9 @@ class FleetSide {
                FleetSideOutputs& out);
 
   void take(const fleet::NodeEvent& from_disk, HostTime now, FleetSideOutputs& out);
+
+  /// What `rali operator` orders. Unknown words and vehicles become a Finding.
+  void take(const view::OperatorRequest& request, HostTime now, FleetSideOutputs& out);
 
   /// Ten times a second.
   void tick(HostTime now, FleetSideOutputs& out);

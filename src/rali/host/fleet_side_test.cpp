@@ -201,9 +201,9 @@ TEST_F(FleetSideTest, what_a_vehicle_is_to_publish_is_published) {
 
 TEST_F(FleetSideTest, a_vehicle_that_is_cut_off_is_seen_as_silent_and_harms_nobody) {
   run(20.0);
-  for (std::uint16_t other : {0, 1}) {
-    fleet_.cut(VehicleId{2}, VehicleId{other}, true);
-    fleet_.cut(VehicleId{other}, VehicleId{2}, true);
+  for (const VehicleId other : {VehicleId{0}, VehicleId{1}}) {
+    fleet_.cut(VehicleId{2}, other, true);
+    fleet_.cut(other, VehicleId{2}, true);
   }
   run(15.0);
   HostFacts host;
@@ -216,6 +216,26 @@ TEST_F(FleetSideTest, a_vehicle_that_is_cut_off_is_seen_as_silent_and_harms_nobo
   EXPECT_EQ(line->level, DiagnosticLevel::kWarn);
   EXPECT_EQ(agent(0).node().mode(), fleet::Mode::kAnchor);
   EXPECT_EQ(agent(2).node().mode(), fleet::Mode::kOrphan);
+}
+
+TEST_F(FleetSideTest, the_operator_ends_a_round_of_the_anchor) {
+  run(20.0);
+  ASSERT_EQ(agent(0).node().mode(), fleet::Mode::kAnchor);
+  const auto term = agent(0).node().term();
+  FleetSideOutputs out;
+  vehicles_[0]->side.take(view::OperatorRequest{"end-round", ""}, {now_, now_}, out);
+  EXPECT_EQ(agent(0).node().mode(), fleet::Mode::kSealed);
+  run(20.0);
+  EXPECT_GT(agent(0).node().term(), term);
+}
+
+TEST_F(FleetSideTest, an_order_that_nobody_knows_is_a_finding) {
+  run(5.0);
+  FleetSideOutputs out;
+  vehicles_[0]->side.take(view::OperatorRequest{"assume-lost", "v9"}, {now_, now_}, out);
+  ASSERT_FALSE(vehicles_[0]->side.findings().empty());
+  EXPECT_EQ(vehicles_[0]->side.findings().back().finding.text,
+            "unknown order of the operator: assume-lost v9");
 }
 
 TEST_F(FleetSideTest, bytes_that_are_no_message_are_counted_and_dropped) {

@@ -1,7 +1,6 @@
 #include "rali/host/live_host.hpp"
 
 #include <array>
-#include <ctime>
 #include <thread>
 #include <utility>
 
@@ -9,6 +8,7 @@
 
 #include "rali/host/bounded_queue.hpp"
 #include "rali/host/fleet_state.hpp"
+#include "rali/host/host_clock.hpp"
 #include "rali/host/view_outputs.hpp"
 #include "rali/net/wall_clock.hpp"
 
@@ -49,14 +49,6 @@ struct Recorded {
 };
 
 }  // namespace
-
-HostTime host_now() {
-  timespec boot{};
-  clock_gettime(CLOCK_BOOTTIME, &boot);
-  constexpr std::int64_t kNsPerS = 1'000'000'000;
-  return {Time::from_ns(static_cast<std::int64_t>(boot.tv_sec) * kNsPerS + boot.tv_nsec),
-          net::wall_now()};
-}
 
 class LiveHost::Impl {
  public:
@@ -320,6 +312,9 @@ void LiveHost::Impl::fleet_step(HostListener& listener) {
   if (view_) {
     for (const RosOut& message : to_view_.take()) view_->publish(message);
     viewers_.store(parts_.view->viewers(), std::memory_order_relaxed);
+    for (const view::OperatorRequest& request : parts_.view->take_requests()) {
+      fleet_.take(request, now, out_);
+    }
   }
   if (!next_second_ || now.boot >= *next_second_) {
     next_second_ = now.boot + Duration::from_s(kSecond_s);

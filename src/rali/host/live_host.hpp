@@ -67,7 +67,4 @@ class LiveHost {
   std::unique_ptr<Impl> impl_;
 };
 
-/// CLOCK_BOOTTIME and UTC of one moment.
-[[nodiscard]] HostTime host_now();
-
 }  // namespace rali::host

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <charconv>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -10,6 +11,8 @@
 #include "rali/cli/progress_view.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/drive/tbb_executor.hpp"
+#include "rali/host/host_clock.hpp"
+#include "rali/host/service_notify.hpp"
 #include "rali/net/fleet_key.hpp"
 
 namespace rali::cli {
@@ -94,6 +97,8 @@ class RunListener final : public host::HostListener {
   void state(const host::LiveState& state) override {
     const double age_s = seconds_between(begin_, host::host_now().boot);
     if (stop_requested() || (for_s_ > 0.0 && age_s >= for_s_)) stop_ = true;
+    host::notify_service(fmt::format("{}WATCHDOG=1\nSTATUS={}", std::exchange(ready_, ""),
+                                     printable(state.waits_for)));
     if (state.waits_for != waits_for_) {
       waits_for_ = state.waits_for;
       session_.note(printable(waits_for_));
@@ -106,6 +111,7 @@ class RunListener final : public host::HostListener {
   std::atomic<bool>& stop_;
   Time begin_;
   std::string waits_for_;
+  std::string ready_ = "READY=1\n";  ///< until it was said
 };
 
 Status RunCommand::check_words() const {

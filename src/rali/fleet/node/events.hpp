@@ -65,11 +65,24 @@ struct PersistFailed {
 /// The operator confirms that no vote was given that the disk does not know (RoleConfirm).
 struct ConfirmRole {};
 
+/// An order of the operator, known to be his. What cannot be obeyed now is a Finding.
+struct OperatorOrder {
+  enum class Kind {
+    kEndRound,    ///< the anchor seals now
+    kAssumeLost,  ///< `vehicle` has no vote any more; he must not say it to two halves of a fleet
+    kFinish       ///< the mission ends with this round's map
+  };
+
+  Kind kind = Kind::kEndRound;
+  VehicleId vehicle;
+};
+
 /// Time passes: ten times a second is usual.
 struct NodeTick {};
 
 using NodeEvent = std::variant<OwnFact, OwnPose, HeardRange, HeardRadio, DriveStatus, Envelope,
-                               Persisted, PersistFailed, ConfirmRole, NodeTick>;
+                               Persisted, PersistFailed, ConfirmRole, OperatorOrder,
+                               NodeTick>;
 
 /// To be synced to disk. Without a log, before any message that follows leaves; with one, the
 /// messages that must wait for it come after Persisted::role has reached `number`.

@@ -81,6 +81,7 @@ class Node {
   void on(const Persisted& event);
   void on(const PersistFailed& event);
   void on(const ConfirmRole& event);
+  void on(const OperatorOrder& event);
   void on(const NodeTick& event);
   void on(const VehicleStatus& status, VehicleId from);
   void restarted(VehicleId peer);
