@@ -5,6 +5,7 @@ import {HEIGHTS, vehicle_colour} from './colours.js';
 export const POINTS_MAX = 1e6;
 const NEVER_S = 3e38;
 const VEHICLES = 8;
+const ODD = 0.004;  // so many points on each side do not decide what is shown
 
 const VERTEX = `
   in float seen_s;
@@ -166,15 +167,22 @@ export class PointStore {
     uniforms.high_m.value = this.height_at(0.97, this.count + n);
   }
 
-  /** Positions of at most `count` points that are seen, one list. */
+  /** Positions of about `count` points that are seen, one list; what lies far out by itself is left out. */
   sample(count) {
     const {position, seen_s} = this.points.geometry.attributes;
     const out = [];
     const step = Math.max(Math.ceil(this.count / count), 1);
     for (let i = 0; i < this.count; i += step) {
-      if (seen_s.array[i] < 0.5 * NEVER_S) out.push(position.array[3 * i], position.array[3 * i + 1], position.array[3 * i + 2]);
+      if (seen_s.array[i] < 0.5 * NEVER_S) out.push([0, 1, 2].map((k) => position.array[3 * i + k]));
     }
-    return out;
+    const low = [];
+    const high = [];
+    for (let k = 0; k < 3; ++k) {
+      const sorted = Float32Array.from(out, (p) => p[k]).sort();
+      low.push(sorted[Math.floor(ODD * sorted.length)]);
+      high.push(sorted[Math.ceil((1 - ODD) * sorted.length) - 1]);
+    }
+    return out.filter((p) => p.every((value, k) => value >= low[k] && value <= high[k])).flat();
   }
 
   /** Height below which this fraction of the points lies. */
