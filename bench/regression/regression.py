@@ -45,7 +45,8 @@ def head_of(args):
     return {"commit": args.commit or commit_of(binary) or "unknown", "binary": digest,
             "command": f"regression.py run --binary rali --form {args.form}"
                        + (f" --seeds {args.seeds}" if args.seeds else "")
-                       + (f" --cases {args.cases}" if args.cases else ""),
+                       + (f" --cases \"{args.cases}\"" if args.cases else "")
+                       + (f" --preset {args.preset}" if args.preset else ""),
             "machine": machine()}
 
 
@@ -55,7 +56,8 @@ def planned(args):
     unknown = set(names or ()) - {row.case for row in rows.ROWS}
     if unknown:
         raise table.TableError(f"--cases: there is no {', '.join(sorted(unknown))}")
-    plan = rows.plan(args.form, cases.seeds_of(args.seeds) if args.seeds else None, names)
+    plan = rows.plan(args.form, cases.seeds_of(args.seeds) if args.seeds else None, names,
+                     args.preset)
     if not args.campaign and any(row.kind == "campaign" for row, _ in plan):
         print("regression: the campaign is left out, --campaign names its program", file=sys.stderr)
         plan = [(row, seed) for row, seed in plan if row.kind != "campaign"]
@@ -139,6 +141,7 @@ def arguments():
     go.add_argument("--resume", action="store_true", help="go on with a table of the same binary")
     go.add_argument("--seeds", help="901,905-910 instead of those of the form")
     go.add_argument("--cases", help="names of rows, by commas")
+    go.add_argument("--preset", help="only rows of this preset")
     go.add_argument("--folder", help="of outputs (default: OUT.work)")
     go.add_argument("--recordings", help="where recordings are kept and used again")
     go.add_argument("--campaign", help="program of bench/campaign, built by make bench")

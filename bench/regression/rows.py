@@ -19,41 +19,42 @@ class Row:
     settings: tuple = ()
     short: int = 3  # seeds in either form; 0: not in it
     long: int = 20
-    cpu_s: float = 60.0  # of one seed, recording included, measured on 2.5 GHz
+    cpu_s: float = 60.0  # of one seed, recording included, on a core of 2.5 GHz
 
 
 ROWS = (
-    Row("single corridor", "single_corridor"),
-    Row("single floor", "floor"),
-    Row("LiDAR only", "floor", lidar_only=True),
-    Row("corridor", "pair_corridor", vehicles=2),
-    Row("floor", "fleet_floor", vehicles=3),
-    Row("tunnel from portal", "portal", vehicles=2, duration_s=120),
-    Row("tunnel middle", "middle", vehicles=2, duration_s=120),
-    Row("single floor", "floor", preset="paper"),
-    Row("corridor", "pair_corridor", preset="paper", vehicles=2),
-    Row("tunnel from portal", "portal", preset="paper", vehicles=2, duration_s=120),
-    Row("mission corridor", "corridor", kind="mission", vehicles=2),
-    Row("mission floor", "floor", kind="mission", vehicles=3),
-    Row("shaken corridor", "corridor", noise="sheet", short=0),
-    *(Row(f"single {scene}", f"single_{scene}", short=0)
+    Row("single corridor", "single_corridor", cpu_s=17),
+    Row("single floor", "floor", cpu_s=19),
+    Row("LiDAR only", "floor", lidar_only=True, cpu_s=12),
+    Row("corridor", "pair_corridor", vehicles=2, duration_s=100, cpu_s=37),
+    Row("floor", "fleet_floor", vehicles=3, cpu_s=50),
+    Row("tunnel from portal", "portal", vehicles=2, duration_s=120, cpu_s=45),
+    Row("tunnel middle", "middle", vehicles=2, duration_s=120, cpu_s=45),
+    Row("single floor", "floor", preset="paper", cpu_s=12),
+    Row("corridor", "pair_corridor", preset="paper", vehicles=2, duration_s=100, cpu_s=27),
+    Row("tunnel from portal", "portal", preset="paper", vehicles=2, duration_s=120, cpu_s=30),
+    Row("mission corridor", "corridor", kind="mission", vehicles=2, cpu_s=100),
+    Row("mission floor", "floor", kind="mission", vehicles=3, short=1, cpu_s=250),
+    Row("shaken corridor", "corridor", noise="sheet", short=0, cpu_s=35),
+    *(Row(f"single {scene}", f"single_{scene}", short=0, cpu_s=25)
       for scene in ("loop", "yard", "garage", "mine", "ramp", "hall", "warehouse")),
-    Row("floor", "fleet_floor", preset="paper", vehicles=3, short=0),
-    Row("curved tunnel", "leap_frog", vehicles=4, short=0, long=5),
-    Row("kilometre", "kilometre", vehicles=4, settings=("fleet.solve=rounds",), short=0, long=5),
-    Row("campaign", "campaign", kind="campaign", short=0, long=100),
+    Row("floor", "fleet_floor", preset="paper", vehicles=3, short=0, cpu_s=30),
+    Row("curved tunnel", "leap_frog", vehicles=4, short=0, long=5, cpu_s=800),
+    Row("kilometre", "kilometre", vehicles=4, settings=("fleet.solve=rounds",), short=0, long=5,
+        cpu_s=4000),
+    Row("campaign", "campaign", kind="campaign", short=0, long=100, cpu_s=90),
 )
 
 
-def plan(form, seeds=None, cases=None):
+def plan(form, seeds=None, cases=None, preset=None):
     """(row, seed) of a form, seed by seed: an interrupted run has some seeds of each row.
 
-    seeds: instead of those of the form. cases: names of rows, None for all.
+    seeds: instead of those of the form. cases: names of rows, None for all; preset alike.
     """
     out = []
     for row in ROWS:
         count = row.short if form == "short" else row.long
-        if count == 0 or (cases and row.case not in cases):
+        if count == 0 or (cases and row.case not in cases) or (preset and row.preset != preset):
             continue
         own = seeds or range(FIRST_SEED, FIRST_SEED + count)
         out += [(index, row, seed) for index, seed in enumerate(own)]

@@ -17,7 +17,7 @@ WRONG_FRAME_M, WRONG_FRAME_DEG = 0.5, 5.0
 WRONG_LOOP_M, WRONG_LOOP_DEG = 0.3, 3.0
 KNOWN_M, KNOWN_RAD = 0.3, math.radians(3.0)
 MOVING_MPS = 0.2
-STAMP_S = 0.004  # stamps of ranges are off by jitter and the clocks of the vehicles
+STAMP_S = 0.012  # stamps of ranges are up to 10 ms late: latency, jitter, clocks; half a period at 40 Hz
 
 
 def csv_rows(path):
