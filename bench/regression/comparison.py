@@ -35,6 +35,7 @@ FIGURES = (
     Figure("rounds", "ratio"), Figure("cpu_s", "ratio", CPU_RELATIVE),
     Figure("mission_cpu_s", "ratio", CPU_RELATIVE), Figure("memory_mb", "ratio"),
     Figure("traffic_bytes", "ratio"))
+CPU_TIMES = ("cpu_s", "mission_cpu_s")
 FAILURES = {
     "exit code not 0": lambda r: r.get("exit") not in (0, None),
     "no trajectory": lambda r: r.get("ape_final_m") is None,
@@ -161,9 +162,14 @@ def missing_notes(base, new):
     return notes
 
 
-def compare(base, new):
-    """`base` and `new`: rows by (case, preset, seed), as table.read gives them."""
+def compare(base, new, same_machine=True):
+    """`base` and `new`: rows by (case, preset, seed), as table.read gives them.
+
+    same_machine: else processor times say nothing and are left out.
+    """
     out = Comparison([], [], missing_notes(base, new))
+    if not same_machine:
+        out.notes.append("the tables were made on different machines: CPU time is not compared")
     for (case, preset), keys in groups_of(base, new).items():
         other_input = [str(k[2]) for k in keys if base[k].get("input") != new[k].get("input")]
         if other_input:
@@ -173,6 +179,8 @@ def compare(base, new):
             if seeds[0] or seeds[1]:
                 out.failures.append((case, preset, kind, *seeds))
         for figure in FIGURES:
+            if figure.name in CPU_TIMES and not same_machine:
+                continue
             add_figure(out, case, preset, figure, [(base[k], new[k]) for k in keys])
     return out
 

@@ -103,6 +103,14 @@ class VerdictTest(unittest.TestCase):
         self.assertTrue(verdict("cpu_s", [10.0, 10.0, 10.0], [11.5, 11.6, 11.4])[1])
 
 
+    def test_processor_times_of_two_machines_are_not_compared(self):
+        base, new = with_figure("cpu_s", [10.0, 10.1, 10.2]), with_figure("cpu_s", [20.0, 20.1, 20.2])
+        self.assertTrue(comparison.compare(base, new).worse)
+        other = comparison.compare(base, new, same_machine=False)
+        self.assertFalse(other.worse)
+        self.assertIn("CPU time is not compared", other.notes[0])
+
+
 class FailureTest(unittest.TestCase):
     def worse(self, base, new):
         return comparison.compare(rows_of(base), rows_of(new)).worse

@@ -122,7 +122,7 @@ def compare(args):
         same = base_head.get(name) == new_head.get(name)
         print(f"{name}: {base_head.get(name)}" + ("" if same else f"; NEW: {new_head.get(name)}"))
     print()
-    result = comparison.compare(base, new)
+    result = comparison.compare(base, new, base_head.get("machine") == new_head.get("machine"))
     if not result.lines:
         raise table.TableError(f"{args.base} and {args.new}: no row in common")
     print(comparison.text_of(result, args.all), end="")
