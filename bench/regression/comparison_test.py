@@ -5,11 +5,13 @@ import contextlib
 import io
 import tempfile
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from unittest import mock
 
 import comparison
 import regression
+import rows
 import table
 
 
@@ -199,6 +201,54 @@ class CommandTest(unittest.TestCase):
         first, second = read.values()
         self.assertEqual(("a.b:2 c:1", None), (first["findings"], first["ape_live_m"]))
         self.assertEqual(0.1235, second["nis"])  # four digits
+
+
+class FakeRunner:
+    """A binary that measures nothing and fails where it is told to."""
+
+    def __init__(self, fails=()):
+        self.fails, self.ran = fails, []
+
+    def run(self, case, seed):
+        self.ran.append(seed)
+        if seed in self.fails:
+            raise self.fails[seed]
+        return row(seed, case=case.case)
+
+
+class MeasureTest(unittest.TestCase):
+    def measure(self, runner, seeds):
+        lines, saved = {}, []
+        plan = [(rows.ROWS[0], seed) for seed in seeds]
+        with ThreadPoolExecutor(max_workers=1) as pool, contextlib.redirect_stderr(io.StringIO()) as said:
+            code = regression.measure(pool, runner, plan, lines, lambda: saved.append(len(lines)))
+        return code, lines, saved, said.getvalue()
+
+    def test_saves_after_each_run(self):
+        code, lines, saved, _ = self.measure(FakeRunner(), [1, 2])
+        self.assertEqual((0, 2, [1, 2]), (code, len(lines), saved))
+
+    def test_a_run_that_cannot_be_measured_ends_no_other_and_is_said(self):
+        for error in (RuntimeError("no disk"), SystemExit("no disk")):
+            code, lines, _, said = self.measure(FakeRunner({1: error}), [1, 2])
+            self.assertEqual((1, [2]), (code, [key[2] for key in lines]))
+            self.assertIn("single corridor robust 1: not measured: no disk", said)
+
+
+class PlanTest(unittest.TestCase):
+    def test_goes_seed_by_seed_so_that_an_interrupted_run_has_all_rows(self):
+        plan = rows.plan("short")
+        first = [row.case for row, seed in plan if seed == rows.FIRST_SEED]
+        self.assertEqual(first, [row.case for row, _ in plan[:len(first)]])
+        self.assertNotIn("kilometre", first)
+        self.assertIn("kilometre", {row.case for row, _ in rows.plan("long")})
+
+    def test_no_two_rows_have_one_key(self):
+        keys = [(row.case, row.preset) for row in rows.ROWS]
+        self.assertEqual(len(keys), len(set(keys)))
+
+    def test_the_short_form_stays_below_25_minutes(self):
+        self.assertLess(sum(row.cpu_s for row, _ in rows.plan("short")), 25 * 60)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ import comparison
 import rows
 import table
 
-USAGE = 2
+USAGE, INTERRUPTED = 2, 130
 
 
 def machine():
@@ -97,21 +97,32 @@ def run(args):
     folder = pathlib.Path(args.folder or f"{args.out}.work")
     runner = runs.Runner(pathlib.Path(args.binary).resolve(), folder.resolve(),
                          pathlib.Path(args.recordings or folder).resolve(), args.limit, args.campaign)
-    failed = 0
     with ThreadPoolExecutor(max_workers=args.jobs) as pool:
-        jobs = {pool.submit(runner.run, row, seed): (row, seed) for row, seed in plan}
-        for done, job in enumerate(as_completed(jobs), 1):
-            row, seed = jobs[job]
-            name = f"{row.case} {row.preset} {seed}"
-            try:
-                line = job.result()
-            except (Exception, SystemExit) as error:  # one run must not end the others
-                failed += 1
-                print(f"regression: {name}: not measured: {error!r}", file=sys.stderr, flush=True)
-                continue
-            lines[table.key_of(line)] = line
-            table.write(args.out, head, lines.values(), rows.order_of)
-            print(f"{done} of {len(plan)}: {name}", file=sys.stderr, flush=True)
+        try:
+            return measure(pool, runner, plan, lines, lambda: table.write(
+                args.out, head, lines.values(), rows.order_of))
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            print(f"regression: interrupted; --resume goes on with {args.out}", file=sys.stderr)
+            return INTERRUPTED
+
+
+def measure(pool, runner, plan, lines, save):
+    """Fills `lines` and saves after each run. Exit code: 1 if a run could not be measured."""
+    failed = 0
+    jobs = {pool.submit(runner.run, row, seed): (row, seed) for row, seed in plan}
+    for done, job in enumerate(as_completed(jobs), 1):
+        row, seed = jobs[job]
+        name = f"{row.case} {row.preset} {seed}"
+        try:
+            line = job.result()
+        except (Exception, SystemExit) as error:  # one run must not end the others
+            failed += 1
+            print(f"regression: {name}: not measured: {error}", file=sys.stderr, flush=True)
+            continue
+        lines[table.key_of(line)] = line
+        save()
+        print(f"{done} of {len(plan)}: {name}", file=sys.stderr, flush=True)
     return 1 if failed else 0
 
 
