@@ -32,9 +32,10 @@ FIGURES = (
     Figure("nees_live_position", "log"), Figure("nees_live_pose", "log"),
     Figure("nees_final_position", "log"), Figure("nees_final_pose", "log"), Figure("nis", "log"),
     Figure("to_mesh_m", "length"), Figure("complete", "gain"), Figure("ranges_applied", "gain"),
-    Figure("rounds", "ratio"), Figure("cpu_s", "ratio", CPU_RELATIVE),
+    Figure("seen", "gain"), Figure("rounds", "ratio"), Figure("cpu_s", "ratio", CPU_RELATIVE),
     Figure("mission_cpu_s", "ratio", CPU_RELATIVE), Figure("memory_mb", "ratio"),
     Figure("traffic_bytes", "ratio"))
+ALL_SEEN = 0.95  # of the floor; the rest is corners behind things
 CPU_TIMES = ("cpu_s", "mission_cpu_s")
 FAILURES = {
     "exit code not 0": lambda r: r.get("exit") not in (0, None),
@@ -43,6 +44,7 @@ FAILURES = {
     "frames wrong": lambda r: bool(r.get("frames_wrong")),
     "loops wrong": lambda r: bool(r.get("loops_wrong")),
     "not explored": lambda r: r.get("explored") == 0,
+    "not all seen": lambda r: r.get("seen") is not None and r["seen"] < ALL_SEEN,
     "silent failure": lambda r: bool(r.get("silent")),
 }
 

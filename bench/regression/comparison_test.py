@@ -120,6 +120,7 @@ class FailureTest(unittest.TestCase):
     def test_one_failure_more_is_worse_one_less_is_not(self):
         good = [row(1), row(2)]
         bad = {"exit": 3, "frames": 0, "frames_wrong": 1, "loops_wrong": 2, "explored": 0, "silent": 1,
+               "seen": 0.9,
                "ape_final_m": None}
         for name, value in bad.items():
             with self.subTest(name):

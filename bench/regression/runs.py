@@ -13,6 +13,7 @@ for bench in ("cases", "nees"):
     sys.path.insert(0, str(HERE.parent / bench))
 
 import cases  # noqa: E402
+import coverage  # noqa: E402
 import nees  # noqa: E402
 import truth  # noqa: E402
 
@@ -43,7 +44,7 @@ class Runner:
             if not cases.is_whole(recording):
                 return line
             fleet = recording / "fleet.yaml"
-            line.update(mission_figures(recording))
+            line.update(mission_figures(recording), seen=coverage.seen_fraction(recording / "truth"))
         else:
             recording, fleet = self.recording_of(row, seed)
             line["input"] = input_hash(recording)

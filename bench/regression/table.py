@@ -11,7 +11,7 @@ COLUMNS = KEY + (
     "nees_live_position", "nees_live_pose", "nees_final_position", "nees_final_pose", "nis",
     "to_mesh_m", "complete",
     "frames", "frames_wrong", "loops", "loops_wrong", "silent",
-    "ranges", "ranges_used", "ranges_applied", "rounds", "explored",
+    "ranges", "ranges_used", "ranges_applied", "rounds", "explored", "seen",
     "findings", "cpu_s", "mission_cpu_s", "memory_mb", "traffic_bytes")
 TEXTS = ("case", "preset", "input", "findings")
 

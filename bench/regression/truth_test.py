@@ -3,6 +3,7 @@
 
 import json
 import math
+import struct
 import subprocess
 import sys
 import tempfile
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+import coverage
 import runs
 import truth
 
@@ -108,6 +110,45 @@ class TruthTest(unittest.TestCase):
     def test_findings_are_counted_by_id(self):
         warnings = [{"id": "b"}, {"id": "a"}, {"id": "b"}]
         self.assertEqual("a:1 b:2", truth.findings({"warnings": warnings}))
+
+
+class CoverageTest(unittest.TestCase):
+    """A hall of 12 x 4 m whose inner wall at x = 6 has a door at y = 2 to 4, or none."""
+
+    def write(self, folder, door, paths):
+        walls = [((0, 0), (12, 0)), ((12, 0), (12, 4)), ((12, 4), (0, 4)), ((0, 4), (0, 0)),
+                 ((6, 0), (6, 2.0 if door else 4.0))]
+        points, faces = [], b""
+        for (x, y), (u, v) in walls:
+            n = len(points)
+            points += [(x, y, 0), (u, v, 0), (u, v, 2), (x, y, 2)]
+            for corners in ((n, n + 1, n + 2), (n, n + 2, n + 3)):
+                faces += struct.pack("<B3if", 3, *corners, 0.5)
+        head = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+                f"element face {2 * len(walls)}\nend_header\n")
+        body = b"".join(struct.pack("<3f", *p) for p in points)
+        (folder / "mesh.ply").write_bytes(head.encode() + body + faces)
+        for name, track in paths.items():
+            (folder / f"{name}.tum").write_text(track_text(
+                [(0.01 * i, x, y) for i, (x, y) in enumerate(track)]))
+
+    def seen(self, door, paths):
+        with tempfile.TemporaryDirectory() as name:
+            self.write(Path(name), door, paths)
+            return coverage.seen_fraction(Path(name))
+
+    def test_a_room_without_a_door_is_not_asked_for(self):
+        self.assertGreater(self.seen(False, {"v1": [(2, 2)] * 2}), 0.99)
+
+    def test_a_second_room_is_missing_until_a_vehicle_looks_into_it(self):
+        outside = [(1, 1)] * 2
+        inside = outside + [(1 + 0.01 * i, 3) for i in range(900)]
+        self.assertLess(self.seen(True, {"v1": outside}), 0.85)
+        self.assertGreater(self.seen(True, {"v1": inside}), 0.99)
+        self.assertGreater(self.seen(True, {"v1": outside, "v2": inside}), 0.99)
+
+    def test_a_room_behind_walls_counts_if_a_vehicle_starts_in_it(self):
+        self.assertGreater(self.seen(False, {"v1": [(2, 2)] * 2, "v2": [(9, 2)] * 2}), 0.99)
 
 
 class RunsTest(unittest.TestCase):
