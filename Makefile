@@ -7,12 +7,13 @@
 # make fuzz     each fuzz target for FUZZ_SECONDS (needs clang)
 # make bench    Google Benchmark programs
 # make soak     vehicles over an emulated bad radio, for longer (needs root)
+# make regression   figures that must not get worse, against bench/regression/baseline_short.csv
 # make docs     generated pages; make tutorials: what they print; make site: build/site/index.html
 # make asan | tsan | lint | format | clean
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := test
-.PHONY: test demo install deb bundle check-deb share fuzz soak bench format lint asan tsan docs tutorials figures site packages release clean
+.PHONY: test demo install deb bundle check-deb share fuzz soak bench regression format lint asan tsan docs tutorials figures site packages release clean
 
 JOBS ?= $(shell nproc)
 FUZZ_SECONDS ?= 60
@@ -65,6 +66,15 @@ bench: packages
 	cmake --preset release -B build/bench -DRALI_BENCH=ON -DRALI_TESTS=OFF
 	cmake --build build/bench -j $(JOBS)
 	for program in build/bench/bin/bench_*; do "$$program"; done
+
+# The table of this build is build/regression/new.csv; recordings are kept beside it.
+regression: release
+	mkdir -p build/regression
+	rm -f build/regression/new.csv
+	/usr/bin/python3 bench/regression/regression.py run --binary build/release/bin/rali --form short \
+	  --jobs $(JOBS) --out build/regression/new.csv
+	/usr/bin/python3 bench/regression/regression.py compare bench/regression/baseline_short.csv \
+	  build/regression/new.csv
 
 fuzz: packages
 	@tools/install_packages.sh $(DEV_PACKAGES)

@@ -48,6 +48,31 @@ motion: {speed_mps: 1.0, rest_s: 6}
 """
 
 
+def middle_scene(_seed):
+    """A straight tunnel: v1 stands at its middle, v2 drives past it from the portal."""
+    return """\
+schema: 1
+tunnel: {length_m: 215, width_m: 6, wall_height_m: 1.5, roughness_m: 0.008}
+vehicles:
+  - {start: [100.0, 1.6], yaw_deg: 0}
+  - {start: [2.0, -1.2], yaw_deg: 0}
+rounds:
+  - {anchor: v1, routes: {v2: [[2, -1.2], [8, -1.2], [200, -1.2]]}}
+uwb: {max_range_m: 400}
+motion: {speed_mps: 1.0, rest_s: 6}
+"""
+
+
+def kilometre_scene(_seed):
+    """Four vehicles in rounds through a kilometre without anything along the axis."""
+    return (pathlib.Path(__file__).parent.parent / "fleet" / "tunnel_1000.yaml").read_text()
+
+
+def shipped(scene, vehicles=1):
+    """One of the scenes of `rali simulate` by its name."""
+    return lambda _seed: f"schema: 1\nscene: {scene}\nvehicles: {vehicles}\n"
+
+
 def pair_corridor_scene(_seed):
     """Two vehicles that take turns in the corridor, an honest inertial sensor."""
     return "schema: 1\nscene: corridor\nvehicles: 2\nuwb: {rate_hz: 40}\nmotion: {rest_s: 6}\n"
@@ -98,14 +123,19 @@ motion: {{speed_mps: 1.2, rest_s: 6}}
 """
 
 
-# scene, vehicles with a prior, seconds of data, mesh
+# scene, seconds of data (0: all), whether the map is compared unfiltered with the mesh
 CASES = {
     "corridor": (corridor_scene, 171, False),
     "portal": (portal_scene, 0, False),
     "leap_frog": (leap_frog_scene, 1050, False),
     "pair_corridor": (pair_corridor_scene, 150, True),
-    "single_corridor": (lambda _: "schema: 1\nscene: corridor\nvehicles: 1\n", 80, True),
-    "floor": (lambda _: "schema: 1\nscene: floor\nvehicles: 1\n", 90, True),
+    "single_corridor": (shipped("corridor"), 80, True),
+    "floor": (shipped("floor"), 90, True),
+    "middle": (middle_scene, 0, False),
+    "fleet_floor": (shipped("floor", 3), 90, True),
+    "kilometre": (kilometre_scene, 0, False),
+    **{f"single_{scene}": (shipped(scene), 120, False)
+       for scene in ("loop", "yard", "garage", "mine", "ramp", "hall", "warehouse")},
 }
 
 
@@ -151,10 +181,22 @@ def priors_text(truth, seed, reverse):
     return text
 
 
-def recorded(args, case, seed):
-    scene, duration_s, _ = CASES[case]
-    recording = pathlib.Path(args.folder) / "recordings" / f"{case}_{seed}"
-    if not (recording / "simulation.json").exists():
+def is_whole(recording):
+    """An interrupted simulation leaves a folder, too."""
+    path = recording / "simulation.json"
+    return path.exists() and json.loads(path.read_text()).get("status") == "complete"
+
+
+def recorded(args, case, seed, duration_s=None):
+    """The recording of a case, simulated if it is not in the folder yet.
+
+    duration_s: of the data, instead of the case's own.
+    """
+    scene, own_duration_s, _ = CASES[case]
+    name = f"{case}_{seed}" if duration_s is None else f"{case}_{duration_s}s_{seed}"
+    duration_s = own_duration_s if duration_s is None else duration_s
+    recording = pathlib.Path(args.folder) / "recordings" / name
+    if not is_whole(recording):
         recording.parent.mkdir(parents=True, exist_ok=True)
         path = recording.with_suffix(".yaml")
         path.write_text(scene(seed))
@@ -242,6 +284,13 @@ def steps_of(path):
     return max(sizes, default=0.0)
 
 
+def drop_big_files(out):
+    """Clouds and messages, once they are evaluated."""
+    for big in ("keyframes", "map.pcd", "map.ply", "removed.pcd", "session.mcap"):
+        path = out / big
+        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+
+
 def judged(args, case, seed):
     recording = recorded(args, case, seed)
     fleet = fleet_file(args, recording, seed)
@@ -285,9 +334,7 @@ def judged(args, case, seed):
     if cloud:
         figures["to mesh m"] = cloud["mean_m"]
         figures["complete"] = cloud["completeness"]
-    for big in ("keyframes", "map.pcd", "map.ply", "removed.pcd", "session.mcap"):
-        path = out / big
-        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+    drop_big_files(out)
     if args.forget:
         shutil.rmtree(recording)
     return figures

@@ -63,14 +63,19 @@ def recorded(args, kind, seed):
     return recording
 
 
+def without_imu(fleet):
+    """A fleet.yaml beside `fleet` that uses the LiDAR alone."""
+    path = fleet.with_name("lidar_only.yaml")
+    path.write_text(fleet.read_text().replace("imu: {T_body", "imu: {topic: none, T_body"))
+    return path
+
+
 def evaluated(args, kind, seed):
     """evaluation.json of one run."""
     recording = recorded(args, kind, seed)
     fleet = recording / "fleet.yaml"
     if kind == "lidar-only":
-        text = fleet.read_text().replace("imu: {T_body", "imu: {topic: none, T_body")
-        fleet = recording / "lidar_only.yaml"
-        fleet.write_text(text)
+        fleet = without_imu(fleet)
     out = pathlib.Path(args.folder) / "out" / f"{kind}_{seed}"
     settings = [word for key_value in args.set for word in ("--set", key_value)]
     run([args.rali, "map", fleet, "-o", out, "--overwrite", "-q", *settings])
