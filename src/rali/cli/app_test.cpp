@@ -303,7 +303,7 @@ TEST(Completion, of_zsh_is_accepted_by_zsh_and_ends_with_what_it_completes) {
   EXPECT_EQ(std::system(("zsh -f -n " + script).c_str()), 0);
   const std::string check =
       folder.write("check.zsh", "fpath=(" + folder.path() +
-                                    " $fpath)\nautoload -U compinit\ncompinit -D\n"
+                                    " $fpath)\nautoload -U compinit\ncompinit -D -u\n"
                                     "[[ $_comps[rali] == _rali ]] || exit 1\n"
                                     "function _arguments { print -rl -- \"$@\" }\n"
                                     "words=(rali map --pre) CURRENT=3\n"
@@ -316,7 +316,7 @@ TEST(Help, of_the_program_the_manual_page_and_the_documents_have_the_same_exit_c
   const std::string page = man_page(all_commands());
   for (const ExitCode& code : exit_codes()) {
     const std::string number(code.number);
-    EXPECT_NE(help.find(number + ": "), std::string::npos) << number;
+    EXPECT_NE(help.find(number + ' ' + std::string(code.brief)), std::string::npos) << help;
     EXPECT_NE(manual.find("| " + number + " | " + std::string(code.meaning) + " |"),
               std::string::npos)
         << number;

@@ -62,6 +62,20 @@ std::string usage_line(Command& command) {
   return fmt::format("rali {} {}{}[options]", command.name(), input, input.empty() ? "" : " ");
 }
 
+/// A code and its words stay on one line.
+std::string exit_code_lines() {
+  std::string text, line = "exit codes:";
+  for (const ExitCode& code : exit_codes()) {
+    const std::string entry = fmt::format("{} {}", code.number, code.brief);
+    if (line.size() + entry.size() + 2 > kColumns) {
+      text += line + '\n';
+      line = std::string(11, ' ');
+    }
+    line += (line.ends_with(' ') || line.ends_with(':') ? " " : "  ") + entry;
+  }
+  return text + line + '\n';
+}
+
 std::string escaped_cell(std::string text) {
   for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2)) {
     text.insert(at, "\\");
@@ -82,11 +96,7 @@ std::string program_help(const CommandList& commands) {
       "\n  rali map run1.bag                 one vehicle, topics found\n"
       "  rali map fleet.yaml -o out        vehicles and sensors named in a file\n\n"
       "`rali COMMAND -h` lists the options, `rali --version` the version.\n";
-  std::string codes;
-  for (const ExitCode& code : exit_codes()) {
-    codes += fmt::format("{}{}: {}", codes.empty() ? "" : "; ", code.number, code.brief);
-  }
-  return text + wrapped("exit codes:", codes, 12);
+  return text + exit_code_lines();
 }
 
 std::string command_help(Command& command, bool all) {
