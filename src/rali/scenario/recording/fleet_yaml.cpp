@@ -77,6 +77,7 @@ std::string fleet_yaml(const sim::FleetSimulation& sim, const std::vector<std::s
                         driver_of(options.lidar).model, pose_text(c.T_body_lidar));
     text += fmt::format("    imu: {{{}T_body_imu: {}}}\n", options.with_imu ? "" : "topic: none, ",
                         pose_text(c.T_body_imu));
+    if (names.size() == 1) continue;  // no ranges: rali map would warn of antennas without effect
     text += fmt::format("    antennas: {{{}}}\n", antennas_text(sim.antennas(static_cast<int>(v))));
   }
   if (names.size() > 1) {
