@@ -111,7 +111,7 @@ docs: release
 
 # What the commands of the tutorials print, written into their pages; a test compares it.
 tutorials: release
-	for page in docs/start/*.md; do \
+	for page in $$(grep -l "<!-- tutorial:" docs/*/*.md); do \
 	  tools/run_tutorial.py $$page build/release/bin/rali --write; \
 	done
 

@@ -43,7 +43,7 @@ constexpr const char* kPlaceNames[kPlaces] = {"loop_rs16", "garage_rs16", "floor
 
 sim::SimOptions options_of(Place place) {
   sim::SimOptions o;
-  o.motion.rest_s = 1.5;
+  o.motion.standstill_s = 1.5;
   o.duration_s = place == kFloorHdl64 ? 5.0 : 10.0;
   o.scene = place == kLoopRs16     ? sim::Scene::kLoop
             : place == kGarageRs16 ? sim::Scene::kGarage

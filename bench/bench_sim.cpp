@@ -14,7 +14,7 @@ void simulate(benchmark::State& state, Scene scene, Lidar lidar, int vehicles, d
   o.vehicle.lidar = lidar;
   o.vehicle.ranging = LidarOptions::of(lidar);
   o.vehicle.duration_s = span_s;
-  o.vehicle.motion.rest_s = 0.0;
+  o.vehicle.motion.standstill_s = 0.0;
   const World world = world_for(make_world(scene, 1), vehicles).value();
   const auto executor = drive::make_executor(static_cast<int>(state.range(0)));
   for (auto _ : state) {

@@ -12,12 +12,14 @@ configure_file(${CMAKE_SOURCE_DIR}/cmake/debian_changelog.in ${CMAKE_BINARY_DIR}
 
 # Of the program itself; -n keeps the time out of the compressed file.
 add_custom_command(OUTPUT ${share}/rali.1.gz ${share}/rali.bash ${share}/rali.fish
+    ${share}/_rali
     ${share}/CHANGELOG.md.gz ${share}/changelog.gz
   COMMAND ${CMAKE_COMMAND} -E make_directory ${share}
   COMMAND $<TARGET_FILE:rali> help-man > ${share}/rali.1
   COMMAND ${RALI_GZIP} -9nf ${share}/rali.1
   COMMAND $<TARGET_FILE:rali> completion bash > ${share}/rali.bash
   COMMAND $<TARGET_FILE:rali> completion fish > ${share}/rali.fish
+  COMMAND $<TARGET_FILE:rali> completion zsh > ${share}/_rali
   COMMAND ${RALI_GZIP} -9nc ${CMAKE_SOURCE_DIR}/CHANGELOG.md > ${share}/CHANGELOG.md.gz
   COMMAND ${RALI_GZIP} -9nc ${CMAKE_BINARY_DIR}/debian_changelog > ${share}/changelog.gz
   DEPENDS rali ${CMAKE_SOURCE_DIR}/CHANGELOG.md ${CMAKE_BINARY_DIR}/debian_changelog
@@ -41,6 +43,15 @@ install(FILES ${share}/rali.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPON
 install(FILES ${share}/rali.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
   RENAME rali COMPONENT program)
 install(FILES ${share}/rali.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d
+  COMPONENT program)
+# zsh of Debian reads the files of packages from another folder than those of the administrator.
+install(CODE "
+  set(folder site-functions)
+  if(CMAKE_INSTALL_PREFIX MATCHES \"/usr$\")
+    set(folder vendor-completions)
+  endif()
+  file(INSTALL \"${share}/_rali\"
+    DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/zsh/\${folder}\")"
   COMPONENT program)
 set(rali_doc ${CMAKE_INSTALL_DATADIR}/doc)
 install(FILES ${share}/CHANGELOG.md.gz ${CMAKE_SOURCE_DIR}/README.md

@@ -1,23 +1,12 @@
 #include "arguments.hpp"
 
-#include <functional>
-#include <map>
-
-#include <fmt/format.h>
-
+#include "common/command_line.hpp"
 #include "common/words.hpp"
 #include "rali/config/apply.hpp"
 
 namespace rali::accuracy {
 
 namespace {
-
-Status set_seeds(const std::string& text, Arguments& a) {
-  auto seeds = bench::parse_seeds(text);
-  if (!seeds) return tl::make_unexpected(seeds.error());
-  a.seeds = std::move(*seeds);
-  return {};
-}
 
 Status set_scenes(const std::string& text, Arguments& a) {
   a.scenes.clear();
@@ -30,7 +19,7 @@ Status set_scenes(const std::string& text, Arguments& a) {
   return {};
 }
 
-/// One option of the simulation, e.g. motion.rest_s=0, by the names of its visit().
+/// One option of the simulation, e.g. motion.standstill_s=0, by the names of its visit().
 Status set_sim(const std::string& assignment, Arguments& a) {
   const auto node = config::parse_assignment(assignment);
   if (!node) return tl::make_unexpected(node.error());
@@ -56,92 +45,41 @@ Status set_lidar(const std::string& text, Arguments& a) {
   return {};
 }
 
-using Setter = std::function<Status(const std::string&, Arguments&)>;
-
-const std::map<std::string, Setter>& setters() {
-  static const std::map<std::string, Setter> kSetters{
-      {"--scenes", set_scenes},
-      {"--seeds", set_seeds},
-      {"--lidar", set_lidar},
-      {"--sim", set_sim},
-      {"--pedestrians",
-       [](const std::string& v, Arguments& a) { return set_sim("pedestrians=" + v, a); }},
-      {"--duration",
-       [](const std::string& v, Arguments& a) { return set_sim("duration_s=" + v, a); }},
-      {"--preset",
-       [](const std::string& v, Arguments& a) -> Status {
-         a.presets = bench::split(v);
-         return {};
-       }},
-      {"--set",
-       [](const std::string& v, Arguments& a) -> Status {
-         a.settings.push_back(v);
-         return {};
-       }},
-      {"--dump",
-       [](const std::string& v, Arguments& a) -> Status {
-         a.dump_dir = v;
-         return {};
-       }},
-      {"--into",
-       [](const std::string& v, Arguments& a) -> Status {
-         a.into = v;
-         return {};
-       }},
-      {"--cache", [](const std::string& v, Arguments& a) -> Status {
-         a.cache_dir = v;
-         return {};
-       }}};
-  return kSetters;
-}
-
 }  // namespace
 
-Result<Arguments> parse_arguments(int argc, const char* const* argv) {
+tl::expected<Arguments, int> parse_arguments(int argc, const char* const* argv) {
   Arguments a;
   for (std::size_t i = 0; i < sim::kSceneNames.size(); ++i) {
     a.scenes.push_back(static_cast<sim::Scene>(i));
   }
   a.words.assign(argv + 1, argv + argc);
-  for (int i = 1; i < argc; ++i) {
-    const std::string name = argv[i];
-    if (name == "--help" || name == "-h") {
-      a.help = true;
-      return a;
-    }
-    if (name == "--no-imu") {
-      a.sim.with_imu = false;
-    } else if (name == "--per-run") {
-      a.per_run = true;
-    } else if (const auto setter = setters().find(name); setter == setters().end()) {
-      return fail(ErrorCode::kUsage, {}, fmt::format("there is no option \"{}\"", name),
-                  "--help lists the options.");
-    } else if (i + 1 == argc) {
-      return fail(ErrorCode::kUsage, name, "this option needs a value");
-    } else if (auto ok = setter->second(argv[++i], a); !ok) {
-      return tl::make_unexpected(ok.error());
-    }
-  }
+  CLI::App app("accuracy: simulated recordings through the vehicle's software, errors as a table");
+  const auto with = [&a](Status (*set)(const std::string&, Arguments&)) {
+    return [set, &a](const std::string& text) { return set(text, a); };
+  };
+  const auto simulated = [&a](const std::string& key) {
+    return [key, &a](const std::string& text) { return set_sim(key + '=' + text, a); };
+  };
+  bench::add_text(app, "--scenes", with(set_scenes), "loop,corridor; default: all");
+  bench::add_seeds(app, a.seeds);
+  app.add_option("--preset", a.presets, "robust,paper; default: robust")->delimiter(',');
+  bench::add_text(app, "--lidar", with(set_lidar),
+                  "rs16, vlp16, hdl32e, hdl64e, os1_64, os0_128, livox; default: rs16");
+  app.add_flag_callback(
+      "--no-imu", [&a] { a.sim.with_imu = false; }, "LiDAR alone");
+  bench::add_text(app, "--pedestrians", simulated("pedestrians"), "people who walk about");
+  bench::add_text(app, "--duration", simulated("duration_s"),
+                  "the first seconds of each recording");
+  bench::add_texts(app, "--sim", with(set_sim),
+                   "KEY=VALUE of the simulation, e.g. motion.standstill_s=0, motion.carrier=drone");
+  app.add_option("--set", a.settings,
+                 "KEY=VALUE of the vehicle, e.g. odometry.robust.map.voxel_m=0.4");
+  app.add_option("--cache", a.cache_dir, "keep cast recordings there (rs16: 90 kB per scan)");
+  app.add_option("--dump", a.dump_dir, "trajectories (TUM) and errors per scan (CSV)");
+  bench::add_into(app, "accuracy", a.into);
+  app.add_flag("--per-run", a.per_run, "one row for each run before the summary");
+  if (const auto code = bench::ended_by(app, argc, argv)) return tl::make_unexpected(*code);
   return a;
-}
-
-std::string help_text() {
-  return "accuracy: simulated recordings through the vehicle's software, errors as a table\n"
-         "  --scenes loop,corridor   default: all\n"
-         "  --seeds 1,2,5-8          default: 1-3\n"
-         "  --preset robust,paper    default: robust\n"
-         "  --lidar rs16             or vlp16, hdl32e, hdl64e, os1_64, os0_128, livox\n"
-         "  --no-imu                 LiDAR alone\n"
-         "  --pedestrians N          people who walk about\n"
-         "  --duration S             the first S seconds of each recording\n"
-         "  --sim key=value          of the simulation, e.g. motion.rest_s=0, "
-         "motion.carrier=drone\n"
-         "  --set key=value          of the vehicle, e.g. odometry.robust.voxel_m=0.4\n"
-         "  --cache DIR              keep cast recordings there (rs16: 90 kB per sweep)\n"
-         "  --dump DIR               trajectories (TUM) and errors per sweep (CSV)\n"
-         "  --into FILE:NAME         the table also between '<!-- accuracy NAME -->' and\n"
-         "                           '<!-- end -->' of a Markdown file\n"
-         "  --per-run                one row for each run before the summary\n";
 }
 
 }  // namespace rali::accuracy

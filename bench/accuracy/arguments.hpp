@@ -17,11 +17,11 @@ struct Arguments {
   std::string into;                ///< FILE:NAME, the table goes there as well
   std::vector<std::string> words;  ///< as given
   bool per_run = false;            ///< one row for each run besides the summary
-  bool help = false;
 };
 
-[[nodiscard]] Result<Arguments> parse_arguments(int argc, const char* const* argv);
-
-[[nodiscard]] std::string help_text();
+/// @return the arguments, or the exit code with which the program ends: 0 after --help, 2 where
+/// they
+///         are wrong (a sentence on stderr).
+[[nodiscard]] tl::expected<Arguments, int> parse_arguments(int argc, const char* const* argv);
 
 }  // namespace rali::accuracy

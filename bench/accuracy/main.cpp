@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
+#include "common/command_line.hpp"
 #include "common/document.hpp"
 #include "document.hpp"
 #include "table.hpp"
@@ -36,14 +37,10 @@ int main_with(const Arguments& a) {
   }
   if (a.per_run) fmt::print("{}\n", run_table(runs));
   fmt::print("{}", summary_table(runs));
-  if (const std::size_t colon = a.into.rfind(':'); colon != std::string::npos) {
-    const std::string text = fmt::format("    {}\n\n{}", command_of(a.words), short_table(runs));
+  if (!a.into.empty()) {
     const Status written =
-        bench::write_into(a.into.substr(0, colon), "accuracy", a.into.substr(colon + 1), text);
-    if (!written) {
-      fmt::print(stderr, "{}\n", written.error().message());
-      return 2;
-    }
+        bench::write_into(a.into, "accuracy", command_of(a.words), short_table(runs));
+    if (!written) return bench::wrong(written);
   }
   return all_done ? 0 : 1;
 }
@@ -53,13 +50,5 @@ int main_with(const Arguments& a) {
 
 int main(int argc, char** argv) {
   const auto arguments = rali::accuracy::parse_arguments(argc, argv);
-  if (!arguments) {
-    fmt::print(stderr, "{}\n", arguments.error().message());
-    return 2;
-  }
-  if (arguments->help) {
-    fmt::print("{}", rali::accuracy::help_text());
-    return 0;
-  }
-  return rali::accuracy::main_with(*arguments);
+  return arguments ? rali::accuracy::main_with(*arguments) : arguments.error();
 }

@@ -93,9 +93,9 @@ void Draw::tunnel(Rng& rng, bool pieces) {
   t.wall_height_m = r.number("tunnel.wall_height_m", rng);
   t.roughness_m = r.number("tunnel.roughness_m", rng);
   if (pieces) {
-    t.piece_m = r.number("tunnel.piece_m", rng);
-    t.piece_curvature_per_m = r.number("tunnel.piece_curvature_per_m", rng);
-    t.piece_gradient = r.number("tunnel.piece_gradient", rng);
+    t.segment_m = r.number("tunnel.segment_m", rng);
+    t.segment_curvature_per_m = r.number("tunnel.segment_curvature_per_m", rng);
+    t.segment_gradient = r.number("tunnel.segment_gradient", rng);
   } else {
     t.curvature_per_m = r.number("tunnel.curvature_per_m", rng);
   }
@@ -116,7 +116,7 @@ void Draw::motion() {
   m.yaw_rate_max_radps = r.number("motion.yaw_rate_max_radps", rng);
   m.suspension = r.number("motion.suspension", rng);
   m.wander_m = r.number("motion.wander_m", rng);
-  m.rest_s = std::max(0.5, r.number("motion.rest_s", rng));
+  m.standstill_s = std::max(0.5, r.number("motion.standstill_s", rng));
   case_.in_motion = r.happens("motion.in_motion", rng);
   case_.in_turn = case_.in_motion && r.happens("motion.in_turn", rng);
   if (case_.in_motion) has(case_.in_turn ? "starts in a turn" : "starts in motion");
@@ -172,7 +172,7 @@ void Draw::shaking(Rng& rng) {
   jolts.slip_every_m = r.number("imu.slip_every_m", rng);
   jolts.slip_m = r.number("imu.slip_m", rng);
   jolts.step_s = r.number("imu.step_s", rng);
-  jolts.felt_ratio = r.number("imu.felt_ratio", rng);
+  jolts.measured_ratio = r.number("imu.measured_ratio", rng);
   has("jolts");
 }
 
@@ -207,8 +207,8 @@ void Draw::people() {
     e.gap_m = r.number("people.escort_gap_m", rng);
     if (r.happens("people.escort_behind", rng)) e.gap_m = -e.gap_m;
     e.side_m = r.number("people.escort_side_m", rng);
-    e.begin_s = r.number("people.escort_begin_s", rng);
-    e.end_s = e.begin_s + r.number("people.escort_span_s", rng);
+    e.start_s = r.number("people.escort_begin_s", rng);
+    e.end_s = e.start_s + r.number("people.escort_span_s", rng);
     e.cart = r.happens("people.escort_cart", rng);
     has(e.cart ? "a cart keeps its distance" : "somebody walks along");
     o.escorts.push_back(e);
@@ -259,8 +259,8 @@ void Draw::radios() {
   uwb.pair_bias_m = r.number("ranges.pair_bias_m", rng);
   uwb.pair_bias_sd_m = r.number("ranges.pair_bias_sd_m", rng);
   uwb.slow_sigma_m = r.number("ranges.slow_sigma_m", rng);
-  uwb.clear_burst_share = r.number("ranges.clear_burst_share", rng);
-  uwb.outlier_share = r.number("ranges.outlier_share", rng);
+  uwb.clear_burst_fraction = r.number("ranges.clear_burst_fraction", rng);
+  uwb.outlier_fraction = r.number("ranges.outlier_fraction", rng);
   uwb.stamp_offset_s = r.number("ranges.stamp_offset_s", rng);
 }
 

@@ -6,7 +6,6 @@
 #include <map>
 #include <set>
 
-#include <CLI/CLI.hpp>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -14,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "common/command_line.hpp"
 #include "common/words.hpp"
 #include "mapping.hpp"
 #include "rali/io/files/tum.hpp"
@@ -245,6 +245,6 @@ int main(int argc, char** argv) {
   app.add_option("--limit", a.limit_s, "seconds after which a run counts as failed");
   app.add_flag("--table", a.table, "only prints the table of the results");
   app.add_flag("--describe", a.describe, "only says what the recordings are");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = rali::bench::ended_by(app, argc, argv)) return *code;
   return rali::campaign::run(a);
 }

@@ -82,7 +82,7 @@ class Planner {
   /// How far somebody gets within the recording.
   [[nodiscard]] double reach_m() const {
     const sim::MotionOptions& m = case_.setup.fleet.vehicle.motion;
-    return std::max(5.0, (case_.duration_s - m.rest_s) * m.speed_mps);
+    return std::max(5.0, (case_.duration_s - m.standstill_s) * m.speed_mps);
   }
 
   /// Somewhere on the route, with most of what can be driven still ahead.

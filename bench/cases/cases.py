@@ -22,8 +22,8 @@ import numpy as np
 SHAKEN = """\
 imu: {accel_mps2_rthz: 6e-4, gyro_radps_rthz: 5e-4, resonance_accel_mps2: 0.15, resonance_gyro_radps: 0.01,
   resonance_low_hz: 11, resonance_high_hz: 38, vibration_accel_mps2: 0, vibration_gyro_radps: 0}
-motion: {speed_mps: 1.0, rest_s: 10,
-  jolts: {joint_every_m: 0.6, joint_m: 0.002, slip_every_m: 0.2, slip_m: 0.002, step_s: 0.01, felt_ratio: 0.2}}
+motion: {speed_mps: 1.0, standstill_s: 10,
+  jolts: {joint_every_m: 0.6, joint_m: 0.002, slip_every_m: 0.2, slip_m: 0.002, step_s: 0.01, measured_ratio: 0.2}}
 """
 DATA_SHEET = "noise: {accel_mps2_rthz: 6e-4, gyro_radps_rthz: 5e-4}, "
 
@@ -44,7 +44,7 @@ vehicles:
 rounds:
   - {anchor: v1, routes: {v2: [[2, -1.2], [8, -0.3], [200, 0]]}}
 uwb: {rate_hz: 40, max_range_m: 400}
-motion: {speed_mps: 1.0, rest_s: 6}
+motion: {speed_mps: 1.0, standstill_s: 6}
 """
 
 
@@ -75,7 +75,7 @@ def shipped(scene, vehicles=1):
 
 def pair_corridor_scene(_seed):
     """Two vehicles that take turns in the corridor, an honest inertial sensor."""
-    return "schema: 1\nscene: corridor\nvehicles: 2\nuwb: {rate_hz: 40}\nmotion: {rest_s: 6}\n"
+    return "schema: 1\nscene: corridor\nvehicles: 2\nuwb: {rate_hz: 40}\nmotion: {standstill_s: 6}\n"
 
 
 def leap_frog_scene(seed):
@@ -119,7 +119,7 @@ tunnel: {{length_m: 620, width_m: 7, wall_height_m: 1.5, roughness_m: 0.01, curv
 vehicles:
 {starts}rounds:
 {rounds}uwb: {{max_range_m: 200}}
-motion: {{speed_mps: 1.2, rest_s: 6}}
+motion: {{speed_mps: 1.2, standstill_s: 6}}
 """
 
 

@@ -29,8 +29,11 @@ Status write_file(const std::string& path, const std::string& text) {
   return {};
 }
 
-Status write_into(const std::string& path, const std::string& program, const std::string& name,
-                  const std::string& text) {
+Status write_into(const std::string& into, const std::string& program, const std::string& command,
+                  const std::string& tables) {
+  const std::size_t colon = into.rfind(':');
+  if (colon == std::string::npos) return fail(ErrorCode::kUsage, "--into", "is not FILE:NAME");
+  const std::string path = into.substr(0, colon), name = into.substr(colon + 1);
   std::ifstream in(path, std::ios::binary);
   if (!in) return fail(ErrorCode::kInput, path, "this file cannot be read");
   const std::string old{std::istreambuf_iterator<char>(in), {}};
@@ -43,7 +46,8 @@ Status write_into(const std::string& path, const std::string& program, const std
         fmt::format("the lines '<!-- {} {} -->' and '<!-- end -->' are not in it", program, name),
         "Put them where the table shall stand.");
   }
-  return write_file(path, old.substr(0, from + begin.size()) + "\n" + text + "\n" + old.substr(to));
+  const std::string text = fmt::format("\n    {}\n\n{}\n", command, tables);
+  return write_file(path, old.substr(0, from + begin.size()) + text + old.substr(to));
 }
 
 }  // namespace rali::bench

@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
-#include "document.hpp"
+#include "common/document.hpp"
 #include "sample.hpp"
 #include "table.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 namespace {
 
 constexpr double kMask_m = 1.8;  // a vehicle with its mast and what its edges smear
@@ -46,7 +46,7 @@ Status run_all(const Arguments& a, std::vector<Sample>& samples) {
       for (const std::string& place : a.places) {
         for (const Other other : {Other::kNobody, Other::kAhead, Other::kStanding}) {
           if (other != Other::kNobody && (!a.others || place != "tunnel")) continue;
-          const DriveOptions options{place, lidar, seed, other, a.pedestrians, a.way_m};
+          const DriveOptions options{place, lidar, seed, other, a.pedestrians, a.distance_m};
           if (auto ok = run(options, a.robust, samples); !ok) return ok;
         }
       }
@@ -61,27 +61,21 @@ Status main_with(const Arguments& a) {
   const std::string text = detector_table(samples) + "\n" + place_table(samples);
   fmt::print("{}", text);
   if (!a.json.empty()) {
-    if (auto ok = write_file(a.json, json_of(samples)); !ok) return ok;
+    if (auto ok = bench::write_file(a.json, json_of(samples)); !ok) return ok;
   }
   if (a.into.empty()) return {};
-  return write_into(a.into, fmt::format("    {}\n\n{}", command_of(a.words), text));
+  const std::string command = bench::command_of("degeneracy", a.words, {"--json", "--into"});
+  return bench::write_into(a.into, "degeneracy", command, text);
 }
 
 }  // namespace
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench
 
 /// Exit code: 0 done, 2 wrong arguments or a file that cannot be written.
 int main(int argc, char** argv) {
-  const auto arguments = rali::blindness::parse_arguments(argc, argv);
-  if (!arguments) {
-    fmt::print(stderr, "{}\n", arguments.error().message());
-    return 2;
-  }
-  if (arguments->help) {
-    fmt::print("{}", rali::blindness::help_text());
-    return 0;
-  }
-  if (auto ok = rali::blindness::main_with(*arguments); !ok) {
+  const auto arguments = rali::degeneracy_bench::parse_arguments(argc, argv);
+  if (!arguments) return arguments.error();
+  if (auto ok = rali::degeneracy_bench::main_with(*arguments); !ok) {
     fmt::print(stderr, "{}\n", ok.error().message());
     return 2;
   }

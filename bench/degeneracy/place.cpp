@@ -5,7 +5,7 @@
 #include "rali/base/rng.hpp"
 #include "rali/sim/tunnels/tunnels.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 namespace {
 
@@ -43,4 +43,4 @@ Result<sim::World> make_place(std::string_view name, std::uint64_t seed) {
               "The places are" + known + " and every other scene of the simulator.");
 }
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

@@ -6,7 +6,7 @@
 
 #include "rali/sim/world.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 /// Scenes of the simulator by name, and tunnels with little to hold on to: those are where a
 /// detector can err to both sides.
@@ -21,4 +21,4 @@ inline constexpr std::array<std::string_view, 11> kPlaces{
 /// another place of the same kind.
 [[nodiscard]] Result<sim::World> make_place(std::string_view name, std::uint64_t seed);
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

@@ -8,7 +8,7 @@
 #include "rali/base/rng.hpp"
 #include "rali/sim/lidar_sensor.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 using geometry::SE3;
 using geometry::Vec3;
@@ -148,4 +148,4 @@ Status drive(const DriveOptions& o, const StationListener& listener) {
   return {};
 }
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

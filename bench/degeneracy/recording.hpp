@@ -10,7 +10,7 @@
 #include "rali/sensor/lidar_scan.hpp"
 #include "rali/sim/simulation.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 /// Who else drives in the place.
 enum class Other { kNobody, kAhead, kStanding };
@@ -41,4 +41,4 @@ using StationListener = std::function<void(const Station&, const sensor::Calibra
 /// sweeps. Errors (kUsage): no such place, or too many people.
 [[nodiscard]] Status drive(const DriveOptions& options, const StationListener& listener);
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

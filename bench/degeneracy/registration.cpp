@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 using geometry::Mat6;
 using geometry::SE3;
@@ -130,4 +130,4 @@ Achieved TrueMap::register_from_aside() {
   return out;
 }
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

@@ -7,7 +7,7 @@
 #include "rali/odometry/robust/settings.hpp"
 #include "recording.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 /// What registration without any prior achieves at one place (algorithms 3.4).
 struct Achieved {
@@ -58,4 +58,4 @@ class TrueMap {
   geometry::Vec3 p_body_lidar_ = geometry::Vec3::Zero();
 };
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

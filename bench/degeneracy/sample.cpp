@@ -10,7 +10,7 @@
 #include "rali/geometry/pca3.hpp"
 #include "rali/odometry/paper/planar_features.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 using geometry::Mat3;
 using geometry::Mat6;
@@ -120,4 +120,4 @@ void Judge::judge(const Station& station, const sensor::Calibration& calibration
   samples_.push_back(out);
 }
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

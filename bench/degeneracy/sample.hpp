@@ -7,7 +7,7 @@
 #include "rali/degeneracy/information.hpp"
 #include "registration.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 /// What is compared. Low score = blind.
 enum class Detector { kPaper, kLambda3, kZhang, kZhangShift, kRaw, kChance, kAware };
@@ -56,4 +56,4 @@ class Judge {
   std::vector<Sample> samples_;
 };
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

@@ -11,7 +11,7 @@
 #include "rali/degeneracy/roc.hpp"
 #include "rali/eval/statistics.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 using degeneracy::Judged;
 
@@ -165,4 +165,4 @@ std::string json_of(const std::vector<Sample>& samples) {
   return rows.dump(1) + "\n";
 }
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

@@ -5,7 +5,7 @@
 
 #include "sample.hpp"
 
-namespace rali::blindness {
+namespace rali::degeneracy_bench {
 
 /// Each detector for each number of rings, one set of thresholds; other vehicles masked.
 [[nodiscard]] std::string detector_table(const std::vector<Sample>& samples);
@@ -16,4 +16,4 @@ namespace rali::blindness {
 /// Every figure of every scan.
 [[nodiscard]] std::string json_of(const std::vector<Sample>& samples);
 
-}  // namespace rali::blindness
+}  // namespace rali::degeneracy_bench

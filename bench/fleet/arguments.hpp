@@ -19,12 +19,11 @@ struct Arguments {
   std::string cache_dir, dump_dir;
   std::string into;                ///< FILE:NAME, the tables go there as well
   std::vector<std::string> words;  ///< as given
-  bool help = false;
 };
 
-/// Errors (kUsage): unknown options, scenes, rows or numbers.
-[[nodiscard]] Result<Arguments> parse_arguments(int argc, const char* const* argv);
-
-[[nodiscard]] std::string help_text();
+/// @return the arguments, or the exit code with which the program ends: 0 after --help, 2 where
+/// they
+///         are wrong (a sentence on stderr).
+[[nodiscard]] tl::expected<Arguments, int> parse_arguments(int argc, const char* const* argv);
 
 }  // namespace rali::fleet_bench

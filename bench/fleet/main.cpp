@@ -4,6 +4,7 @@
 
 #include "arguments.hpp"
 #include "cloud.hpp"
+#include "common/command_line.hpp"
 #include "common/document.hpp"
 #include "rounds.hpp"
 #include "score.hpp"
@@ -57,16 +58,11 @@ int report(const Arguments& a, const std::vector<Scores>& runs, bool all_done) {
   if (a.per_run) fmt::print("{}\n", run_table(runs));
   const std::string tables = tables_of(runs);
   fmt::print("{}", tables);
-  if (const std::size_t colon = a.into.rfind(':'); colon != std::string::npos) {
+  if (!a.into.empty()) {
     const std::string command =
         bench::command_of("fleet_bench", a.words, {"--cache", "--into", "--dump"});
-    const Status written =
-        bench::write_into(a.into.substr(0, colon), "fleet_bench", a.into.substr(colon + 1),
-                          fmt::format("    {}\n\n{}", command, tables));
-    if (!written) {
-      fmt::print(stderr, "{}\n", written.error().message());
-      return 2;
-    }
+    const Status written = bench::write_into(a.into, "fleet_bench", command, tables);
+    if (!written) return bench::wrong(written);
   }
   return all_done ? 0 : 1;
 }
@@ -90,13 +86,5 @@ int main_with(const Arguments& a) {
 
 int main(int argc, char** argv) {
   const auto arguments = rali::fleet_bench::parse_arguments(argc, argv);
-  if (!arguments) {
-    fmt::print(stderr, "{}\n", arguments.error().message());
-    return 2;
-  }
-  if (arguments->help) {
-    fmt::print("{}", rali::fleet_bench::help_text());
-    return 0;
-  }
-  return rali::fleet_bench::main_with(*arguments);
+  return arguments ? rali::fleet_bench::main_with(*arguments) : arguments.error();
 }

@@ -6,19 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "common/command_line.hpp"
 #include "common/document.hpp"
 #include "parts.hpp"
 
 namespace rali::frames_bench {
 namespace {
-
-constexpr const char* kHelp =
-    "frames: frames between vehicles, as tables\n"
-    "  geometries N      the geometries of algorithms_fleet 7.2, N runs each\n"
-    "  starts N          N random starts of fleets, with and without prior\n"
-    "  recorded          recorded fleets with unknown start frames\n"
-    "  --data DIR        holds range_slam; default: RALI_DATA_DIR\n"
-    "  --into FILE:NAME  the table also between '<!-- frames NAME -->' and '<!-- end -->'\n";
 
 struct Arguments {
   std::string part, data_dir, into;
@@ -26,27 +19,24 @@ struct Arguments {
   std::vector<std::string> words;
 };
 
-Result<Arguments> parse(int argc, const char* const* argv) {
+/// The arguments, or the exit code with which the program ends.
+tl::expected<Arguments, int> parse_arguments(int argc, const char* const* argv) {
   Arguments a;
   a.words.assign(argv + 1, argv + argc);
-  for (std::size_t i = 0; i < a.words.size(); ++i) {
-    const std::string& word = a.words[i];
-    const bool has_value = i + 1 < a.words.size();
-    if (word == "recorded") {
-      a.part = word;
-    } else if ((word == "geometries" || word == "starts") && has_value) {
-      a.part = word;
-      a.number = std::atoi(a.words[++i].c_str());
-      if (a.number < 1 || a.number > 100000) {
-        return fail(ErrorCode::kUsage, word, "the number must be 1 to 100000");
-      }
-    } else if ((word == "--data" || word == "--into") && has_value) {
-      (word == "--data" ? a.data_dir : a.into) = a.words[++i];
-    } else {
-      return fail(ErrorCode::kUsage, word, "this is no part or option, or lacks its value");
-    }
-  }
-  if (a.part.empty()) return fail(ErrorCode::kUsage, {}, "say which part");
+  CLI::App app("frames: frames between vehicles, as tables");
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.add_option("--data", a.data_dir, "holds range_slam; default: RALI_DATA_DIR");
+  bench::add_into(app, "frames", a.into);
+  const auto counted = [&](const char* name, const char* help) {
+    CLI::App* part = app.add_subcommand(name, help);
+    part->add_option("N", a.number, "runs")->required()->check(CLI::Range(1, 100000));
+  };
+  counted("geometries", "each geometry in which ranges place a vehicle, N runs each");
+  counted("starts", "N random starts of fleets, with and without prior");
+  app.add_subcommand("recorded", "recorded fleets with unknown start frames");
+  if (const auto code = bench::ended_by(app, argc, argv)) return tl::make_unexpected(*code);
+  a.part = app.get_subcommands().front()->get_name();
   return a;
 }
 
@@ -72,23 +62,15 @@ int main_with(const Arguments& a) {
   }
   fmt::print("{}", *text);
   if (a.into.empty()) return 0;
-  const std::size_t colon = a.into.rfind(':');
   const std::string command = bench::command_of("frames", a.words, {"--data", "--into"});
-  const Status written = bench::write_into(
-      a.into.substr(0, colon), "frames", colon == std::string::npos ? "" : a.into.substr(colon + 1),
-      fmt::format("    {}\n\n{}", command, *text));
-  if (!written) fmt::print(stderr, "{}\n", written.error().message());
-  return written ? 0 : 2;
+  const Status written = bench::write_into(a.into, "frames", command, *text);
+  return written ? 0 : bench::wrong(written);
 }
 
 }  // namespace
 }  // namespace rali::frames_bench
 
 int main(int argc, char** argv) {
-  const auto arguments = rali::frames_bench::parse(argc, argv);
-  if (!arguments) {
-    fmt::print(stderr, "{}\n{}", arguments.error().message(), rali::frames_bench::kHelp);
-    return 2;
-  }
-  return rali::frames_bench::main_with(*arguments);
+  const auto arguments = rali::frames_bench::parse_arguments(argc, argv);
+  return arguments ? rali::frames_bench::main_with(*arguments) : arguments.error();
 }

@@ -25,7 +25,7 @@ vehicles:
 rounds:
   - {anchor: v1, routes: {v2: [[2, -1.2], [8, -0.3], [200, 0]]}}
 uwb: {max_range_m: 400}
-motion: {speed_mps: 1.0, rest_s: 6}
+motion: {speed_mps: 1.0, standstill_s: 6}
 """
 KINDS = ("single", "lidar-only", "fleet", "tunnel")
 LOW, HIGH = 0.2, 4.0

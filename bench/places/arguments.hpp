@@ -19,12 +19,11 @@ struct Arguments {
   places::PlacesSettings settings;
   std::string cache_dir;
   bool stages = false;  ///< instead of the study
-  bool help = false;
 };
 
-/// Errors (kUsage) name the option.
-[[nodiscard]] Result<Arguments> parse_arguments(int argc, const char* const* argv);
-
-[[nodiscard]] std::string help_text();
+/// @return the arguments, or the exit code with which the program ends: 0 after --help, 2 where
+/// they
+///         are wrong (a sentence on stderr).
+[[nodiscard]] tl::expected<Arguments, int> parse_arguments(int argc, const char* const* argv);
 
 }  // namespace rali::recognition

@@ -51,14 +51,7 @@ Status main_with(const Arguments& a) {
 /// Exit code: 0 done, 2 wrong arguments.
 int main(int argc, char** argv) {
   const auto arguments = rali::recognition::parse_arguments(argc, argv);
-  if (!arguments) {
-    fmt::print(stderr, "{}\n", arguments.error().message());
-    return 2;
-  }
-  if (arguments->help) {
-    fmt::print("{}", rali::recognition::help_text());
-    return 0;
-  }
+  if (!arguments) return arguments.error();
   if (auto ok = rali::recognition::main_with(*arguments); !ok) {
     fmt::print(stderr, "{}\n", ok.error().message());
     return 2;

@@ -1,10 +1,10 @@
 // Cost and optimum of public pose graphs: one row per graph and start.
-// usage: posegraph [FOLDER [NAME]]   (only graphs whose name contains NAME)
 #include <cstdlib>
 #include <filesystem>
 
 #include <fmt/format.h>
 
+#include "common/command_line.hpp"
 #include "common/cpu_time.hpp"
 #include "problem.hpp"
 
@@ -88,10 +88,14 @@ bool run(const std::filesystem::path& folder, const std::string& only) {
 int main(int argc, char** argv) {
   const char* from_user = std::getenv("RALI_DATA_DIR");
   const std::filesystem::path data = from_user != nullptr ? from_user : RALI_DATA_DIR;
-  const std::filesystem::path folder = argc > 1 ? argv[1] : data / "posegraphs";
+  std::string folder = (data / "posegraphs").string(), only;
+  CLI::App app("posegraph: cost and optimum of public pose graphs, one row per graph and start");
+  app.add_option("FOLDER", folder, "holds the graphs; default: RALI_DATA_DIR/posegraphs");
+  app.add_option("NAME", only, "only graphs whose name contains it");
+  if (const auto code = rali::bench::ended_by(app, argc, argv)) return *code;
   if (!std::filesystem::is_directory(folder)) {
-    fmt::print(stderr, "NO DATA, NOT MEASURED: {} is not there\n", folder.string());
+    fmt::print(stderr, "NO DATA, NOT MEASURED: {} is not there\n", folder);
     return 1;
   }
-  return rali::posegraph::run(folder, argc > 2 ? argv[2] : "") ? 0 : 1;
+  return rali::posegraph::run(folder, only) ? 0 : 1;
 }

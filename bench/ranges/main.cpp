@@ -5,7 +5,8 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
-#include "document.hpp"
+#include "common/command_line.hpp"
+#include "common/document.hpp"
 #include "pair_chain.hpp"
 #include "slam_table.hpp"
 
@@ -75,9 +76,9 @@ int main_with(const Arguments& a) {
   if (a.slam) add("range_slam", slam_part);
   fmt::print("{}", text);
   if (a.into.empty() || !all_done) return all_done ? 0 : 1;
-  const Status written = write_into(a.into, fmt::format("    {}\n\n{}", command_of(a.words), text));
-  if (!written) fmt::print(stderr, "{}\n", written.error().message());
-  return written ? 0 : 2;
+  const std::string command = bench::command_of("ranges", a.words, {"--data", "--into"});
+  const Status written = bench::write_into(a.into, "ranges", command, text);
+  return written ? 0 : bench::wrong(written);
 }
 
 }  // namespace
@@ -85,13 +86,5 @@ int main_with(const Arguments& a) {
 
 int main(int argc, char** argv) {
   const auto arguments = rali::ranges_bench::parse_arguments(argc, argv);
-  if (!arguments) {
-    fmt::print(stderr, "{}\n", arguments.error().message());
-    return 2;
-  }
-  if (arguments->help) {
-    fmt::print("{}", rali::ranges_bench::help_text());
-    return 0;
-  }
-  return rali::ranges_bench::main_with(*arguments);
+  return arguments ? rali::ranges_bench::main_with(*arguments) : arguments.error();
 }

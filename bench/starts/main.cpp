@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "common/command_line.hpp"
 #include "run.hpp"
 
 namespace rali::bench {
@@ -115,6 +115,6 @@ int main(int argc, char** argv) {
   app.add_option("--variants", options.variants, "forward, backward, half, half_backward");
   app.add_flag("--poses", options.poses, "print each pose of what failed");
   app.add_flag("--all", options.all, "print each run");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = rali::bench::ended_by(app, argc, argv)) return *code;
   return rali::bench::run(options);
 }

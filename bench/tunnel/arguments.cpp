@@ -1,18 +1,13 @@
 #include "arguments.hpp"
 
-#include <functional>
-#include <map>
-
 #include <fmt/format.h>
 
+#include "common/command_line.hpp"
 #include "common/words.hpp"
-#include "rali/config/yaml_tree.hpp"
 
 namespace rali::tunnel {
 
 namespace {
-
-using Setter = std::function<Status(const std::string&, Arguments&)>;
 
 Status set_suite(const std::string& name, Arguments& a) {
   auto suite = suite_of(name);
@@ -44,44 +39,6 @@ Status set_lidar(const std::string& text, Arguments& a) {
   return {};
 }
 
-Status set_duration(const std::string& text, Arguments& a) {
-  if (config::parse_double(text, a.duration_s) && a.duration_s >= 0.0) return {};
-  return fail(ErrorCode::kUsage, "--duration", fmt::format("\"{}\" is no number of seconds", text));
-}
-
-Status set_seeds(const std::string& text, Arguments& a) {
-  auto seeds = bench::parse_seeds(text);
-  if (!seeds) return tl::make_unexpected(seeds.error());
-  a.seeds = std::move(*seeds);
-  return {};
-}
-
-Setter text_into(std::string Arguments::*member) {
-  return [member](const std::string& text, Arguments& a) -> Status {
-    a.*member = text;
-    return {};
-  };
-}
-
-const std::map<std::string, Setter>& setters() {
-  static const std::map<std::string, Setter> kSetters{
-      {"--suite", set_suite},
-      {"--rows", set_rows},
-      {"--seeds", set_seeds},
-      {"--lidar", set_lidar},
-      {"--duration", set_duration},
-      {"--set",
-       [](const std::string& text, Arguments& a) -> Status {
-         a.settings.push_back(text);
-         return {};
-       }},
-      {"--cache", text_into(&Arguments::cache_dir)},
-      {"--dump", text_into(&Arguments::dump_dir)},
-      {"--json", text_into(&Arguments::json)},
-      {"--into", text_into(&Arguments::into)}};
-  return kSetters;
-}
-
 /// Before a long recording is cast.
 Status check_rows(const Arguments& a) {
   for (const Row& row : a.suite.rows) {
@@ -92,43 +49,38 @@ Status check_rows(const Arguments& a) {
   return {};
 }
 
-}  // namespace
-
-Result<Arguments> parse_arguments(int argc, const char* const* argv) {
-  Arguments a;
-  if (auto ok = set_suite("acceptance", a); !ok) return tl::make_unexpected(ok.error());
-  a.words.assign(argv + 1, argv + argc);
-  for (int i = 1; i < argc; ++i) {
-    const std::string name = argv[i];
-    if (name == "--help" || name == "-h") {
-      a.help = true;
-      return a;
-    }
-    const auto setter = setters().find(name);
-    if (setter == setters().end()) {
-      return fail(ErrorCode::kUsage, {}, fmt::format("there is no option \"{}\"", name),
-                  "--help lists the options.");
-    }
-    if (i + 1 == argc) return fail(ErrorCode::kUsage, name, "this option needs a value");
-    if (auto ok = setter->second(argv[++i], a); !ok) return tl::make_unexpected(ok.error());
+/// The rows that are asked for, with settings that can be.
+Status choose_rows(const std::string& suite, const std::string& rows, Arguments& a) {
+  if (auto ok = set_suite(suite, a); !ok) return ok;
+  if (!rows.empty()) {
+    if (auto ok = set_rows(rows, a); !ok) return ok;
   }
-  if (auto ok = check_rows(a); !ok) return tl::make_unexpected(ok.error());
-  return a;
+  return check_rows(a);
 }
 
-std::string help_text() {
-  return "tunnel: a vehicle held by ranges to one that stands, in simulated places\n"
-         "  --suite acceptance       or harm, ablation, mesh\n"
-         "  --rows 1,3-4             these rows of the suite only; after --suite\n"
-         "  --seeds 1,2,5-8          default: 101-104\n"
-         "  --lidar rs16             or vlp16, hdl32e, hdl64e, os1_64, os0_128, livox\n"
-         "  --duration S             the first S seconds of each recording\n"
-         "  --set key=value          of the vehicle, e.g. ranging.gate.chi2=6\n"
-         "  --cache DIR              keep cast sweeps there (rs16: 90 kB each)\n"
-         "  --dump DIR               errors per sweep and per range (CSV)\n"
-         "  --json FILE              all figures of all runs\n"
-         "  --into FILE:NAME         the tables also between '<!-- tunnel NAME -->' and\n"
-         "                           '<!-- end -->' of a Markdown file\n";
+}  // namespace
+
+tl::expected<Arguments, int> parse_arguments(int argc, const char* const* argv) {
+  Arguments a;
+  std::string suite = "acceptance", rows;
+  a.words.assign(argv + 1, argv + argc);
+  CLI::App app("tunnel: a vehicle constrained by ranges to one that stands, in simulated places");
+  app.add_option("--suite", suite, "acceptance, harm, ablation or mesh; default: acceptance");
+  app.add_option("--rows", rows, "1,3-4: these rows of the suite only");
+  bench::add_seeds(app, a.seeds);
+  bench::add_text(
+      app, "--lidar", [&a](const std::string& name) { return set_lidar(name, a); },
+      "rs16, vlp16, hdl32e, hdl64e, os1_64, os0_128, livox; default: rs16");
+  app.add_option("--duration", a.duration_s, "the first seconds of each recording; 0: all")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--set", a.settings, "KEY=VALUE of the vehicle, e.g. ranging.gate.chi2=6");
+  app.add_option("--cache", a.cache_dir, "keep cast scans there (rs16: 90 kB each)");
+  app.add_option("--dump", a.dump_dir, "errors per scan and per range (CSV)");
+  app.add_option("--json", a.json, "file with all figures of all runs");
+  bench::add_into(app, "tunnel", a.into);
+  if (const auto code = bench::ended_by(app, argc, argv)) return tl::make_unexpected(*code);
+  if (auto ok = choose_rows(suite, rows, a); !ok) return tl::make_unexpected(bench::wrong(ok));
+  return a;
 }
 
 }  // namespace rali::tunnel

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
+#include "common/command_line.hpp"
 #include "common/document.hpp"
 #include "score.hpp"
 #include "table.hpp"
@@ -62,16 +63,12 @@ int report(const Arguments& a, std::vector<Run> runs, bool all_done) {
   fmt::print("{}", tables);
   Status written;
   if (!a.json.empty()) written = bench::write_file(a.json, json_of(scores));
-  if (const std::size_t colon = a.into.rfind(':'); written && colon != std::string::npos) {
+  if (written && !a.into.empty()) {
     const std::string command =
         bench::command_of("tunnel", a.words, {"--cache", "--into", "--dump", "--json"});
-    written = bench::write_into(a.into.substr(0, colon), "tunnel", a.into.substr(colon + 1),
-                                fmt::format("    {}\n\n{}", command, tables));
+    written = bench::write_into(a.into, "tunnel", command, tables);
   }
-  if (!written) {
-    fmt::print(stderr, "{}\n", written.error().message());
-    return 2;
-  }
+  if (!written) return bench::wrong(written);
   return all_done ? 0 : 1;
 }
 
@@ -95,13 +92,5 @@ int main_with(const Arguments& a) {
 
 int main(int argc, char** argv) {
   const auto arguments = rali::tunnel::parse_arguments(argc, argv);
-  if (!arguments) {
-    fmt::print(stderr, "{}\n", arguments.error().message());
-    return 2;
-  }
-  if (arguments->help) {
-    fmt::print("{}", rali::tunnel::help_text());
-    return 0;
-  }
-  return rali::tunnel::main_with(*arguments);
+  return arguments ? rali::tunnel::main_with(*arguments) : arguments.error();
 }

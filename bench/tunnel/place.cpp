@@ -121,8 +121,8 @@ sim::UwbOptions radios(std::uint64_t seed, double burst_share) {
   Rng rng(seed, "pair bias");
   o.pair_bias_m = std::clamp(kBiasSigma_m * rng.normal(), -kBiasMost_m, kBiasMost_m);
   o.pair_bias_sd_m = 0.0;
-  o.outlier_share = 0.01;
-  o.clear_burst_share = burst_share;
+  o.outlier_fraction = 0.01;
+  o.clear_burst_fraction = burst_share;
   o.max_range_m = 300.0;
   o.sensitivity_dbm = -112.0;  // heard along the whole of a tunnel
   return o;

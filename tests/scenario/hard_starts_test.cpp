@@ -33,7 +33,7 @@ Outcome drive(const Start& start, double duration_s) {
   options.scene = start.scene;
   options.seed = start.seed;
   options.pedestrians = start.pedestrians;
-  options.motion.rest_s = start.rest_s;
+  options.motion.standstill_s = start.rest_s;
   options.duration_s = duration_s;
   auto simulation = sim::make_simulation(options);
   EXPECT_TRUE(simulation);

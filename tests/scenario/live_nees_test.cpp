@@ -31,7 +31,7 @@ double drive(std::uint64_t seed) {
   sim::SimOptions options;
   options.scene = sim::Scene::kFloor;
   options.seed = seed;
-  options.motion.rest_s = 3.0;
+  options.motion.standstill_s = 3.0;
   options.duration_s = 12.0;
   auto simulation = sim::make_simulation(options);
   EXPECT_TRUE(simulation);

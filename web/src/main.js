@@ -18,7 +18,7 @@ function vehicle_plots(v) {
     {title: 'position error', unit: 'm', from_zero: true,
       series: [['sigma', 'expected (1 sigma)', v.colour], ['ape', 'measured', GREY, {dash: [3, 2]}]]},
     {title: 'error along the least observable direction', unit: 'm', log: true,
-      series: [['off', 'expected (1 sigma)', '#006094'], ['along', 'measured where blind', '#d55e00', DOTS]]},
+      series: [['off', 'expected (1 sigma)', '#006094'], ['along', 'measured where degenerate', '#d55e00', DOTS]]},
     {title: 'degree of degeneracy', unit: '', y_label: 'lambda2 / lambda3', log: true, series: [['degree', 'degree', v.colour]]},
     {title: 'heading of the least observable axis', unit: '°', series: [['heading', 'heading', '#5b6675', DOTS]], least: 10},
   ];
@@ -64,7 +64,7 @@ const TRUTH_PLOTS = [
   {title: 'position error after the best fit', unit: 'm', column: 'ape', from_zero: true},
   {title: 'rotation error', unit: '°', column: 'rot', from_zero: true},
   {title: 'error in height', unit: 'm', column: 'ez'},
-  {title: 'error along the blind axis', unit: 'm', column: 'along'},
+  {title: 'error along the degenerate axis', unit: 'm', column: 'along'},
   {title: 'error over its stated sigma (about 1 expected)', unit: '', y_label: 'ratio', column: 'ratio', log: true, mark: 1},
 ];
 

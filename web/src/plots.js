@@ -161,7 +161,7 @@ export function line_plot(holder, spec) {
 }
 
 const SIGHT_KINDS = ['good', 'partial', 'degenerate'];
-const SIGHT_WORDS = ['all directions observed', 'one direction weak', 'blind along one axis'];
+const SIGHT_WORDS = ['all directions observed', 'one direction weak', 'degenerate along one axis'];
 const HELD_KINDS = ['good', 'by_range', 'by_imu', 'by_nothing'];
 const HELD_WORDS = ['LiDAR', 'ranges', 'inertia alone', 'nothing'];
 

@@ -77,7 +77,7 @@ void add_blind(std::vector<Row>& rows) {
   const auto blind = [](const TrackScore& s, auto text) {
     return s.blind && s.blind->along_m.count > 0 ? text(*s.blind) : std::string(kNotKnown);
   };
-  rows.push_back({"blind, fraction of the distance [%]", [](const TrackScore& s) {
+  rows.push_back({"degenerate, fraction of the distance [%]", [](const TrackScore& s) {
                     return s.blind ? percent(s.blind->way_share) : std::string(kNotKnown);
                   }});
   rows.push_back({"  error along it, rmse [m]", [blind](const TrackScore& s) {

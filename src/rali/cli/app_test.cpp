@@ -294,6 +294,37 @@ TEST(Completion, of_bash_is_accepted_by_bash) {
   EXPECT_EQ(code, 0);
 }
 
+/// Nothing where zsh is not installed: the other shells are tested everywhere.
+TEST(Completion, of_zsh_is_accepted_by_zsh_and_ends_with_what_it_completes) {
+  if (std::system("command -v zsh > /dev/null") != 0) GTEST_SKIP() << "zsh is not installed";
+  const io::TestFolder folder;
+  const std::string script = folder.write("_rali", completion_script("zsh", all_commands()));
+  // compinit finds the file by its first line.
+  EXPECT_EQ(std::system(("zsh -f -n " + script).c_str()), 0);
+  const std::string check =
+      folder.write("check.zsh", "fpath=(" + folder.path() +
+                                    " $fpath)\nautoload -U compinit\ncompinit -D -u\n"
+                                    "[[ $_comps[rali] == _rali ]] || exit 1\n"
+                                    "function _arguments { print -rl -- \"$@\" }\n"
+                                    "words=(rali map --pre) CURRENT=3\n"
+                                    "[[ \"$(_rali)\" == *'--preset['*':NAME:(robust paper)'* ]]\n");
+  EXPECT_EQ(std::system(("zsh -f " + check).c_str()), 0);
+}
+
+TEST(Help, of_the_program_the_manual_page_and_the_documents_have_the_same_exit_codes) {
+  const std::string help = program_help(all_commands()), manual = cli_manual(all_commands());
+  const std::string page = man_page(all_commands());
+  for (const ExitCode& code : exit_codes()) {
+    const std::string number(code.number);
+    EXPECT_NE(help.find(number + ' ' + std::string(code.brief)), std::string::npos) << help;
+    EXPECT_NE(manual.find("| " + number + " | " + std::string(code.meaning) + " |"),
+              std::string::npos)
+        << number;
+    EXPECT_NE(page.find(".B " + number + '\n' + std::string(code.meaning)), std::string::npos)
+        << number;
+  }
+}
+
 TEST(ManPage, has_every_command_and_option_and_no_line_that_troff_takes_for_a_macro) {
   const std::string page = man_page(all_commands());
   std::istringstream lines(page);

@@ -6,17 +6,10 @@
 #include <vector>
 
 #include "rali/base/result.hpp"
+#include "rali/cli/exit_codes.hpp"
 #include "rali/cli/session.hpp"
 
 namespace rali::cli {
-
-/// What the program ends with (docs/reference/cli.md).
-inline constexpr int kExitDone = 0;
-inline constexpr int kExitBelowAsked = 1;
-inline constexpr int kExitNotStarted = 2;
-inline constexpr int kExitGaps = 3;
-inline constexpr int kExitMachine = 4;
-inline constexpr int kExitInternal = 5;
 
 /// The exit code of an error; `kInterrupted` is the signal's own code.
 [[nodiscard]] int exit_code_of(const Error& error, int signal_number);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "rali/cli/parse.hpp"
+#include "rali/cli/zsh_completion.hpp"
 
 namespace rali::cli {
 namespace {
@@ -101,11 +102,7 @@ std::string fish_completion(const CommandList& commands) {
 std::string completion_script(const std::string& shell, const CommandList& commands) {
   if (shell == "bash") return bash_completion(commands);
   if (shell == "fish") return fish_completion(commands);
-  if (shell == "zsh") {
-    return "# zsh completion of rali; load it with: source <(rali completion zsh)\n"
-           "autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bashcompinit\n" +
-           bash_completion(commands);
-  }
+  if (shell == "zsh") return zsh_completion(commands);
   return {};
 }
 

@@ -62,6 +62,20 @@ std::string usage_line(Command& command) {
   return fmt::format("rali {} {}{}[options]", command.name(), input, input.empty() ? "" : " ");
 }
 
+/// A code and its words stay on one line.
+std::string exit_code_lines() {
+  std::string text, line = "exit codes:";
+  for (const ExitCode& code : exit_codes()) {
+    const std::string entry = fmt::format("{} {}", code.number, code.brief);
+    if (line.size() + entry.size() + 2 > kColumns) {
+      text += line + '\n';
+      line = std::string(11, ' ');
+    }
+    line += (line.ends_with(' ') || line.ends_with(':') ? " " : "  ") + entry;
+  }
+  return text + line + '\n';
+}
+
 std::string escaped_cell(std::string text) {
   for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2)) {
     text.insert(at, "\\");
@@ -78,12 +92,11 @@ std::string program_help(const CommandList& commands) {
   for (const auto& command : commands) {
     if (!command->hidden()) text += wrapped("  " + command->name(), command->summary(), 16);
   }
-  return text +
-         "\n  rali map run1.bag                 one vehicle, topics found\n"
-         "  rali map fleet.yaml -o out        vehicles and sensors named in a file\n\n"
-         "`rali COMMAND -h` lists the options, `rali --version` the version.\n"
-         "exit codes: 0 done  1 below what was asked  2 not started  3 done with gaps\n"
-         "            4 stopped by the machine  5 internal fault  130, 143 interrupted\n";
+  text +=
+      "\n  rali map run1.bag                 one vehicle, topics found\n"
+      "  rali map fleet.yaml -o out        vehicles and sensors named in a file\n\n"
+      "`rali COMMAND -h` lists the options, `rali --version` the version.\n";
+  return text + exit_code_lines();
 }
 
 std::string command_help(Command& command, bool all) {
@@ -111,15 +124,10 @@ std::string cli_manual(const CommandList& commands) {
       "Results go to stdout, progress and messages to stderr. Messages read\n"
       "`rali: error: FILE:WHERE: what is wrong. What to do.` Colour and the live line appear only\n"
       "on a terminal and without `NO_COLOR`; elsewhere there is one line per 10 %.\n\n"
-      "| exit code | meaning |\n|---|---|\n"
-      "| 0 | done, as asked |\n"
-      "| 1 | done, but below what was asked |\n"
-      "| 2 | not started: usage, settings, unreadable or unfit input |\n"
-      "| 3 | done with gaps: damaged input, vehicles not joined, a diverged stretch |\n"
-      "| 4 | stopped by the machine: disk full, memory, permission; what is whole is kept |\n"
-      "| 5 | internal fault (a bug) |\n"
-      "| 130, 143 | stopped by SIGINT, SIGTERM: outputs finished up to the time reached; a second "
-      "signal stops at once |\n";
+      "| exit code | meaning |\n|---|---|\n";
+  for (const ExitCode& code : exit_codes()) {
+    text += fmt::format("| {} | {} |\n", code.number, code.meaning);
+  }
   for (const auto& command : commands) {
     if (command->hidden()) continue;
     text += fmt::format("\n## rali {}\n\n{}.\n\n```\n{}\n", command->name(), command->summary(),

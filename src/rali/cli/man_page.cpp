@@ -52,17 +52,6 @@ std::string command_section(Command& command) {
   return text + fmt::format(".PP\nExit codes: {}.\n", troff(command.exit_codes()));
 }
 
-constexpr const char* kExitCodes =
-    ".TP\n.B 0\ndone, as asked\n"
-    ".TP\n.B 1\ndone, but below what was asked\n"
-    ".TP\n.B 2\nnot started: usage, settings, unreadable or unfit input\n"
-    ".TP\n.B 3\ndone with gaps: damaged input, vehicles not joined, a diverged stretch, a map "
-    "that\n"
-    "contradicts itself\n"
-    ".TP\n.B 4\nstopped by the machine: disk full, memory, permission; what is whole is kept\n"
-    ".TP\n.B 5\ninternal fault\n"
-    ".TP\n.B 130, 143\nstopped by SIGINT, SIGTERM: outputs are finished up to the time reached\n";
-
 }  // namespace
 
 std::string man_page(const CommandList& commands) {
@@ -81,7 +70,9 @@ std::string man_page(const CommandList& commands) {
     if (!command->hidden()) text += command_section(*command);
   }
   text += ".SH EXIT STATUS\n";
-  text += kExitCodes;
+  for (const ExitCode& code : exit_codes()) {
+    text += fmt::format(".TP\n.B {}\n{}\n", code.number, troff(std::string(code.meaning)));
+  }
   return text + ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nno colour and no live line on a terminal\n";
 }
 

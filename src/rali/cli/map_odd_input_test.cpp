@@ -112,7 +112,7 @@ std::vector<Odd> odd_recordings() {
   add("all twice", 0, "", [](OddRecording& r) { r.twice = true; });
   add("stamps of 0", 0, "the record time is used", [](OddRecording& r) { r.zero_stamps = true; });
   add("three points", 3, "", [](OddRecording& r) { r.rings = 1, r.columns = 3; });
-  add("one ring", 3, "blind: v1 100 %", [](OddRecording& r) { r.rings = 1; });
+  add("one ring", 3, "degenerate: v1 100 %", [](OddRecording& r) { r.rings = 1; });
   add("300 rings", 0, "", [](OddRecording& r) { r.rings = 300, r.columns = 60; });
   return all;
 }

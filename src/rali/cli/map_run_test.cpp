@@ -171,7 +171,7 @@ TEST(MapSummary, tells_the_run_in_a_few_lines) {
   EXPECT_EQ(summary_text(summary_of(2), "out/report.html"),
             "out/report.html\n2 vehicles, each in a frame of its own\n"
             "path 512 + 498 m, 1204 keyframes, 0 map points\n"
-            "blind: v1 8 %, v2 27 % of the distance travelled\n"
+            "degenerate: v1 8 %, v2 27 % of the distance travelled\n"
             "expected position error (1 sigma): median 0.06 m, worst 0.31 m (v2, 388 s)\n"
             "check: 40 of 43 keyframes see enough walls to contradict the map; no contradiction\n"
             "gaps: none\n");
@@ -217,10 +217,9 @@ TEST(MapSummary, tells_what_ranges_held_and_why_others_did_not) {
   summary.vehicles[1].blind_held_share = 0.5;
   const std::string text = summary_text(summary, "out");
   // 0.5 * 0.27 * 498 m of 0.08 * 512 m + 0.27 * 498 m
-  EXPECT_NE(
-      text.find(
-          "blind: v1 8 %, v2 27 % of the distance travelled; constrained by ranges 38 % of it\n"),
-      std::string::npos)
+  EXPECT_NE(text.find("degenerate: v1 8 %, v2 27 % of the distance travelled; constrained by "
+                      "ranges 38 % of it\n"),
+            std::string::npos)
       << text;
   EXPECT_NE(text.find("ranges: 9602 used, 638 rejected (412 nlos, 201 outlier, 25 no pose)\n"),
             std::string::npos)
@@ -283,13 +282,13 @@ TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
   progress.blind_share = 0.08;
   progress.stage = "odometry";
   EXPECT_EQ(progress_line(progress, true, 41.0),
-            "v1 [#########-----]  62 %  6.4x  312 m  blind  8 %  ETA 0:41");
-  EXPECT_EQ(progress_line(progress, false, -1.0), "v1  62 %  6.4x  312 m  blind  8 %");
+            "v1 [#########-----]  62 %  6.4x  312 m  degenerate  8 %  ETA 0:41");
+  EXPECT_EQ(progress_line(progress, false, -1.0), "v1  62 %  6.4x  312 m  degenerate  8 %");
   EXPECT_EQ(progress_line(progress, false, 4000.0).substr(33), "  ETA 1:06:40");
   progress.ranges = 5120;
   progress.ranges_used = 4812;
   EXPECT_EQ(progress_line(progress, false, -1.0),
-            "v1  62 %  6.4x  312 m  blind  8 %  ranges 4812/5120");
+            "v1  62 %  6.4x  312 m  degenerate  8 %  ranges 4812/5120");
   progress.share = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(progress_line(progress, true, -1.0).substr(0, 24), "v1 [--------------]   0 ");
 }

@@ -93,23 +93,25 @@ std::string sigma_line(const MapSummary& summary) {
       median_m, worst->sigma_max_m, worst->name, at_s);
 }
 
-/// "blind: v1 8 %, v2 27 % of the distance travelled; constrained by ranges 94 % of it".
+/// "degenerate: v1 8 %, v2 27 % of the distance travelled; constrained by ranges 94 % of it".
 /// Nothing where no vehicle has a pose.
-std::string blind_line(const MapSummary& summary) {
-  std::vector<std::string> shares;
+std::string degenerate_line(const MapSummary& summary) {
+  std::vector<std::string> fractions;
   for (const VehicleSummary& v : summary.vehicles) {
     if (!has_pose(v)) continue;
-    shares.push_back(fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share));
+    fractions.push_back(fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share));
   }
-  if (shares.empty()) return {};
-  std::string line = fmt::format("blind: {} of the distance travelled", fmt::join(shares, ", "));
-  double blind_m = 0.0, held_m = 0.0;
+  if (fractions.empty()) return {};
+  std::string line =
+      fmt::format("degenerate: {} of the distance travelled", fmt::join(fractions, ", "));
+  double degenerate_m = 0.0, constrained_m = 0.0;
   for (const VehicleSummary& v : summary.vehicles) {
-    blind_m += v.blind_share * v.path_m;
-    held_m += v.blind_held_share * v.blind_share * v.path_m;
+    degenerate_m += v.blind_share * v.path_m;
+    constrained_m += v.blind_held_share * v.blind_share * v.path_m;
   }
-  if (summary.ranges.total > 0 && blind_m > 0.0) {
-    line += fmt::format("; constrained by ranges {:.0f} % of it", 100.0 * held_m / blind_m);
+  if (summary.ranges.total > 0 && degenerate_m > 0.0) {
+    line +=
+        fmt::format("; constrained by ranges {:.0f} % of it", 100.0 * constrained_m / degenerate_m);
   }
   return line + '\n';
 }
@@ -203,7 +205,7 @@ std::string summary_text(const MapSummary& summary, const std::string& page) {
   if (summary.removed_points > 0)
     text += fmt::format(", {} moving removed", summary.removed_points);
   text += loops_words(summary);
-  text += '\n' + rounds_line(summary) + blind_line(summary) + sigma_line(summary);
+  text += '\n' + rounds_line(summary) + degenerate_line(summary) + sigma_line(summary);
   text += ranges_line(summary);
   text += check_line(summary);
   text += gaps_line(summary);

@@ -110,8 +110,8 @@ std::string progress_line(const drive::Progress& progress, bool bar, double eta_
   if (progress.stage != "odometry") {
     line += "  " + progress.stage;
   } else {
-    line += fmt::format("  {:.1f}x  {:.0f} m  blind {:2.0f} %", progress.speed, progress.path_m,
-                        100.0 * progress.blind_share);
+    line += fmt::format("  {:.1f}x  {:.0f} m  degenerate {:2.0f} %", progress.speed,
+                        progress.path_m, 100.0 * progress.blind_share);
     if (progress.ranges > 0) {
       line += fmt::format("  ranges {}/{}", progress.ranges_used, progress.ranges);
     }

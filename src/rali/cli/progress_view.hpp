@@ -26,7 +26,7 @@ class ProgressView final : public drive::ProgressSink {
   std::chrono::steady_clock::time_point shown_since_;
 };
 
-/// "v1 [#########-----]  62 %  6.4x  312 m  blind  8 %  ETA 0:41"; without a bar if not `bar`.
+/// "v1 [#########-----]  62 %  6.4x  312 m  degenerate  8 %  ETA 0:41"; without a bar if not `bar`.
 /// @param eta_s below 0: not known.
 [[nodiscard]] std::string progress_line(const drive::Progress& progress, bool bar, double eta_s);
 

@@ -67,6 +67,25 @@ TEST_F(Simulate, names_an_old_setting_with_its_new_name) {
       << refused.err;
 }
 
+TEST_F(Simulate, one_vehicle_alone_has_no_antennas_of_which_a_map_would_warn) {
+  ASSERT_EQ(simulate({"tunnel", "-o", folder_, "--vehicles", "1", "--duration", "0.2", "-q"}).code,
+            0);
+  EXPECT_EQ(bytes("fleet.yaml").find("antennas"), std::string::npos) << bytes("fleet.yaml");
+}
+
+TEST_F(Simulate, an_old_key_of_the_scene_is_read_with_a_notice) {
+  const Outcome done =
+      simulate({"tunnel", "-o", folder_, "--duration", "0.2", "-q", "--set", "motion.rest_s=1"});
+  ASSERT_EQ(done.code, 0) << done.err;
+  EXPECT_NE(bytes("scene.yaml").find("  standstill_s: 1\n"), std::string::npos);
+  const Outcome loud =
+      simulate({"tunnel", "-o", folder_ + "/b", "--duration", "0.2", "--set", "motion.rest_s=1"});
+  EXPECT_NE(loud.err.find("rali: warning: command line: motion.rest_s is called "
+                          "motion.standstill_s now."),
+            std::string::npos)
+      << loud.err;
+}
+
 TEST_F(Simulate, its_scene_yaml_gives_the_same_recording_again) {
   ASSERT_EQ(simulate({"tunnel", "-o", folder_, "--duration", "0.2", "--seed", "3", "-q"}).code, 0);
   const std::string first = bytes("v1.mcap");

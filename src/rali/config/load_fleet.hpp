@@ -38,11 +38,12 @@ struct Overrides {
 /// Hash of every effective value; paths count as given.
 [[nodiscard]] std::uint64_t hash_fleet(const FleetConfig& config);
 
-/// docs/reference/settings.md: the public settings by symptom, with default, what is allowed, and
-/// meaning.
-[[nodiscard]] std::string settings_manual();
+enum class SettingsShown {
+  kPublic,  ///< by symptom: docs/reference/settings.md
+  kAll,     ///< the unstable ones too, by group
+};
 
-/// Every setting, the unstable ones too, by group.
-[[nodiscard]] std::string full_settings_manual();
+/// Settings with default, what is allowed, and meaning, as a page.
+[[nodiscard]] std::string settings_manual(SettingsShown shown);
 
 }  // namespace rali::config

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -16,6 +17,14 @@ constexpr std::string_view kIntroduction =
 `settings.` may be left out. Later ones win: default, preset, carrier, file, command line. The
 `settings.yaml` of a run names the origin of each value and is itself a valid `fleet.yaml`.
 )";
+
+constexpr std::string_view kPublicNames =
+    "These settings keep their names. `rali help-settings --all` prints all others too; those are "
+    "unstable:\nthey work in files and with `--set`, but may change with any release.\n";
+
+constexpr std::string_view kAllNames =
+    "Keys with (public) keep their names. All others are unstable: they may change with any "
+    "release.\n";
 
 constexpr std::string_view kNotes = R"(
 ## Notes
@@ -39,69 +48,69 @@ map). Residuals stand in metrics.json under `site`, and map.las is written in si
 `output.frame` moves `trajectory/` from the body to the LiDAR or the IMU; all other files keep the body.
 )";
 
-FleetConfig one_vehicle() {
-  FleetConfig config;
-  config.vehicles.emplace_back();
-  config.vehicles.back().recordings = {"v1.bag"};
-  return config;
-}
+/// One heading with its table.
+struct Section {
+  std::string heading;
+  std::string advice;
+  FieldList fields;
+};
 
 std::string group_of(const std::string& key) {
   const std::size_t dot = key.rfind('.');
   return dot == std::string::npos ? std::string() : key.substr(0, dot);
 }
 
-}  // namespace
-
-std::string settings_manual() {
-  FleetConfig config = one_vehicle();
-  const FieldList all = fleet_fields(config, "");
-  std::string text = "# Settings\n\nMade by `rali help-settings`; do not edit.\n\n";
-  text += kIntroduction;
-  text +=
-      "\nThese settings keep their names. `rali help-settings --all` prints all others too; those "
-      "are "
-      "unstable:\nthey work in files and with `--set`, but may change with any release.\n";
+/// The public ones, by what they cure.
+std::vector<Section> by_symptom(const FieldList& all) {
+  std::vector<Section> sections;
   for (const SymptomGroup& group : public_settings()) {
-    text += fmt::format("\n## {}\n\n{}{}", group.symptom, group.advice,
-                        group.advice.empty() ? "" : "\n\n");
-    FieldList fields;
+    Section section{std::string(group.symptom), std::string(group.advice), {}};
     for (const std::string_view key : group.keys) {
       const auto field =
           std::find_if(all.begin(), all.end(), [&](const Field& f) { return f.key == key; });
-      if (field != all.end()) fields.push_back(*field);
+      if (field != all.end()) section.fields.push_back(*field);
     }
-    text += manual_table(fields);
+    sections.push_back(std::move(section));
   }
-  text += kNotes;
-  return text;
+  return sections;
 }
 
-std::string full_settings_manual() {
-  FleetConfig config = one_vehicle();
-  const FieldList all = fleet_fields(config, "");
-  std::string text = "# All settings\n\nMade by `rali help-settings --all`.\n\n";
-  text += kIntroduction;
-  text +=
-      "Keys with (public) keep their names. All others are unstable: they may change with any "
-      "release.\n";
+/// All of them, as they stand in a file.
+std::vector<Section> by_group(const FieldList& all) {
+  std::vector<Section> sections;
   std::vector<std::string> groups;
   for (const Field& field : all) {
-    if (std::find(groups.begin(), groups.end(), group_of(field.key)) == groups.end()) {
-      groups.push_back(group_of(field.key));
+    const std::string group = group_of(field.key);
+    const auto at = std::find(groups.begin(), groups.end(), group);
+    const auto index = static_cast<std::size_t>(at - groups.begin());
+    if (at == groups.end()) {
+      groups.push_back(group);
+      const std::string& help = field.group_help;
+      sections.push_back(
+          {(group.empty() ? "fleet.yaml" : group) + (help.empty() ? "" : ": " + help), {}, {}});
     }
+    sections[index].fields.push_back(field);
+    if (field.visibility == Visibility::kPublic) sections[index].fields.back().help += " (public)";
   }
-  for (const std::string& group : groups) {
-    FieldList fields;
-    for (const Field& field : all) {
-      if (group_of(field.key) != group) continue;
-      fields.push_back(field);
-      if (field.visibility == Visibility::kPublic) fields.back().help += " (public)";
-    }
-    const std::string& help = fields.front().group_help;
-    text += fmt::format("\n## {}{}{}\n\n{}", group.empty() ? "fleet.yaml" : group,
-                        help.empty() ? "" : ": ", help, manual_table(fields));
+  return sections;
+}
+
+}  // namespace
+
+std::string settings_manual(SettingsShown shown) {
+  FleetConfig config;
+  config.vehicles.emplace_back();
+  config.vehicles.back().recordings = {"v1.bag"};
+  const FieldList all = fleet_fields(config, "");
+  const bool some = shown == SettingsShown::kPublic;
+  std::string text = fmt::format("# {}\n\nMade by `rali help-settings{}`; do not edit.\n\n{}\n{}",
+                                 some ? "Settings" : "All settings", some ? "" : " --all",
+                                 kIntroduction, some ? kPublicNames : kAllNames);
+  for (const Section& section : some ? by_symptom(all) : by_group(all)) {
+    text += fmt::format("\n## {}\n\n{}{}{}", section.heading, section.advice,
+                        section.advice.empty() ? "" : "\n\n", manual_table(section.fields));
   }
+  if (some) text += kNotes;
   return text;
 }
 

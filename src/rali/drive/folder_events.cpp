@@ -260,7 +260,7 @@ void no_imu_finding(const std::string& folder, InputReport& report) {
   f.severity = Severity::kInfo;
   f.vehicle = report.vehicle;
   f.text = fmt::format(
-      "{}{} no imu.csv. Mapping with LiDAR alone; blind directions are constrained by "
+      "{}{} no imu.csv. Mapping with LiDAR alone; degenerate directions are constrained by "
       "ranges only",
       folder, folder.ends_with('/') ? ":" : "/:");
   report.findings.push_back(std::move(f));

@@ -155,7 +155,7 @@ void Examination::finish(DoctorReport& report) {
     out.push_back(
         make_finding("D10", Severity::kWarning, "",
                      {"no inertial data: mapping with LiDAR alone",
-                      "blind directions are constrained by ranges only, gravity is not known",
+                      "degenerate directions are constrained by ranges only, gravity is not known",
                       "Record the IMU with the LiDAR."}));
   }
 }

@@ -104,17 +104,18 @@ TEST(BlindSentence, names_metres_constraint_and_the_largest_error) {
   rows[154].sigma_m = 0.31;
   EXPECT_EQ(
       blind_sentence_of(read(rows)),
-      "v2 was blind along its path for 190 of 200 m, constrained by ranges to v1 for all of it; "
-      "the expected error there is at most 0.31 m along its path, at 154 s (1 sigma)");
+      "v2 was degenerate along its path for 190 of 200 m, constrained by ranges to v1 for "
+      "all of it; the expected error there is at most 0.31 m along its path, at 154 s (1 sigma)");
 }
 
 TEST(BlindSentence, says_how_far_off_it_may_be_where_nothing_held_it) {
   std::vector<Row> rows = tunnel("range", 150, 0.1);
   rows.insert(rows.end(), 40, Row{1, 12.0, "", "nothing"});
-  EXPECT_EQ(blind_sentence_of(read(rows)),
-            "v2 was blind along its path for 190 of 200 m, constrained by ranges to v1 for 79 % of "
-            "it; nothing constrained it for 40.0 m: the expected error there is 12.0 m along its "
-            "path (1 sigma)");
+  EXPECT_EQ(
+      blind_sentence_of(read(rows)),
+      "v2 was degenerate along its path for 190 of 200 m, constrained by ranges to v1 for 79 % of "
+      "it; nothing constrained it for 40.0 m: the expected error there is 12.0 m along its "
+      "path (1 sigma)");
 }
 
 TEST(BlindSentence, never_rounds_up_to_all_and_hides_no_single_metre) {
@@ -128,22 +129,22 @@ TEST(BlindSentence, never_rounds_up_to_all_and_hides_no_single_metre) {
 
 TEST(BlindSentence, promises_no_size_that_is_not_known) {
   std::vector<Row> rows = tunnel("nothing", 30, kUnknown);
-  EXPECT_EQ(
-      blind_sentence_of(read(rows)),
-      "v2 was blind along its path for 30.0 of 40.0 m; nothing constrained it there: how large "
-      "the error is there is not known");
+  EXPECT_EQ(blind_sentence_of(read(rows)),
+            "v2 was degenerate along its path for 30.0 of 40.0 m; nothing constrained it there: "
+            "how large the error is there is not known");
 }
 
 TEST(BlindSentence, tells_axes_from_the_motion) {
   std::vector<Row> across = tunnel("range", 30, 0.1);
   for (Row& row : across) row.axis_x = 0.0, row.axis_y = 1.0;
-  EXPECT_NE(blind_sentence_of(read(across)).find("blind across its path for"), std::string::npos);
+  EXPECT_NE(blind_sentence_of(read(across)).find("degenerate across its path for"),
+            std::string::npos);
 }
 
 TEST(BlindSentence, judges_a_vehicle_that_stood_by_time) {
   const std::string text = blind_sentence_of(read(tunnel("imu", 30, 0.05), "", 0.001));
   EXPECT_EQ(text.substr(0, text.find(" for 30.0")),
-            "v2 stood still and was blind along a level axis");
+            "v2 stood still and was degenerate along a level axis");
   EXPECT_NE(text.find("for 30.0 of 40.0 s, constrained by inertia and standstill for all of it"),
             std::string::npos)
       << text;
@@ -152,7 +153,7 @@ TEST(BlindSentence, judges_a_vehicle_that_stood_by_time) {
 TEST(BlindSentence, takes_names_as_text) {
   const std::string text = blind_sentence_of(read(tunnel("range", 30, 0.1), "", 1.0, "<b>x"));
   EXPECT_EQ(text.find("<b>"), std::string::npos);
-  EXPECT_NE(text.find("&lt;b&gt;x was blind"), std::string::npos);
+  EXPECT_NE(text.find("&lt;b&gt;x was degenerate"), std::string::npos);
 }
 
 TEST(DegeneracyFile, of_an_older_version_is_read_without_the_new_columns) {
@@ -194,7 +195,7 @@ TEST(Report, shows_the_honest_sentence_of_a_tunnel) {
   ASSERT_TRUE(run);
   const std::string page = report_html(*run);
   for (const char* text :
-       {"blind, constrained by nothing", "Largest uncertainty:</b> v2: nothing constrained it",
+       {"degenerate, constrained by nothing", "Largest uncertainty:</b> v2: nothing constrained it",
         "nothing constrained it there: the expected error there is 3.00 m", "\xE2\x9C\x97 bad"}) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
   }

@@ -29,7 +29,7 @@ constexpr std::array<std::string_view, kRangeFateCount> kFateWords = {"used",
                                                                       "too late",
                                                                       "unknown radio",
                                                                       "not needed",
-                                                                      "across the blind axis",
+                                                                      "across the degenerate axis",
                                                                       "unknown reason"};
 
 void note_name(const std::string& name, std::vector<std::string>& names) {

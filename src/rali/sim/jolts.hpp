@@ -13,12 +13,12 @@ namespace rali::sim {
 /// lift it, and tyres that stick and slip let it lag behind its wheels and then jump. All zero: no
 /// steps.
 struct JoltOptions {
-  double joint_every_m = 0.0;  ///< distance between joints; 0: none
-  double joint_m = 0.0;        ///< height of a step, sd over joints
-  double slip_every_m = 0.0;   ///< distance between slips; 0: none
-  double slip_m = 0.0;         ///< length of a jump along the heading, sd over slips
-  double step_s = 0.0;         ///< duration of a step
-  double felt_ratio = 0.0;     ///< part of the steps that the inertial sensor feels
+  double joint_every_m = 0.0;   ///< distance between joints; 0: none
+  double joint_m = 0.0;         ///< height of a step, sd over joints
+  double slip_every_m = 0.0;    ///< distance between slips; 0: none
+  double slip_m = 0.0;          ///< length of a jump along the heading, sd over slips
+  double step_s = 0.0;          ///< duration of a step
+  double measured_ratio = 0.0;  ///< part of the steps that the inertial sensor measures
 
   template <class V>
   void visit(V& v) {
@@ -27,7 +27,8 @@ struct JoltOptions {
     v("slip_every_m", slip_every_m, 0.0, 100.0, "distance between slips of the tyres, 0: none");
     v("slip_m", slip_m, 0.0, 0.05, "sd of the length of a slip");
     v("step_s", step_s, 0.0, 0.2, "duration of one step of the body");
-    v("felt_ratio", felt_ratio, 0.0, 1.0, "part of the steps that the inertial sensor feels");
+    v("measured_ratio", measured_ratio, 0.0, 1.0,
+      "part of the steps that the inertial sensor measures");
   }
 };
 
@@ -45,7 +46,7 @@ class Jolts {
 
   [[nodiscard]] bool empty() const { return joints_.every_m <= 0.0 && slips_.every_m <= 0.0; }
 
-  [[nodiscard]] double felt_ratio() const { return options_.felt_ratio; }
+  [[nodiscard]] double measured_ratio() const { return options_.measured_ratio; }
 
  private:
   /// Steps at random distances, sizes normal.

@@ -46,11 +46,11 @@ double LidarSensor::measured_range_m(const Hit& hit, float neighbour_m) {
                          static_cast<double>(hit.cos_incidence) * reach * reach;
     if (light < 3.0 && drop_.uniform() > 1.0 - std::exp(-3.0 * light)) return 0.0;
   }
-  if (options_.mixed_share > 0.0 && neighbour_m > 0.0F) {
+  if (options_.mixed_fraction > 0.0 && neighbour_m > 0.0F) {
     // The beam is about as wide as the step between firings: at an edge it lights both surfaces,
     // and if these are nearer than a pulse length, the sensor reports something in between.
     const double gap = static_cast<double>(neighbour_m) - range;
-    if (std::abs(gap) > 0.15 && std::abs(gap) < 1.5 && edge_.uniform() < options_.mixed_share) {
+    if (std::abs(gap) > 0.15 && std::abs(gap) < 1.5 && edge_.uniform() < options_.mixed_fraction) {
       range += edge_.uniform() * gap;
     }
   }

@@ -21,8 +21,8 @@ struct LidarOptions {
   double resolution_m = 0.002;  ///< step of the reported range; max_range_m fits in 65535 steps
   double min_range_m = 0.4;
   double max_range_m = 100.0;
-  bool dropouts = true;       ///< weak returns (far, dark, grazing) get lost
-  double mixed_share = 0.25;  ///< of points at range edges that lie between the surfaces
+  bool dropouts = true;          ///< weak returns (far, dark, grazing) get lost
+  double mixed_fraction = 0.25;  ///< of points at range edges that lie between the surfaces
 
   /// Typical precision, resolution and reach of this model's data sheet.
   [[nodiscard]] static LidarOptions of(Lidar kind);
@@ -34,7 +34,7 @@ struct LidarOptions {
     v("min_range_m", min_range_m, 0.0, 10.0, "nearer returns are lost");
     v("max_range_m", max_range_m, 1.0, 1000.0, "farther returns are lost");
     v("dropouts", dropouts, "weak returns get lost");
-    v("mixed_share", mixed_share, 0.0, 1.0, "share of edge points between two surfaces");
+    v("mixed_fraction", mixed_fraction, 0.0, 1.0, "fraction of edge points between two surfaces");
   }
 };
 

@@ -21,8 +21,8 @@ constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 /// Way driven at every kSpacing_s: rest, drive, rest.
 std::vector<double> way_over_time(const Route& route, const MotionOptions& o, Rng& rng) {
-  const SpeedProfile profile(route, o, o.rest_s > 0.0, rng);
-  std::vector<double> speed(static_cast<std::size_t>(o.rest_s / kSpacing_s), 0.0);
+  const SpeedProfile profile(route, o, o.standstill_s > 0.0, rng);
+  std::vector<double> speed(static_cast<std::size_t>(o.standstill_s / kSpacing_s), 0.0);
   constexpr std::size_t kLimit = 2'000'000;  // 11 h: no options lead there
   for (double s = 0.0; s < route.length_m() - 0.02 && speed.size() < kLimit;) {
     const double v = std::max(profile.at(s), 0.05 * o.speed_factor);
@@ -97,7 +97,7 @@ std::vector<Vec6> free_controls(const Route& route, const std::vector<double>& w
   std::vector<Vec6> controls(way.size());
   // Sway grows over two seconds after the rest and never stops at once; a recording that begins
   // in motion begins in full sway.
-  double strength = o.rest_s > 0.0 ? 0.0 : 1.0;
+  double strength = o.standstill_s > 0.0 ? 0.0 : 1.0;
   for (std::size_t i = 0; i < way.size(); ++i) {
     if (way[i] > 0.0) strength = std::min(1.0, strength + kSpacing_s / 2.0);
     const double scale = strength * strength * (3.0 - 2.0 * strength) * o.suspension;

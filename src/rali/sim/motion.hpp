@@ -16,7 +16,7 @@ struct MotionOptions {
   Carrier carrier = Carrier::kCart;
   double speed_mps = 1.4;  ///< on straights, before speed_factor; varies by +-30 %
   double speed_factor = 1.0;
-  double rest_s = 3.0;              ///< standing at the start; 0: the recording starts in motion
+  double standstill_s = 3.0;        ///< standing at the start; 0: the recording starts in motion
   double acceleration_mps2 = 0.6;   ///< along the way
   double yaw_rate_max_radps = 0.7;  ///< slows down in bends
   double body_height_m = 0.25;      ///< of the body's origin above the ground
@@ -29,7 +29,7 @@ struct MotionOptions {
     v.choice("carrier", carrier, kCarrierNames, "what carries the sensors");
     v("speed_mps", speed_mps, 0.1, 10.0, "speed on straights");
     v("speed_factor", speed_factor, 0.1, 5.0, "scale of all speeds");
-    v("rest_s", rest_s, 0.0, 60.0, "standing time at the start, 0 starts in motion");
+    v("standstill_s", standstill_s, 0.0, 60.0, "standing time at the start, 0 starts in motion");
     v("acceleration_mps2", acceleration_mps2, 0.05, 5.0, "acceleration along the way");
     v("yaw_rate_max_radps", yaw_rate_max_radps, 0.1, 3.0, "fastest turn");
     v("body_height_m", body_height_m, 0.0, 3.0, "height of the body above the ground");

@@ -25,7 +25,7 @@ double tilt(const Trajectory& t, double from_s, double to_s) {
 TEST(Motion, a_recording_that_begins_in_motion_begins_without_a_blow) {
   const Route straight({{0, 0, 0}, {30, 0, 0}}, 1.0);
   MotionOptions o;
-  o.rest_s = 0.0;
+  o.standstill_s = 0.0;
   o.wander_m = 0.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Trajectory t = make_trajectory(straight, o, seed);

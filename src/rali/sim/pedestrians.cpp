@@ -94,7 +94,7 @@ void Pedestrians::put(Body& body, const Vec3& feet, const Vec3& ahead, double wa
 void Pedestrians::place(Companion& companion, double t_s) const {
   const Escort& e = companion.escort;
   const Trajectory& path = *companion.trajectory;
-  const double s = path.distance_m(std::clamp(t_s, e.begin_s, e.end_s)) + e.gap_m;
+  const double s = path.distance_m(std::clamp(t_s, e.start_s, e.end_s)) + e.gap_m;
   geometry::SE3 T = path.pose_at(path.time_at_distance_s(std::max(0.0, s)));
   const double yaw = std::atan2(T.R(1, 0), T.R(0, 0));
   const Vec3 ahead(std::cos(yaw), std::sin(yaw), 0.0);

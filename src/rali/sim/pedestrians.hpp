@@ -22,7 +22,7 @@ struct Escort {
   int vehicle = 0;
   double gap_m = 2.0;                  ///< ahead of the vehicle along its path; negative: behind
   double side_m = 0.0;                 ///< to the left of that path
-  double begin_s = 0.0, end_s = 30.0;  ///< since the start; before and after: stands there
+  double start_s = 0.0, end_s = 30.0;  ///< since the start; before and after: stands there
   bool cart = false;                   ///< a vehicle of nobody's fleet instead of a person
 
   template <class V>
@@ -30,7 +30,7 @@ struct Escort {
     v("vehicle", vehicle, 0, kVehiclesMax - 1, "index of the vehicle it goes with");
     v("gap_m", gap_m, -100.0, 100.0, "ahead along the vehicle's path, negative: behind");
     v("side_m", side_m, -20.0, 20.0, "to the left of that path");
-    v("begin_s", begin_s, 0.0, 36000.0, "stands until then");
+    v("start_s", start_s, 0.0, 36000.0, "stands until then");
     v("end_s", end_s, 0.0, 36000.0, "and from then on");
     v("cart", cart, "a vehicle of nobody's fleet instead of a person");
   }

@@ -45,7 +45,7 @@ TEST(LidarSensor, points_of_a_ring_stand_at_its_angle_and_on_the_wall) {
 
 TEST(LidarSensor, range_noise_has_the_stated_spread_and_no_bias) {
   LidarOptions o;
-  o.mixed_share = 0.0;
+  o.mixed_fraction = 0.0;
   const auto noisy = scan_of(hall(), Lidar::kRs16, o, SE3{});
   o.noise_m = 0.0;
   const auto clean = scan_of(hall(), Lidar::kRs16, o, SE3{});
@@ -81,7 +81,7 @@ TEST(LidarSensor, edges_give_some_points_between_the_surfaces) {
   mesh.add_box({9.0, 0.0, -3.0}, {0.2, 2.0, 6.0}, 0.0, 0.6);
   LidarOptions o;
   o.noise_m = 0.0;
-  o.mixed_share = 1.0;
+  o.mixed_fraction = 1.0;
   const auto count_between = [&] {
     const auto scan = scan_of(mesh, Lidar::kRs16, o, SE3{});
     int between = 0;
@@ -92,7 +92,7 @@ TEST(LidarSensor, edges_give_some_points_between_the_surfaces) {
     return between;
   };
   EXPECT_GT(count_between(), 5);
-  o.mixed_share = 0.0;
+  o.mixed_fraction = 0.0;
   EXPECT_EQ(count_between(), 0);
 }
 

@@ -19,7 +19,7 @@ SimOptions quiet(Scene scene) {
   o.ranging.resolution_m = 0.001;
   o.ranging.max_range_m = 60.0;
   o.ranging.dropouts = false;
-  o.ranging.mixed_share = 0.0;
+  o.ranging.mixed_fraction = 0.0;
   return o;
 }
 

@@ -75,11 +75,11 @@ geometry::SE3 Trajectory::pose_at(double t_s) const {
 }
 
 Vec3 Trajectory::felt_jolt_mps2(double t_s, double sample_s) const {
-  if (!jolts_ || jolts_->felt_ratio() <= 0.0) return Vec3::Zero();
+  if (!jolts_ || jolts_->measured_ratio() <= 0.0) return Vec3::Zero();
   const auto offset = [&](double t) {
     return Vec3(smooth_pose_at(place(t)).R * jolt_at(t).head<3>());
   };
-  return jolts_->felt_ratio() / (sample_s * sample_s) *
+  return jolts_->measured_ratio() / (sample_s * sample_s) *
          (offset(t_s) - 2.0 * offset(t_s - sample_s) + offset(t_s - 2.0 * sample_s));
 }
 

@@ -147,7 +147,7 @@ TEST(Motion, rest_is_rest_and_a_start_in_motion_moves_at_once) {
   const Trajectory resting = make_trajectory(route, o, 1);
   EXPECT_LT(resting.at(2.0).v_world_mps.norm(), 1e-12);
   EXPECT_LT(resting.at(2.0).a_world_mps2.norm(), 1e-9);
-  o.rest_s = 0.0;
+  o.standstill_s = 0.0;
   EXPECT_GT(make_trajectory(route, o, 1).at(0.0).v_world_mps.norm(), 0.5);
 }
 

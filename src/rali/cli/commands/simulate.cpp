@@ -17,6 +17,7 @@
 #include "rali/drive/tbb_executor.hpp"
 #include "rali/io/files/text.hpp"
 #include "rali/scenario/recording/write_recording.hpp"
+#include "rali/scenario/scene/old_scene_keys.hpp"
 #include "rali/scenario/scene/scene_fields.hpp"
 
 namespace rali::cli {
@@ -225,10 +226,11 @@ Status SimulateCommand::assign(SceneSetup& setup) const {
   config::Origins origins;
   for (const std::string& assignment : assignments_) {
     if (closed_loop_ && is_mission_key(assignment)) continue;
-    const Result<config::Node> map = config::parse_assignment(assignment);
-    if (!map) return tl::make_unexpected(map.error());
+    const Result<config::Node> given = config::parse_assignment(assignment);
+    if (!given) return tl::make_unexpected(given.error());
+    const config::Node map = scenario::with_current_scene_keys(*given, setup.notices);
     const config::FieldList fields = scenario::scene_fields(setup, ".");
-    if (Status s = config::apply_map(*map, "", "command line", fields, origins); !s) return s;
+    if (Status s = config::apply_map(map, "", "command line", fields, origins); !s) return s;
   }
   return {};
 }
@@ -327,6 +329,7 @@ Result<int> SimulateCommand::run(Session& session) {
   if (Status s = check(session); !s) return tl::make_unexpected(s.error());
   const Result<SceneSetup> scene = setup();
   if (!scene) return tl::make_unexpected(scene.error());
+  for (const std::string& notice : scene->notices) session.warning(printable(notice) + '.');
   const Result<RecordingSummary> summary = record(*scene, session);
   session.live_line("");
   if (!summary) return tl::make_unexpected(summary.error());

@@ -92,7 +92,8 @@ class HelpSettingsCommand final : public Command {
   [[nodiscard]] bool hidden() const override { return true; }
 
   [[nodiscard]] Result<int> run(Session& session) override {
-    session.result(all_ ? config::full_settings_manual() : config::settings_manual());
+    session.result(config::settings_manual(all_ ? config::SettingsShown::kAll
+                                                : config::SettingsShown::kPublic));
     return kExitDone;
   }
 

@@ -43,9 +43,8 @@ Finding finding_of(const PoseRecord& begin, const PoseRecord& end, Time t_first,
   f.t = begin.t;
   f.t_end = end.t;
   f.text = fmt::format(
-      "blind along the path from {:.0f} to {:.0f} s, and no range constrained the vehicle: its "
-      "position "
-      "there is known to {:.1f} m (1 sigma)",
+      "degenerate along the path from {:.0f} to {:.0f} s, and no range constrained the vehicle: "
+      "its position there is known to {:.1f} m (1 sigma)",
       seconds_between(t_first, begin.t), seconds_between(t_first, end.t), most_m);
   f.effect = "the map may be longer or shorter there by as much";
   f.remedy =

@@ -10,7 +10,7 @@ wire::DiagnosticStatus degeneracy_status(const std::string& vehicle, const PoseR
   wire::DiagnosticStatus status;
   status.level = pose.blind ? wire::DiagnosticStatus::kWarn : wire::DiagnosticStatus::kOk;
   status.name = vehicle + "/degeneracy";
-  status.message = pose.blind ? "blind along one direction" : "all directions are seen";
+  status.message = pose.blind ? "degenerate along one direction" : "all directions are observed";
   status.hardware_id = vehicle;
   if (pose.degree) status.values.emplace_back("degree", fmt::format("{:.6f}", *pose.degree));
   if (std::isfinite(pose.sigma_blind_m)) {

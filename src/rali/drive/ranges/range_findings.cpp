@@ -43,9 +43,9 @@ std::string remedy_of(RangeReason reason) {
     case RangeReason::kNoPose:
       return "A range needs two vehicles with data at its time, one at standstill, and its "
              "position "
-             "(priors, or ranges while the LiDAR is not blind).";
+             "(priors, or ranges where the LiDAR is not degenerate).";
     case RangeReason::kNotNeeded:
-      return "Preset paper uses ranges at keyframes that its detector calls blind: see "
+      return "Preset paper uses ranges at keyframes that its detector calls degenerate: see "
              "vehicle.paper_degree.deg_above and odometry.paper.keyframe_s, or take preset robust.";
     default:
       return "See ranges.csv and rali doctor.";

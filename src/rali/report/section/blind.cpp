@@ -69,7 +69,7 @@ std::vector<Entry> entries_of(const RunData& run) {
 }
 
 std::string table_html(const std::vector<Entry>& entries) {
-  Table table({"vehicle", "from", "to", "distance", "blind axis", "constrained by",
+  Table table({"vehicle", "from", "to", "distance", "degenerate axis", "constrained by",
                "expected error along it (1 sigma)"});
   for (std::size_t i = 0; i < std::min(entries.size(), kSpansMax); ++i) {
     const BlindSpan& b = *entries[i].b;
@@ -98,7 +98,7 @@ std::string peak_cell(const OffPeak& peak) {
 }
 
 std::string vehicles_table(const RunData& run) {
-  Table table({"vehicle", "distance", "blind", "constrained by ranges",
+  Table table({"vehicle", "distance", "degenerate", "constrained by ranges",
                "constrained by inertia alone", "constrained by nothing", "no range received",
                "largest expected error (1 sigma)"});
   for (const VehicleView& v : run.vehicles) {
@@ -130,7 +130,7 @@ std::string blind_html(const RunData& run) {
   const auto& all = run.vehicles;
   const auto known = [](const VehicleView& v) { return v.blind_way.known; };
   if (std::none_of(all.begin(), all.end(), known)) {
-    return absent("There is no degeneracy file: where the LiDAR was blind is not known.");
+    return absent("There is no degeneracy file: where the LiDAR was degenerate is not known.");
   }
   const std::vector<Entry> entries = entries_of(run);
   if (entries.empty() && std::all_of(all.begin(), all.end(), known)) {
@@ -138,10 +138,10 @@ std::string blind_html(const RunData& run) {
   }
   std::string html = std::string(kHeldFigure) + vehicles_table(run);
   if (entries.empty()) return html;
-  return html + "<h4>Blind stretches, the worst first</h4>" + table_html(entries) +
+  return html + "<h4>Degenerate stretches, the worst first</h4>" + table_html(entries) +
          "<p class=\"note\">Expected error: from the covariance of the final poses along the "
-         "blind axis, relative to where the map starts; errors of earlier stretches are in it. "
-         "Two of three errors are smaller if the covariance is right. A vehicle that stood is "
+         "degenerate axis, relative to where the map starts; errors of earlier stretches are in "
+         "it. Two of three errors are smaller if the covariance is right. A vehicle that stood is "
          "judged by time, others by distance. No range received: none within 2 s, used or "
          "not.</p>\n";
 }

@@ -139,13 +139,13 @@ std::string unheld_words(const VehicleView& v) {
 std::string blind_sentence_of(const VehicleView& v) {
   if (!v.blind_way.known) {
     const double held = v.numbers.blind_held_share.value_or(0.0);
-    return fmt::format("{} was blind on {} of its path, {}", escaped(v.name),
+    return fmt::format("{} was degenerate on {} of its path, {}", escaped(v.name),
                        percent(v.numbers.blind_share),
                        held > 0.0 ? percent(held) + " of that constrained by ranges"
                                   : std::string("constrained by no range"));
   }
   std::string text =
-      fmt::format("{} {}blind {} for {}", escaped(v.name),
+      fmt::format("{} {}degenerate {} for {}", escaped(v.name),
                   stood(v) ? "stood still and was " : "was ", axis_words(v), part_words(v));
   text += held_words(v);
   const std::string unheld = unheld_words(v);

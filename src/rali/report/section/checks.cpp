@@ -96,12 +96,12 @@ const VehicleView* least_held(const RunData& run) {
 std::string unheld_found(const VehicleView& v) {
   const std::string words = unheld_words(v);
   if (v.blind_way.known && !words.empty()) return escaped(v.name) + ": " + words;
-  return fmt::format("{}: {} of its path blind and constrained by {}", escaped(v.name),
+  return fmt::format("{}: {} of its path degenerate and constrained by {}", escaped(v.name),
                      percent(unheld_share(v)), v.blind_way.known ? "nothing" : "no range");
 }
 
 Check blind_check(const RunData& run) {
-  Check check{CheckState::kNotChecked, "blind directions", "not known"};
+  Check check{CheckState::kNotChecked, "degenerate directions", "not known"};
   std::size_t known = 0, blind = 0;
   for (const VehicleView& v : run.vehicles) {
     known += blindness_known(v) ? 1 : 0;

@@ -56,7 +56,7 @@ void add_vehicle_rows(const std::vector<RunData>& runs, Table& table) {
     add("keyframes", &VehicleNumbers::keyframes, [](const Number& n) { return counted(n); });
     add("scans dropped", &VehicleNumbers::sweeps_dropped,
         [](const Number& n) { return counted(n); });
-    add("blind", &VehicleNumbers::blind_share, [](const Number& n) { return percent(n); });
+    add("degenerate", &VehicleNumbers::blind_share, [](const Number& n) { return percent(n); });
     add("of that constrained by ranges", &VehicleNumbers::blind_held_share,
         [](const Number& n) { return percent(n); });
     add("expected error, median", &VehicleNumbers::sigma_median_m,
@@ -114,7 +114,7 @@ Section overlay_section(const std::vector<RunData>& runs) {
   return {"overlay", "Paths",
           html +
               "<p class=\"note\">As each run wrote them, nothing was aligned: a map begins at the "
-              "first pose, z up. Wide marks along a path: blind. Points: the map of the first "
+              "first pose, z up. Wide marks along a path: degenerate. Points: the map of the first "
               "run, where the vehicle is in it.</p>\n"};
 }
 

@@ -34,9 +34,9 @@ std::string key(std::string_view shape, std::string_view words) {
 std::string map_legend(const RunData& run) {
   using Key = std::array<std::string_view, 2>;
   constexpr std::array<Key, 3> kHeld = {
-      {{"d55e0080\" stroke-dasharray=\"3 5", "blind, constrained by ranges"},
-       {"d55e00b0\" stroke-dasharray=\"12 7", "blind, constrained by inertia alone"},
-       {"c0161d", "blind, constrained by nothing"}}};
+      {{"d55e0080\" stroke-dasharray=\"3 5", "degenerate, constrained by ranges"},
+       {"d55e00b0\" stroke-dasharray=\"12 7", "degenerate, constrained by inertia alone"},
+       {"c0161d", "degenerate, constrained by nothing"}}};
   std::string out = "<p class=\"legend\">";
   for (std::size_t i = kHeld.size(); i-- > 0;) {
     const auto by = static_cast<HeldBy>(i + 1);
@@ -148,7 +148,7 @@ Section map_section(const RunData& run) {
       cloud ? "What stands upright is dark, floors and ceilings are "
               "faint. "
             : "");
-  section.html += "<h3>Where the LiDAR was blind</h3>" + blind_html(run) + other_frames(run);
+  section.html += "<h3>Where the LiDAR was degenerate</h3>" + blind_html(run) + other_frames(run);
   return section;
 }
 
@@ -163,7 +163,7 @@ Section view3d_section(const RunData& run) {
       "max=\"100\" value=\"75\"> of the height</label> <button id=\"view3d-home\">whole "
       "map</button></p>\n<div data-figure=\"view\" class=\"view3d\"></div>\n<p "
       "class=\"note\">Drag to turn, right button to move, click and wheel to zoom. Orange: the "
-      "LiDAR was blind. A part of the map's {} points is drawn; map.ply holds all.</p>\n",
+      "LiDAR was degenerate. A part of the map's {} points is drawn; map.ply holds all.</p>\n",
       colour_choice(run), counted(static_cast<double>(run.map_file_points)));
   return section;
 }

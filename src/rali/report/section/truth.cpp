@@ -45,7 +45,7 @@ std::vector<TrackKey> tracks_of(const RunData& run) {
 
 std::string position_table(const RunData& run, const std::vector<TrackKey>& keys) {
   Table table({"", "poses", "true distance", "APE rmse", "largest", "rotation rmse",
-               "drift at the end", "in height", "along the blind axis, rmse", "across, rmse"});
+               "drift at the end", "in height", "along the degenerate axis, rmse", "across, rmse"});
   for (const TrackKey& key : keys) {
     const auto m = [&](const char* name) { return measured(run, key.path + name); };
     table.row({key.words, counted(m(".poses")), metres(m(".distance_m")), metres(m(".ape_m.rmse")),

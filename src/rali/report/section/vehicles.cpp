@@ -14,9 +14,9 @@ std::string noise_cell(const Number& measured, const Number& stated, int decimal
 }
 
 std::string numbers_table(const RunData& run) {
-  Table table({"vehicle", "path", "scans", "scans dropped", "keyframes", "blind",
-               "blind part constrained by ranges", "expected error, median", "expected error, largest",
-               "diverged", "LiDAR clock off by", "accel. scale",
+  Table table({"vehicle", "path", "scans", "scans dropped", "keyframes", "degenerate",
+               "degenerate part constrained by ranges", "expected error, median",
+               "expected error, largest", "diverged", "LiDAR clock off by", "accel. scale",
                "accel. noise / stated [m/s2/rtHz]", "gyro noise / stated [rad/s/rtHz]"});
   for (const VehicleView& v : run.vehicles) {
     const VehicleNumbers& n = v.numbers;
@@ -41,13 +41,13 @@ constexpr std::string_view kNote =
 constexpr std::string_view kStateKeys =
     "<p class=\"legend\"><span><i data-kind=\"good\"></i> LiDAR observes all directions</span>"
     "<span><i data-kind=\"partial\"></i> one direction weak</span><span><i "
-    "data-kind=\"degenerate\"></i> blind along one axis</span><span><i "
+    "data-kind=\"degenerate\"></i> degenerate along one axis</span><span><i "
     "data-kind=\"by_range\"></i> constrained by ranges</span><span><i data-kind=\"by_imu\"></i> by "
     "inertia alone</span><span><i data-kind=\"by_nothing\"></i> by nothing</span></p>\n<p "
     "class=\"tools\"><label>plots over <select id=\"over\"><option value=\"time\">time</option>"
     "<option value=\"distance\">distance travelled</option></select></label> <span "
     "class=\"note\">drag to zoom all plots of a vehicle, double click for all; hatched: "
-    "blind</span></p>\n";
+    "degenerate</span></p>\n";
 
 /// Plots of a vehicle that did not move would be lines of zeros: one sentence.
 std::string stood_words(const VehicleView& v) {

@@ -72,7 +72,8 @@ std::string blind_sentence(const RunData& run) {
     if (!blindness_known(v)) unknown.push_back(v.name);
     if (was_blind(v)) blind.push_back(&v);
   }
-  if (unknown.size() == run.vehicles.size()) return "Whether the LiDAR was blind is not known.";
+  if (unknown.size() == run.vehicles.size())
+    return "Whether the LiDAR was degenerate is not known.";
   if (blind.empty() && unknown.empty()) {
     return "The LiDAR constrained every direction on the whole path.";
   }
@@ -81,11 +82,11 @@ std::string blind_sentence(const RunData& run) {
     text = blind_sentence_of(**std::min_element(blind.begin(), blind.end(), is_worse));
   }
   if (blind.size() > 1) {
-    text +=
-        fmt::format("; {} of {} vehicles were blind at times", blind.size(), run.vehicles.size());
+    text += fmt::format("; {} of {} vehicles were degenerate at times", blind.size(),
+                        run.vehicles.size());
   }
   if (!unknown.empty()) {
-    text += fmt::format("{}whether {} {} blind is not known", text.empty() ? "" : "; ",
+    text += fmt::format("{}whether {} {} degenerate is not known", text.empty() ? "" : "; ",
                         names_text(unknown), unknown.size() == 1 ? "was" : "were");
   }
   return text + '.';
@@ -122,10 +123,9 @@ std::string checks_html(const RunData& run) {
 }
 
 constexpr std::string_view kBlindNote =
-    "<p class=\"note\">Blind: along one direction the LiDAR does not constrain the position, as "
-    "along a smooth tunnel (degenerate). There ranges or inertia must, or the map may be too long "
-    "or "
-    "too short.</p>\n";
+    "<p class=\"note\">Degenerate: along one direction the LiDAR does not constrain the position, "
+    "as along a smooth tunnel. There ranges or inertia must, or the map may be too long or too "
+    "short.</p>\n";
 
 bool any_blind(const RunData& run) {
   return std::any_of(run.vehicles.begin(), run.vehicles.end(), was_blind);

@@ -7,6 +7,7 @@
 #include "rali/config/apply.hpp"
 #include "rali/config/suggest.hpp"
 #include "rali/config/text_of.hpp"
+#include "rali/scenario/scene/old_scene_keys.hpp"
 #include "rali/scenario/scene/scene_fields.hpp"
 #include "rali/scenario/scene/scene_setup.hpp"
 
@@ -80,8 +81,10 @@ void vehicles_first(Node& root) {
                         [](const Node& child) { return child.key == "vehicles"; });
 }
 
-Result<SceneSetup> scene_from(const Node& root, const std::string& name,
+Result<SceneSetup> scene_from(const Node& file, const std::string& name,
                               const std::string& folder) {
+  std::vector<std::string> notices;
+  const Node root = with_current_scene_keys(file, notices);
   if (root.kind != Node::Kind::kMap) {
     return fail(ErrorCode::kUsage, root.where, "the file must be a group of keys");
   }
@@ -92,6 +95,7 @@ Result<SceneSetup> scene_from(const Node& root, const std::string& name,
   setup.place = *kind;
   setup.name = name;
   setup.folder = folder;
+  setup.notices = std::move(notices);
   Node rest = without(root, "schema");
   vehicles_first(rest);
   const config::FieldList fields = scene_fields(setup, folder);

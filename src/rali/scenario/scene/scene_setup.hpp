@@ -76,8 +76,9 @@ struct SceneSetup {
   std::vector<SceneRound> rounds;      ///< empty: from routes, goals or the scene
   /// Seed, duration, sensors, motion, radios and the number of vehicles.
   sim::FleetOptions fleet;
-  std::string name;    ///< of the file, for messages
-  std::string folder;  ///< of the file, for relative paths
+  std::string name;                  ///< of the file, for messages
+  std::string folder;                ///< of the file, for relative paths
+  std::vector<std::string> notices;  ///< one sentence for each key with an old name
 };
 
 /// A shipped scene with as many vehicles as it is made for.

@@ -122,10 +122,10 @@ int drive_until_idle(FleetMotion& fleet) {
 
 }  // namespace
 
-Result<std::vector<RoundTimes>> drive_rounds(FleetMotion& fleet, const World& world, double rest_s,
-                                             double pause_s) {
+Result<std::vector<RoundTimes>> drive_rounds(FleetMotion& fleet, const World& world,
+                                             double standstill_s, double pause_s) {
   std::vector<RoundTimes> times;
-  stand(fleet, rest_s);
+  stand(fleet, standstill_s);
   for (std::size_t k = 0; k < world.rounds.size(); ++k) {
     const RoundPlan& round = world.rounds[k];
     if (k > 0) stand(fleet, round.pause_s.value_or(pause_s));

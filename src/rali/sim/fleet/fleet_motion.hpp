@@ -50,11 +50,11 @@ struct RoundTimes {
   double end_s = 0.0;    ///< all have arrived
 };
 
-/// Drives the rounds of the world: rest_s standing, then each round until all have arrived, pause_s
-/// between rounds and one second at the end.
-/// Errors (kUsage): vehicles that are in each other's way for good.
+/// Drives the rounds of the world: standstill_s standing, then each round until all have arrived,
+/// pause_s between rounds and one second at the end. Errors (kUsage): vehicles that are in each
+/// other's way for good.
 [[nodiscard]] Result<std::vector<RoundTimes>> drive_rounds(FleetMotion& fleet, const World& world,
-                                                           double rest_s, double pause_s);
+                                                           double standstill_s, double pause_s);
 
 /// Seed of one vehicle's motion and sensors: the fleet's own for vehicle 0, so that more vehicles
 /// change nothing for those there are.

@@ -304,8 +304,8 @@ Result<std::unique_ptr<FleetSimulation>> make_fleet_simulation(World world,
   if (!o.scripted) o.vehicle.motion.wander_m = std::min(o.vehicle.motion.wander_m, kSwing_m);
   auto impl = std::make_unique<FleetSimulation::Impl>(std::move(world), o);
   if (options.scripted) {
-    Result<std::vector<RoundTimes>> rounds =
-        drive_rounds(impl->motion, impl->world, options.vehicle.motion.rest_s, options.pause_s);
+    Result<std::vector<RoundTimes>> rounds = drive_rounds(
+        impl->motion, impl->world, options.vehicle.motion.standstill_s, options.pause_s);
     if (!rounds) return tl::make_unexpected(rounds.error());
     impl->rounds = std::move(*rounds);
   }

@@ -16,7 +16,8 @@ namespace rali::sim {
 /// Several vehicles in one world. Same options and world: same bytes. A fleet of n vehicles has
 /// for its first vehicles the sensor noise of a smaller fleet.
 struct FleetOptions {
-  SimOptions vehicle;  ///< common to all; `scene` and rest_s = 0 (all start standing) do not count
+  SimOptions
+      vehicle;  ///< common to all; `scene` and standstill_s = 0 (all start standing) do not count
   int vehicles = 1;
   bool scripted = true;  ///< drives world.rounds; false: all stand until motion() says otherwise
   double pause_s = 4.0;  ///< standing between rounds

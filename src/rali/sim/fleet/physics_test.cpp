@@ -47,8 +47,8 @@ TEST(Physics, scans_accumulated_by_true_poses_lie_on_the_mesh_within_the_range_n
     FleetOptions o;
     o.vehicles = 2;
     o.vehicle.duration_s = 3.5;
-    o.vehicle.motion.rest_s = 0.5;
-    o.vehicle.ranging.mixed_share = 0.0;
+    o.vehicle.motion.standstill_s = 0.5;
+    o.vehicle.ranging.mixed_fraction = 0.0;
     const std::vector<double> d = distances_to_mesh(*recording(scene, 2, o));
     ASSERT_GT(d.size(), 180U);
     double squares = 0.0;
@@ -68,7 +68,7 @@ TEST(Physics, noise_free_inertial_samples_of_every_vehicle_integrate_to_its_traj
   o.vehicle.with_lidar = false;
   o.vehicle.imu_apart = true;
   o.ranges = o.radio_link = false;
-  o.vehicle.motion.rest_s = 0.5;
+  o.vehicle.motion.standstill_s = 0.5;
   const auto sim = recording(Scene::kCorridor, 2, o);
   std::vector<sensor::ImuSample> samples[2];
   while (const auto m = sim->next()) {

@@ -29,8 +29,8 @@ inline FleetOptions quiet_fleet(int vehicles) {
   o.vehicle.ranging.resolution_m = 0.001;
   o.vehicle.ranging.max_range_m = 60.0;
   o.vehicle.ranging.dropouts = false;
-  o.vehicle.ranging.mixed_share = 0.0;
-  o.vehicle.motion.rest_s = 0.5;
+  o.vehicle.ranging.mixed_fraction = 0.0;
+  o.vehicle.motion.standstill_s = 0.5;
   o.pause_s = 1.0;
   o.uwb = UwbOptions::ideal();
   o.radio = RadioOptions::ideal();

@@ -9,7 +9,7 @@ namespace rali::sim {
 
 RadioOptions RadioOptions::ideal() {
   RadioOptions o;
-  o.fading_db = o.power_noise_db = o.loss_share = 0.0;
+  o.fading_db = o.power_noise_db = o.loss_fraction = 0.0;
   o.sensitivity_dbm = -200.0;
   o.delay_s = o.delay_jitter_s = 0.0;
   return o;
@@ -35,9 +35,8 @@ double RadioModel::mean_power_dbm(const RadioEnd& a, const RadioEnd& b, const Ra
   const geometry::Vec3 at_a = a.position();
   const geometry::Vec3 at_b = b.position();
   const Obstruction between = trace_line(world, at_a, at_b, o.wall_thickness_m, bodies);
-  const double walls =
-      std::min(o.most_wall_loss_db,
-               between.walls * o.wall_loss_db + between.thickness_m * o.wall_loss_db_per_m);
+  const double walls = std::min(o.max_wall_loss_db, between.walls * o.wall_loss_db +
+                                                        between.thickness_m * o.wall_loss_db_per_m);
   return o.power_1m_dbm - path_loss_db((at_b - at_a).norm(), o.path_loss_exponent) - walls -
          between.bodies * o.body_loss_db;
 }
@@ -73,12 +72,12 @@ std::optional<Time> RadioModel::send(Time t, std::size_t bytes, const RadioEnd& 
   Link& link = link_of(a.vehicle, b.vehicle);
   const double power = power_dbm(link, t, a, b, world, bodies);
   const double chance =
-      o.loss_share + (1.0 - o.loss_share) * loss_probability(power, o.sensitivity_dbm);
+      o.loss_fraction + (1.0 - o.loss_fraction) * loss_probability(power, o.sensitivity_dbm);
   const bool lost = link.loss.uniform() < chance;
   const double jitter = -std::log(1.0 - link.delay.uniform()) * o.delay_jitter_s;
   Time& free = link.free[a.vehicle];
   const Time begin = std::max(free, t);
-  if (seconds_between(t, begin) > o.most_queue_s) return std::nullopt;
+  if (seconds_between(t, begin) > o.max_queue_s) return std::nullopt;
   // A lost packet takes its time on the air as well.
   free = begin + Duration::from_s(8.0 * static_cast<double>(bytes) / o.data_rate_bps);
   if (lost) return std::nullopt;

@@ -22,17 +22,17 @@ struct RadioOptions {
   double wall_thickness_m = 0.15;    ///< of walls that are single sheets
   double wall_loss_db = 3.0;         ///< per wall crossed
   double wall_loss_db_per_m = 15.0;  ///< and per metre of it
-  double most_wall_loss_db = 45.0;   ///< what goes around has no more loss than this
+  double max_wall_loss_db = 45.0;    ///< what goes around has no more loss than this
   double body_loss_db = 3.0;         ///< of a vehicle or person in the way
   double fading_db = 4.0;            ///< sd of slow fading
   double fading_time_s = 5.0;        ///< its correlation time
   double power_noise_db = 1.0;       ///< sd of one reading
   double sensitivity_dbm = -88.0;    ///< power with which half the packets get lost
-  double loss_share = 0.005;         ///< of packets with a strong signal
+  double loss_fraction = 0.005;      ///< of packets with a strong signal
   double data_rate_bps = 5e6;        ///< of one direction of a pair
   double delay_s = 0.008;            ///< of an empty packet
   double delay_jitter_s = 0.004;     ///< mean of what is added
-  double most_queue_s = 2.0;         ///< a packet that would wait longer is lost
+  double max_queue_s = 2.0;          ///< a packet that would wait longer is lost
 
   /// No loss, no noise, no delay but that of the data rate.
   [[nodiscard]] static RadioOptions ideal();
@@ -45,17 +45,17 @@ struct RadioOptions {
     v("wall_thickness_m", wall_thickness_m, 0.0, 2.0, "of walls that are single sheets");
     v("wall_loss_db", wall_loss_db, 0.0, 60.0, "loss per wall");
     v("wall_loss_db_per_m", wall_loss_db_per_m, 0.0, 500.0, "loss per metre of wall");
-    v("most_wall_loss_db", most_wall_loss_db, 0.0, 300.0, "what goes around loses no more");
+    v("max_wall_loss_db", max_wall_loss_db, 0.0, 300.0, "what goes around loses no more");
     v("body_loss_db", body_loss_db, 0.0, 60.0, "loss by a vehicle or person in the way");
     v("fading_db", fading_db, 0.0, 20.0, "sd of slow fading");
     v("fading_time_s", fading_time_s, 0.01, 1000.0, "correlation time of fading");
     v("power_noise_db", power_noise_db, 0.0, 20.0, "sd of one power reading");
     v("sensitivity_dbm", sensitivity_dbm, -200.0, 0.0, "power with half the packets lost");
-    v("loss_share", loss_share, 0.0, 1.0, "of packets with a strong signal");
+    v("loss_fraction", loss_fraction, 0.0, 1.0, "of packets with a strong signal");
     v("data_rate_bps", data_rate_bps, 1.0, 1e12, "bits per second of one direction");
     v("delay_s", delay_s, 0.0, 60.0, "of an empty packet");
     v("delay_jitter_s", delay_jitter_s, 0.0, 60.0, "mean of what is added to the delay");
-    v("most_queue_s", most_queue_s, 0.0, 3600.0, "packets that would wait longer are lost");
+    v("max_queue_s", max_queue_s, 0.0, 3600.0, "packets that would wait longer are lost");
   }
 };
 

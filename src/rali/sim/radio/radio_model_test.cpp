@@ -61,7 +61,7 @@ TEST(RadioModel, packets_follow_each_other_at_the_data_rate) {
 
 TEST(RadioModel, loss_has_its_share_and_delay_its_mean) {
   RadioOptions o = RadioOptions::ideal();
-  o.loss_share = 0.2;
+  o.loss_fraction = 0.2;
   o.delay_jitter_s = 0.02;
   o.data_rate_bps = 1e12;
   RadioModel model(o, 5);

@@ -209,7 +209,7 @@ TEST(UwbData, a_drive_outdoors_that_no_default_comes_from_is_met) {
 StaticField compare_robots(const std::string& trial, std::size_t every) {
   UwbOptions o;
   o.pair_bias_m = 0.0;
-  o.clear_burst_share = 0.12;  // six antennas around the robot's own structure
+  o.clear_burst_fraction = 0.12;  // six antennas around the robot's own structure
   TriangleMesh mesh;
   mesh.add_box({0.0, 0.0, 0.0}, {14.0, 12.0, 5.0}, 0.0, 0.5);  // room, seen from inside
   const RayCaster room(mesh);
@@ -319,7 +319,7 @@ TEST(UwbData, tags_on_a_trolley_wander_as_much_as_in_the_model) {
   ASSERT_GT(trolley.truth.size(), 1000U);
   UwbOptions o;
   o.pair_bias_m = 0.17;
-  o.clear_burst_share = 0.0;  // nothing stands above the tags
+  o.clear_burst_fraction = 0.0;  // nothing stands above the tags
   TriangleMesh mesh;
   mesh.add_box({0.0, 0.0, 0.0}, {9.0, 8.0, 4.0}, 0.0, 0.5);
   const RayCaster room(mesh);

@@ -34,8 +34,8 @@ UwbOptions UwbOptions::ideal() {
   o.pair_bias_m = o.pair_bias_sd_m = o.angle_bias_m = o.far_bias_m = 0.0;
   o.wall_index = 1.0;
   o.body_delay_m = o.blocked_sigma_m = 0.0;
-  o.blocked_burst_share = o.clear_burst_share = 0.0;
-  o.multipath_m = o.outlier_share = o.loss_share = 0.0;
+  o.blocked_burst_fraction = o.clear_burst_fraction = 0.0;
+  o.multipath_m = o.outlier_fraction = o.loss_fraction = 0.0;
   o.reflection = o.fading_db = o.power_noise_db = o.first_path_gap_db = o.resolution_m = 0.0;
   o.ceiling_dbm = 60.0;
   o.stamp_offset_s = o.stamp_drift_ppm = o.stamp_jitter_s = 0.0;
@@ -51,9 +51,9 @@ UwbOptions UwbOptions::dw1000() {
   o.pair_bias_m = 0.0;
   o.pair_bias_sd_m = 0.06;
   o.far_bias_m = 0.30;
-  o.clear_burst_share = 0.0;
+  o.clear_burst_fraction = 0.0;
   o.fading_db = 2.5;
-  o.outlier_share = 0.004;
+  o.outlier_fraction = 0.004;
   return o;
 }
 
@@ -157,7 +157,7 @@ double blocked_share(const UwbOptions& o, double loss_db) {
 double UwbModel::excess_m(Link& link, Time t, const Obstruction& between) const {
   const UwbOptions& o = options_;
   const double blocked = blocked_share(o, loss_db(between));
-  const double share = std::lerp(o.clear_burst_share, o.blocked_burst_share, blocked);
+  const double share = std::lerp(o.clear_burst_fraction, o.blocked_burst_fraction, blocked);
   const double mean = std::lerp(o.clear_burst_m, o.blocked_burst_m, blocked);
   const bool missed = link.missed.next(t, share, o.burst_time_s, link.burst);
   const double draw = exponential(link.excess);  // always taken: streams stay in step
@@ -171,7 +171,7 @@ double UwbModel::noise_m(Link& link, Time t, double distance_m, double blocked) 
   const double sd = std::hypot(o.sigma_m, o.sigma_per_m * distance_m, blocked * o.blocked_sigma_m);
   const double white = sd * link.white.normal();
   const double slow = o.slow_sigma_m * link.slow_error.next(t, o.slow_time_s, link.slow);
-  truth_.outlier = link.rare.uniform() < o.outlier_share;
+  truth_.outlier = link.rare.uniform() < o.outlier_fraction;
   const double sign = link.rare.uniform() < 0.5 ? -1.0 : 1.0;
   const double gross = sign * o.outlier_m * exponential(link.rare);
   return white + slow + (truth_.outlier ? gross : 0.0);
@@ -209,8 +209,8 @@ std::optional<sensor::RangeSample> UwbModel::measure(Time t, const RadioEnd& a, 
   const double reading = link.power.normal() * o.power_noise_db;
   const double first_reading = link.power.normal() * o.power_noise_db;
   const double jitter = link.stamp.normal() * o.stamp_jitter_s;
-  const double lost =
-      o.loss_share + (1.0 - o.loss_share) * loss_probability(power.total_dbm, o.sensitivity_dbm);
+  const double lost = o.loss_fraction + (1.0 - o.loss_fraction) *
+                                            loss_probability(power.total_dbm, o.sensitivity_dbm);
   if (link.rare.uniform() < lost || distance > o.max_range_m) return std::nullopt;
 
   double range = std::max(0.0, distance + truth_.bias_m + truth_.excess_m + noise);

@@ -121,8 +121,8 @@ TEST(UwbModel, far_bias_reaches_63_percent_at_its_scale) {
 
 TEST(UwbModel, loss_and_outliers_have_their_shares) {
   UwbOptions o = UwbOptions::ideal();
-  o.loss_share = 0.1;
-  o.outlier_share = 0.05;
+  o.loss_fraction = 0.1;
+  o.outlier_fraction = 0.05;
   o.outlier_m = 4.0;
   UwbModel model(o, 2, 2);
   const auto found = errors(model, end_at(0, {0, 0, 1}), end_at(1, {60, 0, 1}), open_air(), 20000);
@@ -140,7 +140,7 @@ TEST(UwbModel, behind_a_wall_ranges_are_longer_noisier_and_come_in_bursts) {
   const RayCaster air = open_air();
   UwbOptions o;
   o.multipath_m = 0.0;  // the wall's own echo is not the question
-  o.outlier_share = 0.0;
+  o.outlier_fraction = 0.0;
   UwbModel model(o, 2, 4), free(o, 2, 4);
   const RadioEnd a = end_at(0, {0, 0, 1});
   const RadioEnd b = end_at(1, {10, 0, 1});

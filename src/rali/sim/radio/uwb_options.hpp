@@ -31,18 +31,18 @@ struct UwbOptions {
   double blocked_from_db = 3.0;   ///< obstacles of less loss only make the way longer
   double blocked_full_db = 13.0;  ///< obstacles of this loss have the full effect of what follows
   double blocked_sigma_m = 0.10;  ///< additional white noise behind obstacles
-  double blocked_burst_share = 0.6;  ///< of the time the first path is missed behind obstacles
-  double blocked_burst_m = 0.6;      ///< mean of what is then added
-  double clear_burst_share = 0.04;   ///< the same in line of sight: own structure in the way
-  double clear_burst_m = 0.30;       ///< the same in line of sight
-  double burst_time_s = 1.5;         ///< mean length of a burst
+  double blocked_burst_fraction = 0.6;  ///< of the time the first path is missed behind obstacles
+  double blocked_burst_m = 0.6;         ///< mean of what is then added
+  double clear_burst_fraction = 0.04;   ///< the same in line of sight: own structure in the way
+  double clear_burst_m = 0.30;          ///< the same in line of sight
+  double burst_time_s = 1.5;            ///< mean length of a burst
 
-  double multipath_m = 0.05;      ///< error per reflection as strong and as long as the direct path
-  double pulse_m = 0.35;          ///< reflections longer than this are told apart
-  double reflection = 0.5;        ///< amplitude of a reflected path
-  double outlier_share = 0.0005;  ///< of gross errors
-  double outlier_m = 5.0;         ///< mean size of a gross error, either sign
-  double loss_share = 0.02;       ///< of exchanges lost with a strong signal
+  double multipath_m = 0.05;  ///< error per reflection as strong and as long as the direct path
+  double pulse_m = 0.35;      ///< reflections longer than this are told apart
+  double reflection = 0.5;    ///< amplitude of a reflected path
+  double outlier_fraction = 0.0005;  ///< of gross errors
+  double outlier_m = 5.0;            ///< mean size of a gross error, either sign
+  double loss_fraction = 0.02;       ///< of exchanges lost with a strong signal
 
   double power_1m_dbm = -52.0;      ///< received power at 1 m
   double path_loss_exponent = 2.0;  ///< 2 is free space
@@ -85,17 +85,17 @@ struct UwbOptions {
     v("blocked_from_db", blocked_from_db, 0.0, 100.0, "less loss only makes the way longer");
     v("blocked_full_db", blocked_full_db, 0.1, 200.0, "loss of obstacles with full effect");
     v("blocked_sigma_m", blocked_sigma_m, 0.0, 5.0, "additional noise behind walls");
-    v("blocked_burst_share", blocked_burst_share, 0.0, 0.99, "of time, first path missed");
+    v("blocked_burst_fraction", blocked_burst_fraction, 0.0, 0.99, "of time, first path missed");
     v("blocked_burst_m", blocked_burst_m, 0.0, 20.0, "mean excess then, behind walls");
-    v("clear_burst_share", clear_burst_share, 0.0, 0.99, "of time, own structure in the way");
+    v("clear_burst_fraction", clear_burst_fraction, 0.0, 0.99, "of time, own structure in the way");
     v("clear_burst_m", clear_burst_m, 0.0, 20.0, "mean excess then, in line of sight");
     v("burst_time_s", burst_time_s, 0.001, 100.0, "mean length of a burst");
     v("multipath_m", multipath_m, 0.0, 1.0, "error per reflection as strong as the first path");
     v("pulse_m", pulse_m, 0.01, 5.0, "reflections longer than this are told apart");
     v("reflection", reflection, 0.0, 1.0, "amplitude of a reflected path");
-    v("outlier_share", outlier_share, 0.0, 1.0, "of gross errors");
+    v("outlier_fraction", outlier_fraction, 0.0, 1.0, "of gross errors");
     v("outlier_m", outlier_m, 0.0, 100.0, "mean size of a gross error");
-    v("loss_share", loss_share, 0.0, 1.0, "of exchanges lost with a strong signal");
+    v("loss_fraction", loss_fraction, 0.0, 1.0, "of exchanges lost with a strong signal");
     v("power_1m_dbm", power_1m_dbm, -120.0, 30.0, "received power at 1 m");
     v("path_loss_exponent", path_loss_exponent, 1.0, 6.0, "2 is free space");
     v("ceiling_dbm", ceiling_dbm, -120.0, 60.0, "the reported power saturates here");

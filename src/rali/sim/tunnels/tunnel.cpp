@@ -21,9 +21,9 @@ struct Piece {
 std::vector<Piece> draw_pieces(const TunnelOptions& o, Rng& rng) {
   std::vector<Piece> pieces;
   for (double s = 0.0; s < o.length_m;) {
-    s += o.piece_m * rng.uniform(0.5, 1.5);
-    const double curvature = o.curvature_per_m + o.piece_curvature_per_m * rng.uniform(-1.0, 1.0);
-    pieces.push_back({s, curvature, o.gradient + o.piece_gradient * rng.uniform(-1.0, 1.0)});
+    s += o.segment_m * rng.uniform(0.5, 1.5);
+    const double curvature = o.curvature_per_m + o.segment_curvature_per_m * rng.uniform(-1.0, 1.0);
+    pieces.push_back({s, curvature, o.gradient + o.segment_gradient * rng.uniform(-1.0, 1.0)});
   }
   return pieces;
 }
@@ -109,7 +109,7 @@ void add_cabinets(const TunnelOptions& o, const Route& axis, Builder& build) {
 Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
   constexpr double kTurnMost_rad = 5.5;
   const double bend =
-      std::abs(o.curvature_per_m) + (o.piece_m > 0.0 ? o.piece_curvature_per_m : 0.0);
+      std::abs(o.curvature_per_m) + (o.segment_m > 0.0 ? o.segment_curvature_per_m : 0.0);
   const double turn = bend * o.length_m;
   const double radius = turn > 0.0 ? o.length_m / turn : 1e9;
   if (turn > kTurnMost_rad || radius < o.width_m) {
@@ -120,7 +120,7 @@ Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
   World world;
   Builder build(world.mesh, rng);
   const std::uint64_t seed = rng.next();
-  const Route axis(o.piece_m > 0.0 ? axis_of_pieces(o, rng) : axis_points(o), 2.0);
+  const Route axis(o.segment_m > 0.0 ? axis_of_pieces(o, rng) : axis_points(o), 2.0);
   const double half = 0.5 * o.width_m;
   const double cell = o.niche_every_m > 0.0 ? 0.4 : 0.8;
   add_tube(build.mesh(), axis, {half, o.wall_height_m}, cell, 40, o.reflectivity,

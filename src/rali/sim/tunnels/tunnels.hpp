@@ -11,15 +11,15 @@ namespace rali::sim {
 struct TunnelOptions {
   double length_m = 200.0;
   double width_m = 5.0;
-  double wall_height_m = 1.2;          ///< of the upright part; the arch stands on it
-  double curvature_per_m = 0.0;        ///< 1/radius, positive to the left
-  double gradient = 0.0;               ///< rise per metre
-  double piece_m = 0.0;                ///< mean length of pieces; 0: one bend and gradient for all
-  double piece_curvature_per_m = 0.0;  ///< pieces bend by up to so much, either way
-  double piece_gradient = 0.0;         ///< pieces rise or fall by up to so much
-  double cabinet_every_m = 0.0;        ///< mean distance of cabinets at the walls; 0: none
-  double roughness_m = 0.008;          ///< shotcrete
-  double niche_every_m = 0.0;          ///< 0: none; alternating sides
+  double wall_height_m = 1.2;    ///< of the upright part; the arch stands on it
+  double curvature_per_m = 0.0;  ///< 1/radius, positive to the left
+  double gradient = 0.0;         ///< rise per metre
+  double segment_m = 0.0;        ///< mean length of segments; 0: one bend and gradient for all
+  double segment_curvature_per_m = 0.0;  ///< segments bend by up to so much, either way
+  double segment_gradient = 0.0;         ///< segments rise or fall by up to so much
+  double cabinet_every_m = 0.0;          ///< mean distance of cabinets at the walls; 0: none
+  double roughness_m = 0.008;            ///< shotcrete
+  double niche_every_m = 0.0;            ///< 0: none; alternating sides
   double reflectivity = 0.4;
   bool closed_ends = false;  ///< a wall across each end; else open portals
 
@@ -30,9 +30,9 @@ struct TunnelOptions {
     v("wall_height_m", wall_height_m, 0.0, 10.0, "height of the upright walls below the arch");
     v("curvature_per_m", curvature_per_m, -0.1, 0.1, "1/radius of the bend, positive to the left");
     v("gradient", gradient, -0.2, 0.2, "rise per metre");
-    v("piece_m", piece_m, 0.0, 2000.0, "mean length of pieces that bend differently, 0: one");
-    v("piece_curvature_per_m", piece_curvature_per_m, 0.0, 0.1, "largest 1/radius of pieces");
-    v("piece_gradient", piece_gradient, 0.0, 0.2, "largest gradient of pieces");
+    v("segment_m", segment_m, 0.0, 2000.0, "mean length of segments that bend differently, 0: one");
+    v("segment_curvature_per_m", segment_curvature_per_m, 0.0, 0.1, "largest 1/radius of segments");
+    v("segment_gradient", segment_gradient, 0.0, 0.2, "largest gradient of segments");
     v("cabinet_every_m", cabinet_every_m, 0.0, 1000.0, "mean distance of cabinets, 0 for none");
     v("roughness_m", roughness_m, 0.0, 1.0, "unevenness of walls and arch");
     v("niche_every_m", niche_every_m, 0.0, 1000.0, "distance of niches, 0 for none");

@@ -67,9 +67,9 @@ TEST(Tunnel, niches_are_where_they_are_asked_for) {
 TEST(Tunnel, pieces_bend_and_rise_within_what_is_asked) {
   TunnelOptions o;
   o.length_m = 600.0;
-  o.piece_m = 80.0;
-  o.piece_curvature_per_m = 1.0 / 260.0;
-  o.piece_gradient = 0.035;
+  o.segment_m = 80.0;
+  o.segment_curvature_per_m = 1.0 / 260.0;
+  o.segment_gradient = 0.035;
   const World world = tunnel_world(o, Rng(4, "test")).value();
   const Route route(world.route, world.rounding_m);
   EXPECT_NEAR(route.length_m(), 592.0, 4.0);
