@@ -80,6 +80,7 @@ std::string sensors_text(const sim::FleetSimulation& sim, std::size_t v,
   text +=
       fmt::format("    imu: {{{}T_body_imu: {}}}\n",
                   options.with_imu ? topic(imu_topic) : "topic: none, ", pose_text(c.T_body_imu));
+  if (sim.vehicles() == 1) return text;  // no ranges: antennas would be without effect
   return text +
          fmt::format("    antennas: {{{}}}\n", antennas_text(sim.antennas(static_cast<int>(v))));
 }
