@@ -64,13 +64,12 @@ export class History {
   events_of(before, now) {
     const out = [];
     const event = (level, text) => out.push({t_s: now.t_s, level, text});
-    const table = now.table;
-    if (table?.moved_max_m > MOVED_M) {
-      const key = `${table.term}:${table.revision}`;
-      if (!this.tables.has(key)) {
-        this.tables.add(key);
-        event('note', moved_text(table));
-      }
+    // The list of moves is there for who came late or lost the frame of a move.
+    for (const table of [...(now.table_moves ?? []), now.table]) {
+      const key = `${table?.term}:${table?.revision}`;
+      if (!(table?.moved_max_m > MOVED_M) || this.tables.has(key)) continue;
+      this.tables.add(key);
+      out.push({t_s: table.t_s ?? now.t_s, level: 'note', text: moved_text(table)});
     }
     if (!before) return out;
     if (now.anchor?.vehicle && now.anchor.vehicle !== before.anchor?.vehicle) {
