@@ -105,7 +105,7 @@ const tests = {
   a_day_of_states_is_thinned_and_the_last_ten_minutes_are_whole() {
     const history = new History();
     for (let t = 0; t < 86400; ++t) history.add({t_s: t});
-    assert.ok(history.states.length <= 8001, `${history.states.length}`);
+    assert.ok(history.states.length <= 4001, `${history.states.length}`);
     assert.equal(history.states.filter((s) => s.t_s > 86400 - 590).length, 589);
     assert.equal(history.first_s, 0);
     assert.equal(history.at(86399).t_s, 86399);

@@ -2,7 +2,7 @@
 
 const FINE_S = 600;      // all states of so long ago are kept,
 const COARSE_S = 5;      // of older ones about one per so many seconds,
-const STATES_MAX = 8000; // or fewer.
+const STATES_MAX = 4000; // or fewer: a state of a long mission has some 10 kB.
 const MOVED_M = 0.1;     // a table that moves a pose by more is announced
 const EVENTS_MAX = 400;
 
