@@ -124,7 +124,7 @@ void live_fields(LiveConfig& live, const std::string& base_dir, FieldList& field
   FieldCollector v("live.", fields);
   v("ros_domain", live.ros_domain, 0, 232, "ROS_DOMAIN_ID of sensors and outputs");
   v("ros_interface", live.ros_interface, "network of the ROS domain: name or address");
-  v("fleet_domain", live.fleet_domain, 0, 232, "DDS domain between the vehicles");
+  v("fleet_domain", live.fleet_domain, 0, 229, "DDS domain between the vehicles");
   v.custom("key_file", path_or_none(live.key_file, base_dir),
            "key of the fleet; every message of a vehicle is authenticated with it");
   v("view_bind", live.view_bind, "address at which the live page is served");

@@ -12,6 +12,8 @@ import {make_grid, View} from './scene.js';
 import {Timeline} from './timeline.js';
 import {trail_at} from './trails.js';
 
+const NEWS_S = 60;  // older moves of the map are listed, not announced
+
 class Page {
   constructor() {
     this.history = new History();
@@ -113,7 +115,9 @@ class Page {
     const events = this.history.add(state);
     this.names = (state.vehicles ?? []).map((v) => v.name);
     // What the first state reports may be old.
-    if (!first && !this.timeline.finished) for (const event of events) announce(event);
+    for (const event of first || this.timeline.finished ? [] : events) {
+      if (state.t_s - event.t_s < NEWS_S) announce(event);
+    }
     this.timeline.marks(this.history.events);
     show_events(this.history.events, this.history.first_s, (event) => this.timeline.go(event.t_s));
     this.timeline.refresh();
