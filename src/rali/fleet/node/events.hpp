@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -7,6 +8,7 @@
 
 #include "rali/base/finding.hpp"
 #include "rali/fleet/messages/messages.hpp"
+#include "rali/fleet/node/job.hpp"
 #include "rali/fleet/roles/role_state.hpp"
 
 namespace rali::fleet {
@@ -48,12 +50,33 @@ struct DriveStatus {
 /// Time passes: ten times a second is usual.
 struct NodeTick {};
 
+/// A job that was asked for has ended: it ran to its end, or was cancelled. Null: it is lost, and
+/// what it was made from with it. An unknown number is ignored.
+struct JobDone {
+  std::uint64_t number = 0;
+  std::shared_ptr<Job> job;
+};
+
 using NodeEvent =
     std::variant<OwnFact, OwnPose, HeardRange, HeardRadio, DriveStatus, Envelope, NodeTick>;
 
 /// To be synced to disk before any message that follows leaves.
 struct SaveRole {
   DurableRole durable;
+};
+
+/// To be run beside the steps. For each the host gives back one JobDone with the same number and
+/// job, whenever run() has returned: in the order in which they end, as an event like any other.
+struct RunJob {
+  JobKind kind = JobKind::kEstimate;
+  std::uint64_t number = 0;  ///< running number of this vehicle's jobs
+  std::shared_ptr<Job> job;
+};
+
+/// The result of this job is not wanted any more: the host sets its flag. Its JobDone comes all the
+/// same. An unknown number, or one that has ended, is ignored.
+struct CancelJob {
+  std::uint64_t number = 0;
 };
 
 using NodeOutput = std::variant<SaveRole, Envelope, RoleAction, Finding>;
