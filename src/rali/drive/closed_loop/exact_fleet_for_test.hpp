@@ -23,8 +23,11 @@ namespace rali::drive {
 class ExactFleet final : public sim::FleetSoftware {
  public:
   /// @param sim  not scripted, without LiDAR and inertial sensor
-  ExactFleet(sim::FleetSimulation& sim, const fleet::NodeSettings& settings)
-      : sim_(sim), caster_(sim.mesh()), nodes_(setup_of(sim, settings), sim.t_begin()) {
+  ExactFleet(sim::FleetSimulation& sim, const fleet::NodeSettings& settings,
+             const ComputerSettings& computer = {}, const JobCost& job_cost = {})
+      : sim_(sim),
+        caster_(sim.mesh()),
+        nodes_(setup_of(sim, settings, computer, job_cost), sim.t_begin()) {
     for (int v = 0; v < sim.vehicles(); ++v) {
       Vehicle vehicle;
       vehicle.T_odom_world = sim.truth(v, sim.t_begin()).state.T_world_body.inverse();
@@ -68,9 +71,12 @@ class ExactFleet final : public sim::FleetSoftware {
   };
 
   static FleetNodesSetup setup_of(const sim::FleetSimulation& sim,
-                                  const fleet::NodeSettings& settings) {
+                                  const fleet::NodeSettings& settings,
+                                  const ComputerSettings& computer, const JobCost& job_cost) {
     FleetNodesSetup setup;
     setup.node = settings;
+    setup.computer = computer;
+    setup.job_cost = job_cost;
     const geometry::SE3 T_v1_world = sim.truth(0, sim.t_begin()).state.T_world_body.inverse();
     for (int v = 0; v < sim.vehicles(); ++v) {
       setup.names.push_back(fmt::format("v{}", v + 1));

@@ -1,6 +1,7 @@
 #include "rali/drive/closed_loop/fleet_nodes.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <string_view>
 #include <utility>
 #include <variant>
@@ -103,7 +104,9 @@ void put_in_order(std::vector<Entry>& entries) {
 }  // namespace
 
 FleetNodes::FleetNodes(const FleetNodesSetup& setup, Time begin)
-    : link_(ids_of(setup.names.size()), setup.link, setup.seed), now_(begin) {
+    : link_(ids_of(setup.names.size()), setup.link, setup.seed),
+      jobs_(setup.computer, setup.job_cost),
+      now_(begin) {
   const std::vector<VehicleId> ids = ids_of(setup.names.size());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     Member member;
@@ -118,15 +121,32 @@ void FleetNodes::tell(std::size_t index, const fleet::NodeEvent& event, Time t,
   Member& member = members_[index];
   if (!member.alive) return;
   outputs_.clear();
-  member.node->step(event, t, executor, outputs_);
-  for (const fleet::NodeOutput& output : outputs_) {
-    if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
-      send(member, *envelope);
-    } else if (const auto* finding = std::get_if<Finding>(&output)) {
-      note(member, *finding);
-    } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
-      note(member, role_change(*action, t));
-    }
+  const auto begin = std::chrono::steady_clock::now();
+  member.node->step(event, t, outputs_);
+  step_times_.add(event,
+                  std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  for (const fleet::NodeOutput& output : outputs_) follow(index, output, t, executor);
+}
+
+void FleetNodes::follow(std::size_t index, const fleet::NodeOutput& output, Time t,
+                        Executor& executor) {
+  const Member& member = members_[index];
+  if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
+    send(member, *envelope);
+  } else if (const auto* finding = std::get_if<Finding>(&output)) {
+    note(member, *finding);
+  } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
+    note(member, role_change(*action, t));
+  } else if (const auto* order = std::get_if<fleet::RunJob>(&output)) {
+    jobs_.run(index, *order, now_, executor);
+  } else if (const auto* cancelled = std::get_if<fleet::CancelJob>(&output)) {
+    jobs_.cancel(index, cancelled->number, now_);
+  }
+}
+
+void FleetNodes::collect_jobs(Executor& executor) {
+  for (const SimulatedJobs::Done& done : jobs_.take(now_)) {
+    tell(done.owner, done.event, now_, executor);
   }
 }
 
@@ -168,6 +188,7 @@ std::vector<sim::DriveCommand> FleetNodes::decide(Time now,
                                                   std::span<const sim::DriveReport> vehicles,
                                                   Executor& executor) {
   advance(now);
+  collect_jobs(executor);
   collect_mail(executor);
   std::vector<sim::DriveCommand> commands;
   for (std::size_t i = 0; i < members_.size(); ++i) {

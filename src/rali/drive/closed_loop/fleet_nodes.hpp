@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "rali/base/executor.hpp"
+#include "rali/drive/closed_loop/simulated_jobs.hpp"
+#include "rali/drive/closed_loop/step_times.hpp"
 #include "rali/drive/link/loopback.hpp"
 #include "rali/fleet/node/node.hpp"
 #include "rali/sim/fleet/closed_loop.hpp"
@@ -31,11 +33,14 @@ struct FleetNodesSetup {
   fleet::NodeSettings node;
   fleet::FleetKnowledge known;
   LinkSettings link;  ///< between any two; lossless unless told otherwise
+  ComputerSettings computer;
+  JobCost job_cost;
   std::uint64_t seed = 1;
 };
 
 /// The parts that vehicles of one process play in their fleet, a radio of bytes between them, and
-/// the drivers' commands that come of it.
+/// the drivers' commands that come of it. Their jobs take the time that the vehicles' computers
+/// would need.
 class FleetNodes {
  public:
   FleetNodes(const FleetNodesSetup& setup, Time begin);
@@ -57,8 +62,8 @@ class FleetNodes {
   /// What arrived since the last call of what others said of themselves: it is for the odometry.
   [[nodiscard]] std::vector<HeardStatus> take_heard() { return std::exchange(heard_, {}); }
 
-  /// Brings the mail, tells all how their drives go and what time it is, and returns what changed
-  /// in where they are to go.
+  /// Brings jobs that have ended and the mail, tells all how their drives go and what time it is,
+  /// and returns what changed in where they are to go.
   [[nodiscard]] std::vector<sim::DriveCommand> decide(Time now,
                                                       std::span<const sim::DriveReport> vehicles,
                                                       Executor& executor);
@@ -72,6 +77,11 @@ class FleetNodes {
   [[nodiscard]] bool finished() const;
 
   [[nodiscard]] MissionLog log() const;
+
+  /// Wall times of the nodes' steps so far.
+  [[nodiscard]] const StepTimes& step_times() const { return step_times_; }
+
+  [[nodiscard]] const SimulatedJobs& jobs() const { return jobs_; }
 
   /// Findings of the nodes so far, each with its vehicle's name.
   [[nodiscard]] FindingList take_findings() { return std::exchange(findings_, {}); }
@@ -98,11 +108,15 @@ class FleetNodes {
 
   void note(const Member& member, Finding finding);
   void send(const Member& member, const fleet::Envelope& envelope);
+  void follow(std::size_t index, const fleet::NodeOutput& output, Time t, Executor& executor);
+  void collect_jobs(Executor& executor);
   void collect_mail(Executor& executor);
   void tell_drive(std::size_t index, const sim::DriveReport& report, Executor& executor);
   [[nodiscard]] std::optional<sim::DriveCommand> command(std::size_t index);
 
   Loopback link_;
+  SimulatedJobs jobs_;
+  StepTimes step_times_;
   std::vector<Member> members_;
   fleet::NodeOutputs outputs_;
   FindingList findings_;

@@ -57,8 +57,8 @@ struct JobDone {
   std::shared_ptr<Job> job;
 };
 
-using NodeEvent =
-    std::variant<OwnFact, OwnPose, HeardRange, HeardRadio, DriveStatus, Envelope, NodeTick>;
+using NodeEvent = std::variant<OwnFact, OwnPose, HeardRange, HeardRadio, DriveStatus, Envelope,
+                               NodeTick, JobDone>;
 
 /// To be synced to disk before any message that follows leaves.
 struct SaveRole {
@@ -79,7 +79,7 @@ struct CancelJob {
   std::uint64_t number = 0;
 };
 
-using NodeOutput = std::variant<SaveRole, Envelope, RoleAction, Finding>;
+using NodeOutput = std::variant<SaveRole, Envelope, RoleAction, Finding, RunJob, CancelJob>;
 using NodeOutputs = std::vector<NodeOutput>;
 
 /// Where the vehicle is to go. Frame `map` is that of the fleet's largest group.
