@@ -117,8 +117,9 @@ std::vector<Option> SimulateCommand::options() {
        {}},
       {"--set",
        "KEY=VALUE",
-       "any key of scene.yaml; repeatable. With --closed-loop also settings.* of fleet.yaml and "
-       "link.* of the radio between vehicles",
+       "any key of scene.yaml; repeatable. With --closed-loop also settings.* of fleet.yaml, "
+       "link.* "
+       "of the radio between vehicles and sim.cpu_factor",
        &assignments_,
        false,
        {}},
