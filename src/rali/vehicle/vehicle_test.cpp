@@ -77,6 +77,24 @@ TEST(Vehicle, answers_each_scan_with_a_pose_and_the_first_with_a_keyframe) {
   EXPECT_GT(keyframes[0].keyframe->cloud.size(), 500U);
 }
 
+TEST(Vehicle, in_a_later_epoch_numbers_its_keyframes_from_the_epochs_first_and_facts_from_0) {
+  TestRoom room = small_room();
+  VehicleSettings settings = settings_of(room, false);
+  settings.facts.epoch = 3;
+  Driver d(1, settings);
+  for (int k = 0; k < 2; ++k) d.feed(freeze(room.scan(0.1 * k)));
+  const auto keyframes = all_of<KeyframeAdded>(d.out);
+  ASSERT_EQ(keyframes.size(), 1U);
+  EXPECT_EQ(keyframes[0].id.seq, 3U << 20);
+  const auto facts = all_of<FactMade>(d.out);
+  ASSERT_GE(facts.size(), 3U);
+  for (std::uint32_t seq = 0; seq < facts.size(); ++seq) {
+    EXPECT_EQ(facts[seq].fact->key, (fleet::FactKey{VehicleId{1}, 3, seq}));
+  }
+  const auto& points = std::get<fleet::KeyframePoints>(facts[2].fact->body);
+  EXPECT_EQ(points.keyframe, 3U << 20);
+}
+
 TEST(Vehicle, refuses_late_scans_and_no_scan_and_says_so) {
   TestRoom room = small_room();
   Driver d(0, settings_of(room, false));

@@ -61,5 +61,26 @@ TEST(WantList, more_streams_than_numbers_leave_one_number_to_each) {
   EXPECT_EQ(me.wants.size(), 20000U);
 }
 
+FactPtr fact_of(std::uint32_t epoch, std::uint32_t seq) {
+  return std::make_shared<const Fact>(Fact{{kPeer, epoch, seq}, kNow, EpochStart{}});
+}
+
+// A fact that only its author had, and had not written to its disk when it stopped, was wanted for
+// ever: no mission that waits for all facts would have ended.
+TEST(WantList, what_an_author_lost_in_a_restart_is_wanted_only_where_somebody_has_it) {
+  Lacking me;
+  me.store.add(fact_of(0, 0));
+  me.store.add(fact_of(0, 3));
+  me.peer_has(0, 1);
+  me.refresh();
+  EXPECT_EQ(me.wants.size(), 2U) << "1 and 2: their author has all below 3, it need not say so";
+  me.peer_has(1, 1);
+  me.refresh();
+  EXPECT_EQ(me.wants.size(), 1U) << "the first fact of its new epoch";
+  me.theirs[{kPeer, 0}] = SeqSet::from({{kPeer, 0}, 3, {{1, 1}}});
+  me.refresh();
+  EXPECT_EQ(me.wants.size(), 2U) << "2 has been kept";
+}
+
 }  // namespace
 }  // namespace rali::fleet

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/fleet/facts/keyframe_number.hpp"
 #include "rali/fleet/facts/told.hpp"
 #include "rali/wire/fleet/crc32c.hpp"
 #include "rali/wire/fleet/messages_for_test.hpp"
@@ -114,6 +115,41 @@ TEST(FleetCodec, fields_of_soft_messages_come_back) {
   }
   EXPECT_EQ(table.hash, table_in.hash);
   EXPECT_FALSE(table.last_part);
+}
+
+TEST(FleetCodec, keyframes_of_the_last_epoch_come_back_with_their_numbers) {
+  constexpr std::uint32_t kEpoch = fleet::kEpochsMax - 1;
+  const std::uint32_t last = fleet::first_keyframe_of(kEpoch) + (fleet::kKeyframesPerEpoch - 1);
+  EXPECT_EQ(last, 0xFFFFFFFFU);
+  EXPECT_EQ(fleet::epoch_of_keyframe(last), kEpoch);
+  EXPECT_EQ(fleet::epoch_of_keyframe(fleet::first_keyframe_of(1) - 1), 0U);
+  fleet::Increment step;
+  step.keyframe = last;
+  fleet::KeyframePoints points;
+  points.keyframe = last;
+  points.x_m = points.y_m = points.z_m = {1.0F};
+  fleet::Loop loop;
+  loop.from = {VehicleId{1}, last};
+  loop.to = {VehicleId{2}, 0};
+  for (const fleet::FactBody& body :
+       {fleet::FactBody{step}, fleet::FactBody{points}, fleet::FactBody{loop}}) {
+    const fleet::Envelope envelope = fact_envelope(body);
+    const auto bytes = encode_envelope(envelope);
+    ASSERT_TRUE(bytes.has_value());
+    const auto back = decode_envelope(*bytes);
+    ASSERT_TRUE(back.has_value());
+    EXPECT_EQ(fleet::content_hash(fact_of(*back)),
+              fleet::content_hash(*fleet::told(fact_of(envelope))));
+  }
+  fleet::Table table;
+  for (const std::uint32_t keyframe : {0U, last}) {
+    table.poses.push_back({{VehicleId{1}, keyframe == 0 ? 0U : kEpoch}, keyframe, {}, {}});
+  }
+  const auto bytes = encode_envelope({VehicleId{0}, std::nullopt, table});
+  ASSERT_TRUE(bytes.has_value());
+  const auto back = decode_envelope(*bytes);
+  ASSERT_TRUE(back.has_value());
+  EXPECT_EQ(std::get<fleet::Table>(back->message).poses.at(1).keyframe, last);
 }
 
 TEST(FleetCodec, what_a_vehicle_says_of_itself_comes_back_as_its_own) {
