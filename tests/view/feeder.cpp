@@ -203,7 +203,7 @@ int feed(const Arguments& arguments) {
     std::this_thread::sleep_for(std::chrono::duration<double>(s));
   };
   while (arguments.wait && (*server)->viewers() == 0 && g_stop == 0) pause(0.05);
-  if (arguments.wait) pause(0.5);  // it subscribes
+  if (arguments.wait) pause(1.5);  // it subscribes
   double t_s = 0.0;
   for (; t_s <= arguments.until_s && g_stop == 0; t_s += 1.0) {
     feeder.step(t_s);

@@ -221,6 +221,15 @@ json anchor_state(double t_s) {
   return out;
 }
 
+json table_move() {
+  return {{"t_s", kTableMoves_s},
+          {"term", 1},
+          {"revision", 1 + static_cast<int>(kTableMoves_s / 2.0)},
+          {"moved_poses", 74},
+          {"moved_max_m", 0.67},
+          {"moved_vehicle", "v3"}};
+}
+
 json table_at(double t_s) {
   const int revision = 1 + static_cast<int>(t_s / 2.0);
   json out = {{"term", anchor_at(t_s) + 1},
@@ -229,11 +238,8 @@ json table_at(double t_s) {
               {"poses", static_cast<int>(2.6 * t_s)},
               {"moved_poses", 3},
               {"moved_max_m", 0.02}};
-  if (revision == 1 + static_cast<int>(kTableMoves_s / 2.0)) {
-    out["moved_poses"] = 74;
-    out["moved_max_m"] = 0.67;
-    out["moved_vehicle"] = "v3";
-  }
+  const json move = table_move();
+  if (revision == move["revision"]) out.update(move);
   return out;
 }
 
@@ -300,7 +306,9 @@ std::string state_at(double t_s) {
       {"steps",
        {{"p50_s", 0.00042}, {"p99_s", 0.0016}, {"max_s", 0.0039}, {"queue", 0}, {"queue_max", 3}}},
       {"odometry", {{"latency_p50_s", 0.0118}, {"latency_p99_s", 0.0394}}}};
-  return state.dump();
+  json out = state;
+  if (t_s >= kTableMoves_s) out["table_moves"] = json::array({table_move()});
+  return out.dump();
 }
 
 std::string paths_at(double t_s) {

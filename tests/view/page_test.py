@@ -49,7 +49,7 @@ def shows_a_fleet_that_drives(page, feeder, pictures):
 def goes_back_in_time_and_returns(page, feeder, pictures):
     points = "window.rali.store.points.material.uniforms.now_s.value"
     now_s = page.evaluate(points)
-    page.evaluate("const s = document.getElementById('time'); s.value = 40; s.dispatchEvent(new Event('input'))")
+    page.evaluate("const s = document.getElementById('time'); s.value = 40 - window.rali.history.first_s; s.dispatchEvent(new Event('input'))")
     expect(text(page, "#chip") == "past", text(page, "#chip"))
     expect("Round 1: v1 stands" in text(page, "#mission"), text(page, "#mission"))
     expect(page.evaluate(points) < now_s - 20, "the map did not go back")

@@ -16,5 +16,5 @@ export function link_colour(link) {
   return link.loss > 0.1 ? '#f5c518' : '#46c37b';
 }
 
-/** Heights from low to high; dark blue is left out, for it vanishes on a dark ground. */
-export const HEIGHTS = ['#3b6fd8', '#2fb3d0', '#55d68a', '#e8e05a', '#f28c3c'];
+/** Heights from low to high; floors are dark, so that what stands on them is seen. */
+export const HEIGHTS = ['#2c4a78', '#2f86b0', '#57bfa6', '#bfdc8c', '#fbf3c4'];

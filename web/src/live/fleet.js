@@ -14,7 +14,7 @@ export class Fleet {
   constructor(view, labels) {
     this.view = view;
     this.labels = labels;
-    this.trails = new Lines(2.6);
+    this.trails = new Lines(2.6, {depthTest: false});
     this.stretches = new Lines(9, {opacity: 0.35, depthTest: false});
     this.links = new Lines(2, {opacity: 0.9});
     this.cut = new Lines(2, {opacity: 0.9, dashed: true, dashSize: 0.7, gapSize: 0.6});
@@ -30,6 +30,18 @@ export class Fleet {
     for (const material of [this.lost.userData.beam.material, this.lost.userData.ring.material]) material.color.set('#e5484d');
     view.scene.add(this.beacon, this.lost);
     this.show = {links: true, ranges: true, goals: true, trails: true};
+  }
+
+  /** From afar the shapes keep a size that can be seen. */
+  rescale() {
+    const grow = (object, size_m, pixels, least = 1) => {
+      const distance_m = this.view.camera.position.distanceTo(object.position);
+      const pixels_per_m = this.view.scale / this.view.renderer.getPixelRatio() / distance_m;
+      object.scale.setScalar(Math.max(least, pixels / (size_m * pixels_per_m)));
+    };
+    for (const {shape} of this.vehicles.values()) grow(shape, 1.5, 24);
+    for (const beacon of [this.beacon, this.lost]) grow(beacon, 2.9, 36);
+    for (const mark of this.marks) grow(mark, 0.6, 9, mark.userData.size);
   }
 
   /** @param trail_of (name) => {points, degenerate} up to the state's time */
@@ -67,6 +79,7 @@ export class Fleet {
         ellipse.rotation.z = v.ellipse.angle_rad ?? 0;
         ellipse.scale.set(Math.max(2 * v.ellipse.major_m, 0.05), Math.max(2 * v.ellipse.minor_m, 0.05), 1);
       }
+      if (state.anchor?.lost?.vehicle === v.name) continue;  // it has a label of its own
       labels.push({
         key: `v ${v.name}`, place: lifted(v.position_m, 1.1), kind: old ? 'vehicle old' : 'vehicle', colour: this.colour_of(v.name),
         text: v.name, note: old ? `heard ${v.age_s.toFixed(0)} s ago` : v.degenerate ? 'degenerate' : v.mode ?? '',
@@ -151,7 +164,7 @@ export class Fleet {
     const add = (p, colour, kind, size = 1) => {
       const mark = make_mark(colour, kind);
       mark.position.set(...lifted(p, kind === 'goal' ? 0.4 : 0.3));
-      mark.scale.setScalar(size);
+      mark.userData.size = size;
       this.view.scene.add(mark);
       this.marks.push(mark);
     };

@@ -2,7 +2,7 @@
 
 const FINE_S = 600;      // all states of so long ago are kept,
 const COARSE_S = 5;      // of older ones about one per so many seconds,
-const STATES_MAX = 8000; // or fewer.
+const STATES_MAX = 4000; // or fewer: a state of a long mission has some 10 kB.
 const MOVED_M = 0.1;     // a table that moves a pose by more is announced
 const EVENTS_MAX = 400;
 
@@ -64,23 +64,22 @@ export class History {
   events_of(before, now) {
     const out = [];
     const event = (level, text) => out.push({t_s: now.t_s, level, text});
-    const table = now.table;
-    if (table?.moved_max_m > MOVED_M) {
-      const key = `${table.term}:${table.revision}`;
-      if (!this.tables.has(key)) {
-        this.tables.add(key);
-        event('note', moved_text(table));
-      }
+    // The list of moves is there for who came late or lost the frame of a move.
+    for (const table of [...(now.table_moves ?? []), now.table]) {
+      const key = `${table?.term}:${table?.revision}`;
+      if (!(table?.moved_max_m > MOVED_M) || this.tables.has(key)) continue;
+      this.tables.add(key);
+      out.push({t_s: table.t_s ?? now.t_s, level: 'note', text: moved_text(table)});
     }
     if (!before) return out;
     if (now.anchor?.vehicle && now.anchor.vehicle !== before.anchor?.vehicle) {
       event('note', `${now.anchor.vehicle} is the anchor${now.term === undefined ? '' : ` (term ${now.term})`}.`);
     }
-    if (now.anchor?.lost && !before.anchor?.lost) event('error', now.anchor.lost.message ?? `${now.anchor.lost.vehicle} is lost.`);
+    if (now.anchor?.lost && !before.anchor?.lost) event('error', `Anchor ${now.anchor.lost.vehicle} is lost.`);
     if (!now.anchor?.lost && before.anchor?.lost) event('ok', 'The anchor is heard again.');
     const old = new Set((before.diagnostics ?? []).map((d) => d.level + d.name + (d.vehicle ?? '')));
     for (const d of now.diagnostics ?? []) {
-      if (d.level === 'error' && !old.has(d.level + d.name + (d.vehicle ?? ''))) event('error', d.message);
+      if (d.level === 'error' && d.name !== 'anchor' && !old.has(d.level + d.name + (d.vehicle ?? ''))) event('error', d.message);
     }
     if (now.mission?.finished && !before.mission?.finished) event('ok', 'The mission is finished.');
     return out;

@@ -12,6 +12,8 @@ import {make_grid, View} from './scene.js';
 import {Timeline} from './timeline.js';
 import {trail_at} from './trails.js';
 
+const NEWS_S = 60;  // older moves of the map are listed, not announced
+
 class Page {
   constructor() {
     this.history = new History();
@@ -41,7 +43,10 @@ class Page {
     this.grid = make_grid();
     this.view.scene.add(this.grid, this.store.points);
     this.fleet = new Fleet(this.view, new Labels(by_id('labels'), this.view));
-    this.view.before = [() => { this.store.points.material.uniforms.scale.value = this.view.scale; }];
+    this.view.before = [() => {
+      this.store.points.material.uniforms.scale.value = this.view.scale;
+      this.fleet.rescale();
+    }];
     this.view.on_let_go = () => by_id('fit').setAttribute('aria-pressed', 'false');
   }
 
@@ -79,8 +84,8 @@ class Page {
   show_chip() {
     const chip = by_id('chip');
     const [text, kind] = !this.timeline.live ? ['past', 'past']
-      : !this.connected ? ['no connection', 'bad']
-        : this.timeline.finished ? ['finished run', 'past'] : ['live', 'good'];
+      : this.timeline.finished ? ['finished run', 'past']
+        : this.connected ? ['live', 'good'] : ['no connection', 'bad'];
     chip.textContent = text;
     chip.className = `state ${kind}`;
     by_id('live').textContent = this.timeline.finished ? 'End' : 'Live';
@@ -110,7 +115,9 @@ class Page {
     const events = this.history.add(state);
     this.names = (state.vehicles ?? []).map((v) => v.name);
     // What the first state reports may be old.
-    if (!first && !this.timeline.finished) for (const event of events) announce(event);
+    for (const event of first || this.timeline.finished ? [] : events) {
+      if (state.t_s - event.t_s < NEWS_S) announce(event);
+    }
     this.timeline.marks(this.history.events);
     show_events(this.history.events, this.history.first_s, (event) => this.timeline.go(event.t_s));
     this.timeline.refresh();
@@ -159,16 +166,12 @@ class Page {
 
   fit() {
     if (!this.view?.follows) return;
-    const {low, high, count} = this.store;
-    const box = {low: [...low], high: [...high]};
-    const {vehicles = []} = this.history.states.at(-1) ?? {};
-    for (const {position_m: p} of vehicles) {
-      for (let i = 0; p && i < 3; ++i) {
-        box.low[i] = Math.min(box.low[i], p[i] - 4);
-        box.high[i] = Math.max(box.high[i], p[i] + 4);
-      }
+    const places = this.store.sample(3000);
+    const {vehicles = [], goals = []} = this.history.states.at(-1) ?? {};
+    for (const {position_m: p} of [...vehicles, ...goals]) {
+      if (p) places.push(p[0] - 3, p[1] - 3, p[2], p[0] + 3, p[1] + 3, p[2] + 1);
     }
-    if (count || vehicles.some((v) => v.position_m)) this.view.fit(box);
+    if (places.length) this.view.fit(places);
   }
 
   show() {

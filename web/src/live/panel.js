@@ -26,7 +26,6 @@ function figures(state) {
   if (state.anchor?.vehicle) out.push(figure(state.term === undefined ? 'anchor' : `anchor, term ${state.term}`, state.anchor.vehicle));
   if (state.mission?.distance_m !== undefined) out.push(figure('driven', number(state.mission.distance_m, 0, 'm')));
   if (state.mission?.area_m2 !== undefined) out.push(figure('area', number(state.mission.area_m2, 0, 'm²')));
-  if (state.table?.revision !== undefined) out.push(figure('table', String(state.table.revision)));
   return out;
 }
 
@@ -53,7 +52,7 @@ function vehicle_card(v, index, state, on_vehicle) {
     v.frame === 'local' ? chip('not in map yet', 'open') : null,
     old ? chip(`heard ${ago(v.age_s)} ago`, 'bad') : null];
   const sigma = v.ellipse ? `± ${metres(v.ellipse.major_m)}` : null;
-  const facts = [sigma, Number.isFinite(v.speed_mps) ? number(v.speed_mps, 1, 'm/s') : null,
+  const facts = [sigma, v.at_rest ? 'at rest' : Number.isFinite(v.speed_mps) ? number(v.speed_mps, 1, 'm/s') : null,
     Number.isFinite(v.battery) ? `battery ${percent(v.battery)}` : null].filter(Boolean).join('  ·  ');
   card.append(el('div', 'top', el('b', '', v.name), ...chips.filter(Boolean)), el('div', 'facts', facts));
   if (v.waits_for) card.append(el('p', '', v.waits_for));

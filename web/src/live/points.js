@@ -5,6 +5,7 @@ import {HEIGHTS, vehicle_colour} from './colours.js';
 export const POINTS_MAX = 1e6;
 const NEVER_S = 3e38;
 const VEHICLES = 8;
+const ODD = 0.004;  // so many points on each side do not decide what is shown
 
 const VERTEX = `
   in float seen_s;
@@ -55,12 +56,10 @@ export class PointStore {
     this.count = 0;
     this.keyframes = new Map();  // 'vehicle keyframe': [[start, end], ...]
     this.allocate(1 << 16);
-    this.reset_bounds();
+    this.reset_heights();
   }
 
-  reset_bounds() {
-    this.low = [Infinity, Infinity, Infinity];
-    this.high = [-Infinity, -Infinity, -Infinity];
+  reset_heights() {
     this.height_bins = new Uint32Array(400);  // 0.25 m each, from -50 m
   }
 
@@ -90,7 +89,7 @@ export class PointStore {
   clear() {
     this.count = 0;
     this.keyframes.clear();
-    this.reset_bounds();
+    this.reset_heights();
   }
 
   /** Adds a cloud; `whole`: in place of all points. */
@@ -108,9 +107,12 @@ export class PointStore {
       // A whole map without ages has always been there.
       seen_s.array[at] = cloud.age_s ? stamp_s - cloud.age_s[i] : whole ? -1e6 : stamp_s;
       owner.array[at] = cloud.vehicle ? cloud.vehicle[i] : vehicle;
+      if (Number.isFinite(cloud.positions[3 * i] + cloud.positions[3 * i + 1] + cloud.positions[3 * i + 2])) continue;
+      seen_s.array[at] = NEVER_S;
+      cloud.positions.fill(0, 3 * i, 3 * i + 3);
     }
     position.array.set(cloud.positions.subarray(0, 3 * n), 3 * this.count);
-    this.extend(cloud.positions, n);
+    this.count_heights(cloud.positions, n);
     for (const attribute of [position, seen_s, owner]) {
       const size = attribute.itemSize;
       if (!whole) attribute.addUpdateRange(this.count * size, n * size);
@@ -147,23 +149,35 @@ export class PointStore {
     seen_s.needsUpdate = true;
   }
 
-  extend(positions, n) {
-    for (let i = 0; i < 3 * n; ++i) {
-      const k = i % 3;
-      const value = positions[i];
-      if (value < this.low[k]) this.low[k] = value;
-      if (value > this.high[k]) this.high[k] = value;
-      if (k === 2) ++this.height_bins[Math.min(Math.max(Math.floor((value + 50) * 4), 0), 399)];
-    }
+  count_heights(positions, n) {
+    for (let i = 2; i < 3 * n; i += 3) ++this.height_bins[Math.min(Math.max(Math.floor((positions[i] + 50) * 4), 0), 399)];
     const {uniforms} = this.points.material;
-    uniforms.low_m.value = this.height_at(0.03);
-    uniforms.high_m.value = this.height_at(0.97);
+    uniforms.low_m.value = this.height_at(0.03, this.count + n);
+    uniforms.high_m.value = this.height_at(0.97, this.count + n);
+  }
+
+  /** Positions of about `count` points that are seen, one list; what lies far out by itself is left out. */
+  sample(count) {
+    const {position, seen_s} = this.points.geometry.attributes;
+    const out = [];
+    const step = Math.max(Math.ceil(this.count / count), 1);
+    for (let i = 0; i < this.count; i += step) {
+      if (seen_s.array[i] < 0.5 * NEVER_S) out.push([0, 1, 2].map((k) => position.array[3 * i + k]));
+    }
+    const low = [];
+    const high = [];
+    for (let k = 0; k < 3; ++k) {
+      const sorted = Float32Array.from(out, (p) => p[k]).sort();
+      low.push(sorted[Math.floor(ODD * sorted.length)]);
+      high.push(sorted[Math.ceil((1 - ODD) * sorted.length) - 1]);
+    }
+    return out.filter((p) => p.every((value, k) => value >= low[k] && value <= high[k])).flat();
   }
 
   /** Height below which this fraction of the points lies. */
-  height_at(fraction) {
+  height_at(fraction, count) {
     let below = 0;
-    const wanted = fraction * (this.count + 1);
+    const wanted = Math.max(fraction * count, 1);
     for (let i = 0; i < 400; ++i) {
       below += this.height_bins[i];
       if (below >= wanted) return i / 4 - 50;

@@ -7,7 +7,45 @@ import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 ColorManagement.enabled = false;
 
 const GROUND = '#0e1218';
-const SMALLEST_M = 8;
+const SMALLEST_M = 18;
+
+function bounds_of(places) {
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < places.length; ++i) {
+    low[i % 3] = Math.min(low[i % 3], places[i]);
+    high[i % 3] = Math.max(high[i % 3], places[i]);
+  }
+  return [low, high];
+}
+
+/** Calls f(right, up, near) for each place, from `target` along the axes of the picture. */
+function for_places(places, target, right, up, direction, f) {
+  const v = new Vector3();
+  for (let i = 0; i + 2 < places.length; i += 3) {
+    v.set(places[i], places[i + 1], places[i + 2]).sub(target);
+    f(v.dot(right), v.dot(up), v.dot(direction));
+  }
+}
+
+/** What the picture spans, as tangents seen from `distance`. */
+function extent_of(places, target, right, up, direction, distance) {
+  const out = {right: [Infinity, -Infinity], up: [Infinity, -Infinity]};
+  for_places(places, target, right, up, direction, (r, u, near) => {
+    const away = Math.max(distance - near, 1);
+    out.right = [Math.min(out.right[0], r / away), Math.max(out.right[1], r / away)];
+    out.up = [Math.min(out.up[0], u / away), Math.max(out.up[1], u / away)];
+  });
+  return out;
+}
+
+function distance_for(places, target, right, up, direction, tan_right, tan_up) {
+  let distance = 0;
+  for_places(places, target, right, up, direction, (r, u, near) => {
+    distance = Math.max(distance, near + Math.abs(r) / tan_right, near + Math.abs(u) / tan_up);
+  });
+  return distance;
+}
 
 export class View {
   constructor(holder) {
@@ -44,7 +82,7 @@ export class View {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (this.follows && this.box) this.fit(this.box);
+    if (this.follows && this.places) this.fit(this.places);
     this.draw();
   }
 
@@ -64,34 +102,33 @@ export class View {
     });
   }
 
-  /** Moves the camera so that all corners of the box {low, high} are seen. */
-  fit(box) {
-    this.box = box;
-    const low = new Vector3(...box.low);
-    const high = new Vector3(...box.high);
-    const centre = low.clone().add(high).multiplyScalar(0.5);
-    const half = high.clone().sub(low).multiplyScalar(0.5);
-    half.x = Math.max(half.x, SMALLEST_M);
-    half.y = Math.max(half.y, SMALLEST_M);
+  /** Moves the camera so that all places [x y z x y z ...] are seen. */
+  fit(places) {
+    this.places = places;
+    const [low, high] = bounds_of(places);
     // The longer side of the map lies along the longer side of the window.
-    const turned = (half.x >= half.y) === (this.camera.aspect >= 1);
+    const turned = (high[0] - low[0] >= high[1] - low[1]) === (this.camera.aspect >= 1);
     const d = this.direction;
     const direction = turned ? d.clone() : new Vector3(-d.y, d.x, d.z);
     const right = new Vector3().crossVectors(this.camera.up, direction).normalize();
     const up = new Vector3().crossVectors(direction, right);
     const tan_up = Math.tan((this.camera.fov * Math.PI) / 360);
     const tan_right = tan_up * this.camera.aspect;
-    let distance = 5;
-    for (let i = 0; i < 8; ++i) {
-      const corner = new Vector3(i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z);
-      const near = corner.dot(direction);
-      distance = Math.max(distance, near + Math.abs(corner.dot(right)) / tan_right, near + Math.abs(corner.dot(up)) / tan_up);
+    const target = new Vector3(...low.map((value, i) => 0.5 * (value + high[i])));
+    let distance = SMALLEST_M;
+    // Perspective moves the middle of the picture; two rounds find it well enough.
+    for (let round = 0; round < 3; ++round) {
+      const seen = extent_of(places, target, right, up, direction, distance);
+      target.addScaledVector(right, 0.5 * (seen.right[0] + seen.right[1]) * distance);
+      target.addScaledVector(up, 0.5 * (seen.up[0] + seen.up[1]) * distance);
+      distance = Math.max(distance_for(places, target, right, up, direction, tan_right, tan_up), SMALLEST_M);
     }
+    distance *= 1.07;
     this.camera.near = Math.max(distance / 500, 0.05);
     this.camera.far = distance * 30;
-    this.camera.position.copy(centre).addScaledVector(direction, 1.04 * distance);
+    this.camera.position.copy(target).addScaledVector(direction, distance);
     this.camera.updateProjectionMatrix();
-    this.controls.target.copy(centre);
+    this.controls.target.copy(target);
     this.controls.update();
   }
 

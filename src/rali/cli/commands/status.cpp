@@ -12,9 +12,7 @@ class StatusCommand final : public Command {
  public:
   [[nodiscard]] std::string name() const override { return "status"; }
 
-  [[nodiscard]] std::string summary() const override {
-    return "show a live fleet in the terminal: vehicles, links, what it waits for";
-  }
+  [[nodiscard]] std::string summary() const override { return "show a live fleet in the terminal"; }
 
   [[nodiscard]] std::vector<std::string> examples() const override {
     return {"rali status", "rali status http://10.77.0.2:8765 --watch"};

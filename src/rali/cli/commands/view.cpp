@@ -7,6 +7,7 @@
 #include "rali/cli/commands/live.hpp"
 #include "rali/cli/commands/report.hpp"
 #include "rali/cli/view/ask_vehicle.hpp"
+#include "rali/cli/view/point_times.hpp"
 #include "rali/cli/view/results_view.hpp"
 #include "rali/report/read_run.hpp"
 
@@ -76,7 +77,7 @@ class ViewCommand final : public Command {
     options.token = token_;
     const Result<std::unique_ptr<view::ViewServer>> server = view::start_view_server(options);
     if (!server) return tl::make_unexpected(server.error());
-    publish_results(*run, **server);
+    publish_results(*run, first_seen_s(folder, *run), **server);
     const std::string host = bind_ == "0.0.0.0" ? "127.0.0.1" : bind_;
     session.result(fmt::format("http://{}:{}{}\n", host, (*server)->port(),
                                token_.empty() ? "" : "/?token=" + token_));

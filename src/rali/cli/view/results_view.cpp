@@ -194,35 +194,44 @@ std::string results_paths(const report::RunData& run) {
   return text_of({{"t_s", span_of(run).end_s}, {"paths", std::move(paths)}});
 }
 
-wire::Bytes results_cloud(const report::RunData& run) {
-  constexpr std::uint32_t kStep = 13;
+wire::Bytes results_cloud(const report::RunData& run, const std::vector<float>& seen_s) {
+  constexpr float kAlways_s = 1e6F;  // no keyframe has the point: it is shown at all times
   const report::MapPoints& map = run.map;
+  const bool timed = seen_s.size() == map.size();
+  const std::uint32_t step = timed ? 17 : 13;
   const std::size_t every = map.size() / kCloudPointsMax + 1;
+  const double end_s = span_of(run).end_s;
   wire::Bytes data;
-  data.reserve(kStep * (map.size() / every + 1));
+  data.reserve(step * (map.size() / every + 1));
+  const auto put = [&](float value) {
+    const auto* raw = reinterpret_cast<const std::byte*>(&value);
+    data.insert(data.end(), raw, raw + sizeof value);
+  };
   for (std::size_t i = 0; i < map.size(); i += every) {
-    for (const float value : {map.x_m[i], map.y_m[i], map.z_m[i]}) {
-      const auto* raw = reinterpret_cast<const std::byte*>(&value);
-      data.insert(data.end(), raw, raw + sizeof value);
-    }
+    for (const float value : {map.x_m[i], map.y_m[i], map.z_m[i]}) put(value);
     data.push_back(static_cast<std::byte>(i < map.vehicle.size() ? map.vehicle[i] : 0));
+    if (!timed) continue;
+    const bool known = std::isfinite(seen_s[i]);
+    put(known ? static_cast<float>(end_s - double{seen_s[i]}) : kAlways_s);
   }
   wire::CloudView cloud;
-  cloud.stamp = Time::from_s(span_of(run).end_s);
+  cloud.stamp = Time::from_s(end_s);
   cloud.frame_id = "map";
   cloud.height = 1;
-  cloud.width = static_cast<std::uint32_t>(data.size() / kStep);
-  cloud.point_step = kStep;
-  cloud.row_step = kStep * cloud.width;
+  cloud.width = static_cast<std::uint32_t>(data.size() / step);
+  cloud.point_step = step;
+  cloud.row_step = step * cloud.width;
   cloud.fields = {{"x", 0, wire::FieldType::kFloat32},
                   {"y", 4, wire::FieldType::kFloat32},
                   {"z", 8, wire::FieldType::kFloat32},
                   {"vehicle", 12, wire::FieldType::kUint8}};
+  if (timed) cloud.fields.push_back({"age_s", 13, wire::FieldType::kFloat32});
   cloud.data = data;
   return wire::encode(cloud, wire::Encoding::kCdr);
 }
 
-void publish_results(const report::RunData& run, view::ViewServer& server) {
+void publish_results(const report::RunData& run, const std::vector<float>& seen_s,
+                     view::ViewServer& server) {
   const Time t = Time::from_s(span_of(run).end_s);
   const auto publish = [&](int channel, std::span<const std::byte> bytes) {
     server.publish(channel, t, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
@@ -239,7 +248,7 @@ void publish_results(const report::RunData& run, view::ViewServer& server) {
     const std::string type = "sensor_msgs/msg/PointCloud2";
     publish(server.add_channel({"/map_cloud", "cdr", type, "ros2msg",
                                 wire::message_definition(type, wire::Encoding::kCdr), true}),
-            results_cloud(run));
+            results_cloud(run, seen_s));
   }
   server.set_health(true, R"({"state":"finished results"})");
 }

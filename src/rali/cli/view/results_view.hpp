@@ -20,10 +20,13 @@ namespace rali::cli {
 /// `/rali/paths`: trajectories, at most 5000 points per vehicle.
 [[nodiscard]] std::string results_paths(const report::RunData& run);
 
-/// `/map_cloud`: a PointCloud2 of at most 1 000 000 points with the vehicle of each.
-[[nodiscard]] wire::Bytes results_cloud(const report::RunData& run);
+/// `/map_cloud`: a PointCloud2 of at most 1 000 000 points with the vehicle of each, and its age
+/// where `seen_s` (first_seen_s()) is not empty.
+[[nodiscard]] wire::Bytes results_cloud(const report::RunData& run,
+                                        const std::vector<float>& seen_s);
 
 /// Publishes all of them; who comes later gets them, too.
-void publish_results(const report::RunData& run, view::ViewServer& server);
+void publish_results(const report::RunData& run, const std::vector<float>& seen_s,
+                     view::ViewServer& server);
 
 }  // namespace rali::cli

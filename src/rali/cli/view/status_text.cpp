@@ -79,8 +79,8 @@ std::string head_text(const json& state) {
   if (at(table, "revision").is_number()) {
     facts.push_back("table " + number(at(table, "revision"), 0));
   }
-  std::string out =
-      fmt::format("{}: {}\n", text(at(state, "vehicle"), "?"), fmt::join(facts, ", "));
+  std::string out = fmt::format("{}{}{}\n", text(at(state, "vehicle"), "?"),
+                                facts.empty() ? "" : ": ", fmt::join(facts, ", "));
   for (const json* line : {&at(mission, "state"), &at(state, "waits_for")}) {
     if (line->is_string()) out += text(*line) + '\n';
   }

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rali/report/run_data.hpp"
+
+namespace rali::cli {
+
+/// When each point of run.map was first seen [s since run.begin]: the stamp of the earliest
+/// keyframe that has a point within about 0.3 m. NaN where no keyframe has one; empty if the folder
+/// holds no keyframes (they are optional). What cannot be read is left out.
+[[nodiscard]] std::vector<float> first_seen_s(const std::string& out_dir,
+                                              const report::RunData& run);
+
+}  // namespace rali::cli
