@@ -39,7 +39,7 @@ class FleetLink {
   virtual ~FleetLink() = default;
 
   /// kRole and kStatus are sent once: the protocol repeats them. kBulk is sent again until the
-  /// receiver has it or is gone.
+  /// receiver has it or is gone; only in the first moment after `matched` it may be lost.
   /// @param to none: all others
   /// @return false: not taken, because the queue to (one of) the receivers is full, or nobody is
   /// there to receive kBulk, or it is too large. Sent again to all, it may reach some twice.

@@ -28,7 +28,8 @@ struct RosTopic {
 struct RosMessage {
   int subscription = 0;
   Time t;  ///< of arrival, by the clock of this machine (UTC, as stamps of sensors have it)
-  std::vector<std::uint8_t> cdr;  ///< with the four bytes of the encapsulation header
+  /// With the four bytes of the encapsulation header; up to three bytes of padding may follow.
+  std::vector<std::uint8_t> cdr;
 };
 
 /// What happened on a bus since it was opened.
