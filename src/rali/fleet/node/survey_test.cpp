@@ -74,9 +74,9 @@ TEST(Survey, a_result_in_other_frames_than_those_taken_over_meanwhile_is_dropped
   run(*job);
   ASSERT_TRUE(begin.survey.take_over(*begin.other.boundary(), begin.other.last().keyframes));
   EXPECT_TRUE(begin.survey.is_placed(VehicleId{2})) << "at once: nothing had to be solved";
-  const geometry::SE3 T = *begin.survey.T_map_odom(VehicleId{2});
+  const geometry::SE3 T = *begin.survey.T_map_odom({VehicleId{2}, 0});
   EXPECT_EQ(begin.survey.take_back(job.get(), true), Survey::Back::kDropped);
-  EXPECT_EQ(geometry::boxminus(T, *begin.survey.T_map_odom(VehicleId{2})).norm(), 0.0);
+  EXPECT_EQ(geometry::boxminus(T, *begin.survey.T_map_odom({VehicleId{2}, 0})).norm(), 0.0);
   const auto next = begin.survey.make_job(std::nullopt);
   run(*next);
   EXPECT_EQ(begin.survey.take_back(next.get(), true), Survey::Back::kTaken);
