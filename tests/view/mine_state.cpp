@@ -243,6 +243,30 @@ json table_at(double t_s) {
   return out;
 }
 
+json sensors() {
+  return {{{"name", "lidar"},
+           {"topic", "/points"},
+           {"rate_hz", 9.98},
+           {"expected_hz", 10.0},
+           {"gaps", 0},
+           {"drops", 0},
+           {"age_s", 0.06}},
+          {{"name", "imu"},
+           {"topic", "/imu"},
+           {"rate_hz", 399.6},
+           {"expected_hz", 400.0},
+           {"gaps", 1},
+           {"drops", 0},
+           {"age_s", 0.01}},
+          {{"name", "uwb"},
+           {"topic", "/dev/ttyUSB0"},
+           {"rate_hz", 43.1},
+           {"expected_hz", 50.0},
+           {"gaps", 4},
+           {"drops", 0},
+           {"age_s", 0.03}}};
+}
+
 }  // namespace
 
 double gallery_error_m(double t_s) {
@@ -280,28 +304,7 @@ std::string state_at(double t_s) {
       {"degenerate_stretches", stretches_at(t_s)},
       {"table", table_at(t_s)},
       {"diagnostics", diagnostics_at(t_s)},
-      {"sensors",
-       {{{"name", "lidar"},
-         {"topic", "/points"},
-         {"rate_hz", 9.98},
-         {"expected_hz", 10.0},
-         {"gaps", 0},
-         {"drops", 0},
-         {"age_s", 0.06}},
-        {{"name", "imu"},
-         {"topic", "/imu"},
-         {"rate_hz", 399.6},
-         {"expected_hz", 400.0},
-         {"gaps", 1},
-         {"drops", 0},
-         {"age_s", 0.01}},
-        {{"name", "uwb"},
-         {"topic", "/dev/ttyUSB0"},
-         {"rate_hz", 43.1},
-         {"expected_hz", 50.0},
-         {"gaps", 4},
-         {"drops", 0},
-         {"age_s", 0.03}}}},
+      {"sensors", sensors()},
       {"disk", {{"free_bytes", 41.2e9 - 2.4e5 * t_s}, {"state", "ok"}}},
       {"steps",
        {{"p50_s", 0.00042}, {"p99_s", 0.0016}, {"max_s", 0.0039}, {"queue", 0}, {"queue_max", 3}}},

@@ -20,7 +20,7 @@
 namespace rali::cli {
 namespace {
 
-constexpr std::string_view kLinkKeys = "link.", kSettingsKeys = "settings.";
+constexpr std::string_view kLinkKeys = "link.", kComputerKeys = "sim.", kSettingsKeys = "settings.";
 
 std::vector<std::string> vehicle_names(int vehicles) {
   std::vector<std::string> names;
@@ -35,14 +35,15 @@ std::string without_line(std::string text, std::string_view begin) {
   return text.erase(at + 1, text.find('\n', at + 1) - at);
 }
 
-/// Those of the link into `link`, the others into `overrides`.
-Status assign(const std::vector<std::string>& assignments, drive::LinkSettings& link,
+/// Those of the radio and the computers into `fleet`, the others into `overrides`.
+Status assign(const std::vector<std::string>& assignments, drive::FleetNodesSetup& fleet,
               config::Overrides& overrides) {
   config::FieldList fields;
-  config::collect_fields(std::string(kLinkKeys), link, fields);
+  config::collect_fields(std::string(kLinkKeys), fleet.link, fields);
+  config::collect_fields(std::string(kComputerKeys), fleet.computer, fields);
   config::Origins origins;
   for (const std::string& assignment : assignments) {
-    if (!assignment.starts_with(kLinkKeys)) {
+    if (assignment.starts_with(kSettingsKeys)) {
       overrides.assignments.push_back(assignment);
       continue;
     }
@@ -61,7 +62,7 @@ Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
                                         const std::vector<std::string>& assignments) {
   drive::ClosedLoopSetup setup;
   config::Overrides overrides;
-  if (Status s = assign(assignments, setup.fleet.link, overrides); !s) {
+  if (Status s = assign(assignments, setup.fleet, overrides); !s) {
     return tl::make_unexpected(s.error());
   }
   std::string yaml = scenario::fleet_yaml(sim, names, options);
@@ -140,6 +141,15 @@ class MissionView {
   std::size_t told_ = 0;
 };
 
+/// How long steps and jobs took: the former are to be short, JobCost is fitted to the latter.
+void tell_times(const drive::FleetNodes& nodes, Session& session) {
+  for (const std::string& line : nodes.step_times().lines()) session.detail("steps by " + line);
+  for (const drive::SimulatedJobs::Spent& job : nodes.jobs().spent()) {
+    session.detail(fmt::format("job: {} nodes, {} submaps, {} pairs: {:.4f} s of CPU",
+                               job.work.nodes, job.work.submaps, job.work.compared, job.cpu_s));
+  }
+}
+
 }  // namespace
 
 Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
@@ -174,6 +184,7 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
   auto recording = scenario::record_drive(sim, options, drive);
   if (!recording) return tl::make_unexpected(recording.error());
   ClosedLoopRun run{std::move(*recording), fleet.log()};
+  tell_times(fleet.nodes(), session);
   if (Status s = drive::write_rounds_table(options.folder, names, run.mission.rounds,
                                            run.mission.frontiers);
       !s) {
@@ -188,14 +199,15 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
 }
 
 bool is_mission_key(std::string_view assignment) {
-  return assignment.starts_with(kLinkKeys) || assignment.starts_with(kSettingsKeys);
+  return assignment.starts_with(kLinkKeys) || assignment.starts_with(kComputerKeys) ||
+         assignment.starts_with(kSettingsKeys);
 }
 
 Result<std::vector<std::string>> check_mission_settings(
     const std::vector<std::string>& assignments) {
-  drive::LinkSettings link;
+  drive::FleetNodesSetup fleet;
   config::Overrides overrides;
-  Status assigned = assign(assignments, link, overrides);
+  Status assigned = assign(assignments, fleet, overrides);
   if (!assigned) return tl::make_unexpected(assigned.error());
   constexpr std::string_view kAnyFleet = "vehicles: {v1: {recording: v1.mcap}}\n";
   const auto config = config::parse_fleet(kAnyFleet, "fleet.yaml", ".", overrides);

@@ -27,7 +27,8 @@ struct ClosedLoopRun {
                                                         double time_limit_s, Executor& executor,
                                                         Session& session);
 
-/// `settings.` of fleet.yaml, or `link.` of the radio that brings the software's messages.
+/// `settings.` of fleet.yaml, `link.` of the radio that brings the software's messages, or `sim.`
+/// of the computers that it runs on.
 [[nodiscard]] bool is_mission_key(std::string_view assignment);
 
 /// Whether such assignments can be obeyed, before anything is simulated or written: the notices

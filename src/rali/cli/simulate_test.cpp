@@ -107,9 +107,9 @@ TEST_F(Simulate, json_is_one_document_and_the_same_as_simulation_json) {
 }
 
 TEST_F(Simulate, a_closed_loop_that_its_time_ends_says_so_and_leaves_the_recording) {
-  const Outcome ended =
-      simulate({"corridor", "-o", folder_, "--closed-loop", "--vehicles", "2", "--duration", "3",
-                "--set", "link.loss=0.1", "--set", "settings.mission.roles.lease_s=4"});
+  const Outcome ended = simulate({"corridor", "-o", folder_, "--closed-loop", "--vehicles", "2",
+                                  "--duration", "3", "--set", "link.loss=0.1", "--set",
+                                  "settings.mission.roles.lease_s=4", "--set", "sim.cpu_factor=3"});
   EXPECT_EQ(ended.code, 1) << ended.err;
   for (const char* name : {"v1.mcap", "v2.mcap", "ranges.csv", "fleet.yaml", "rounds.csv",
                            "frontiers.csv", "traffic.csv", "truth/v2.tum"}) {
@@ -161,6 +161,8 @@ TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {
       {"loop", "-o", folder_, "--set", "link.loss=0.1"},
       {"corridor", "-o", folder_, "--closed-loop", "--set", "link.loss=1.1"},
       {"corridor", "-o", folder_, "--closed-loop", "--set", "link.los=0.1"},
+      {"loop", "-o", folder_, "--set", "sim.cpu_factor=2"},
+      {"corridor", "-o", folder_, "--closed-loop", "--set", "sim.cpu_factor=-1"},
       {"corridor", "-o", folder_, "--closed-loop", "--set", "settings.mission.roles.leas_s=1"},
       {"corridor", "-o", folder_, "--closed-loop", "--set", "settings.mission.progress_m=-1"},
       {"loop", "-o", folder_, "--threads", "-1"},

@@ -28,7 +28,7 @@ TEST(LiveFields, a_live_vehicle_needs_no_recording) {
 TEST(LiveFields, an_unknown_key_of_the_live_section_is_an_error) {
   const Result<FleetConfig> config = parse_live("vehicles: {v1: {}}\nlive: {ros_domian: 3}\n");
   ASSERT_FALSE(config);
-  EXPECT_NE(config.error().message().find("live.ros_domain"), std::string::npos)
+  EXPECT_NE(config.error().message().find("'ros_domain'"), std::string::npos)
       << config.error().message();
 }
 

@@ -89,7 +89,7 @@ RangePrediction GlobalGraph::predict(const RangeFactor& factor) {
 
 std::vector<LoopVerdict> GlobalGraph::judge(
     const std::vector<RelativePoseFactor>& candidates) const {
-  return judge_loops(window(), settings_, candidates);
+  return judge_loops(window(), settings_, candidates, stop_);
 }
 
 geometry::Mat3 blind_information(const geometry::Vec3& e, double sigma_seen_m,

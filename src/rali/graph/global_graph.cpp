@@ -212,13 +212,13 @@ SolveReport GlobalGraph::solve(int iterations_max) {
   changed();
   if (window().columns() == 0) return {};
   GlobalEquations equations(window_, settings_.huber_sd);
-  return levenberg_marquardt(window_, equations, steps_of(settings_), iterations_max);
+  return levenberg_marquardt(window_, equations, steps_of(settings_, stop_), iterations_max);
 }
 
 SolveReport GlobalGraph::solve_full() {
   changed();
   if (window().columns() == 0) return {};
-  return solve_with_guard(window_, settings_);
+  return solve_with_guard(window_, settings_, stop_);
 }
 
 void GlobalGraph::marginalise(std::vector<Seq> nodes) {

@@ -85,6 +85,9 @@ class GlobalGraph {
   /// Says that no range will use it any more: it leaves with the last node that knows it.
   void retire(GlobalId id);
 
+  /// Where the flag is raised, solve(), solve_full() and judge() end early, with what they have.
+  void stop_on(StopFlag stop) { stop_ = stop; }
+
   /// From the present values and with the present weights of the loops.
   SolveReport solve(int iterations_max);
   /// Weighs all loops anew by the settings' guard, from a start made anew if this one is poor.
@@ -160,6 +163,7 @@ class GlobalGraph {
   GlobalGraphSettings settings_;
   mutable Window window_;  ///< mutable: where its columns are is found when it is asked
   mutable bool laid_out_ = false;
+  StopFlag stop_;
   Seq next_ = 0;
   std::set<std::uint64_t> used_ranges_;
   std::unique_ptr<GlobalMarginals> marginals_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "rali/base/stop_flag.hpp"
 #include "rali/graph/solver.hpp"
 
 namespace rali::graph {
@@ -19,10 +20,12 @@ struct LevenbergMarquardtSettings {
   /// stiff factors bend the valley, and a straight step leaves it by its square.
   bool second_step = false;
   double lever_m = 0.0;  ///< a turn of a node counts as what it moves at this distance
+  StopFlag stop;         ///< asked before each iteration
 };
 
 [[nodiscard]] LevenbergMarquardtSettings steps_of(const LocalGraphSettings& settings);
-[[nodiscard]] LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& settings);
+[[nodiscard]] LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& settings,
+                                                  StopFlag stop = {});
 
 /// The farthest that a position, landmark or range bias moves [m], turns counted at `lever_m`.
 [[nodiscard]] double farthest_m(const Window& window, const Eigen::VectorXd& step, double lever_m);
@@ -70,7 +73,7 @@ SolveReport levenberg_marquardt(Window& window, Equations& equations,
   double lambda = settings.lambda_initial;
   report.cost_before = cost;
   SavedValues saved;
-  while (report.iterations < iterations_max && !report.converged) {
+  while (report.iterations < iterations_max && !report.converged && !settings.stop.raised()) {
     ++report.iterations;
     bool better = false;
     double fall = 0.0;

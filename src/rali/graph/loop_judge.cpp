@@ -21,7 +21,7 @@ using geometry::Mat6;
 /// The graph without loops at its minimum, factored once for all the loops that are asked about.
 class LoopJudge {
  public:
-  LoopJudge(const Window& window, const GlobalGraphSettings& settings);
+  LoopJudge(const Window& window, const GlobalGraphSettings& settings, StopFlag stop);
 
   [[nodiscard]] LoopVerdict verdict(const RelativePoseFactor& loop);
 
@@ -30,6 +30,7 @@ class LoopJudge {
   [[nodiscard]] double cost_anew(const RelativeTerm& loop) const;
 
   const GlobalGraphSettings& settings_;
+  StopFlag stop_;
   Window graph_;
   GlobalEquations equations_;  ///< factored at the minimum
   double cost_ = 0.0;
@@ -41,9 +42,12 @@ Window without_loops(Window window) {
   return window;
 }
 
-LoopJudge::LoopJudge(const Window& window, const GlobalGraphSettings& settings)
-    : settings_(settings), graph_(without_loops(window)), equations_(graph_, settings.huber_sd) {
-  levenberg_marquardt(graph_, equations_, steps_of(settings), settings.iterations);
+LoopJudge::LoopJudge(const Window& window, const GlobalGraphSettings& settings, StopFlag stop)
+    : settings_(settings),
+      stop_(stop),
+      graph_(without_loops(window)),
+      equations_(graph_, settings.huber_sd) {
+  levenberg_marquardt(graph_, equations_, steps_of(settings, stop), settings.iterations);
   equations_.relinearise(graph_, settings.huber_sd);
   cost_ = equations_.cost();
   factored_ = factorise_with_floor(equations_);
@@ -119,17 +123,20 @@ double LoopJudge::cost_anew(const RelativeTerm& loop) const {
   Window with = graph_;
   with.relative.push_back(loop);
   GlobalEquations equations(with, settings_.huber_sd);
-  return levenberg_marquardt(with, equations, steps_of(settings_), settings_.iterations).cost_after;
+  return levenberg_marquardt(with, equations, steps_of(settings_, stop_), settings_.iterations)
+      .cost_after;
 }
 
 }  // namespace
 
 std::vector<LoopVerdict> judge_loops(const Window& window, const GlobalGraphSettings& settings,
-                                     const std::vector<RelativePoseFactor>& loops) {
+                                     const std::vector<RelativePoseFactor>& loops, StopFlag stop) {
   std::vector<LoopVerdict> verdicts;
   if (loops.empty()) return verdicts;
-  LoopJudge judge(window, settings);
-  for (const RelativePoseFactor& loop : loops) verdicts.push_back(judge.verdict(loop));
+  LoopJudge judge(window, settings, stop);
+  for (const RelativePoseFactor& loop : loops) {
+    verdicts.push_back(stop.raised() ? LoopVerdict{} : judge.verdict(loop));
+  }
   return verdicts;
 }
 

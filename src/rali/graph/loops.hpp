@@ -1,5 +1,6 @@
 #pragma once
 
+#include "rali/base/stop_flag.hpp"
 #include "rali/graph/global_equations.hpp"
 #include "rali/graph/settings.hpp"
 #include "rali/graph/solver.hpp"
@@ -24,7 +25,8 @@ namespace rali::graph {
 
 /// Solves with weights on the loops as the guard decides them, and leaves both in the window. All
 /// else is never switched. The window must be laid out.
-SolveReport solve_with_guard(Window& window, const GlobalGraphSettings& settings);
+SolveReport solve_with_guard(Window& window, const GlobalGraphSettings& settings,
+                             StopFlag stop = {});
 
 /// How a loop fits to a graph that does not contain it.
 struct LoopVerdict {
@@ -44,6 +46,7 @@ struct LoopVerdict {
 /// GlobalGraph::judge on a window that is laid out.
 [[nodiscard]] std::vector<LoopVerdict> judge_loops(const Window& window,
                                                    const GlobalGraphSettings& settings,
-                                                   const std::vector<RelativePoseFactor>& loops);
+                                                   const std::vector<RelativePoseFactor>& loops,
+                                                   StopFlag stop = {});
 
 }  // namespace rali::graph

@@ -20,13 +20,16 @@ constexpr int kBorderWide = 100;
 }  // namespace
 
 LevenbergMarquardtSettings steps_of(const LocalGraphSettings& s) {
-  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinLocal, false,
-          0.0};
+  return {
+      s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinLocal, false, 0.0,
+      {}};
 }
 
-LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& s) {
-  return {s.huber_sd, s.lambda_initial, s.cost_change_min, s.step_min_m, kLambdaMinGlobal,
-          true,       kLeverM};
+LevenbergMarquardtSettings steps_of(const GlobalGraphSettings& s, StopFlag stop) {
+  return {s.huber_sd,        s.lambda_initial,
+          s.cost_change_min, s.step_min_m,
+          kLambdaMinGlobal,  true,
+          kLeverM,           stop};
 }
 
 double farthest_m(const Window& window, const Eigen::VectorXd& step, double lever_m) {

@@ -112,7 +112,7 @@ fleet::DriveStatus Agent::drive_status() const {
 
 void Agent::step(const fleet::NodeEvent& event, Time now, AgentOutputs& out) {
   node_out_.clear();
-  node_.step(event, now, executor_, node_out_);
+  node_.step(event, now, node_out_);
   goal_watch_.sent(node_.order().number);
   for (fleet::NodeOutput& output : node_out_) {
     if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
@@ -127,6 +127,10 @@ void Agent::step(const fleet::NodeEvent& event, Time now, AgentOutputs& out) {
       out.emplace_back(std::move(*save));
     } else if (auto* fact = std::get_if<fleet::SaveFact>(&output)) {
       out.emplace_back(std::move(*fact));
+    } else if (auto* job = std::get_if<fleet::RunJob>(&output)) {
+      out.emplace_back(std::move(*job));
+    } else if (const auto* cancelled = std::get_if<fleet::CancelJob>(&output)) {
+      out.emplace_back(*cancelled);
     }
   }
 }

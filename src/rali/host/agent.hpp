@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "rali/base/executor.hpp"
 #include "rali/fleet/node/node.hpp"
 #include "rali/host/goal_watch.hpp"
 #include "rali/net/fleet_link.hpp"
@@ -30,7 +29,7 @@ struct PeerReport {
 };
 
 using AgentOutput = std::variant<SendBytes, PeerReport, fleet::SaveRole, fleet::SaveFact,
-                                 fleet::RoleAction, Finding>;
+                                 fleet::RunJob, fleet::CancelJob, fleet::RoleAction, Finding>;
 using AgentOutputs = std::vector<AgentOutput>;
 
 struct AgentSetup {
@@ -84,6 +83,9 @@ class Agent {
     step(event, now, out);
   }
 
+  /// A job has ended.
+  void take(const fleet::JobDone& done, Time now, AgentOutputs& out) { step(done, now, out); }
+
   /// An order of the operator.
   void take(const fleet::OperatorOrder& order, Time now, AgentOutputs& out) {
     step(order, now, out);
@@ -119,7 +121,6 @@ class Agent {
   std::vector<std::string> names_;
   double arrive_m_;
   fleet::Node node_;
-  SerialExecutor executor_;
   fleet::NodeOutputs node_out_;
   bool levelled_ = false;
   std::optional<vehicle::PoseEstimate> pose_;

@@ -105,6 +105,12 @@ void FleetSide::take(const fleet::NodeEvent& from_disk, HostTime now, FleetSideO
   sort_out(now, out);
 }
 
+void FleetSide::take(const fleet::JobDone& done, HostTime now, FleetSideOutputs& out) {
+  if (!agent_) return;
+  agent_->take(done, agent_time(now), agent_out_);
+  sort_out(now, out);
+}
+
 void FleetSide::take(const view::OperatorRequest& request, HostTime now, FleetSideOutputs& out) {
   if (!agent_) return;
   using Kind = fleet::OperatorOrder::Kind;

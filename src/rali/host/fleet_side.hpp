@@ -58,6 +58,8 @@ class FleetSide {
 
   void take(const fleet::NodeEvent& from_disk, HostTime now, FleetSideOutputs& out);
 
+  void take(const fleet::JobDone& done, HostTime now, FleetSideOutputs& out);
+
   /// What `rali operator` orders. Unknown words and vehicles become a Finding.
   void take(const view::OperatorRequest& request, HostTime now, FleetSideOutputs& out);
 

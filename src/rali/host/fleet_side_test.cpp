@@ -51,7 +51,15 @@ class ExactVehicle {
       side.receive(arrived.from, std::as_bytes(std::span(arrived.bytes)), now, out_);
     }
     side.tick(now, out_);
-    for (const AgentOutput& output : out_.agent) {
+    const AgentOutputs made = std::exchange(out_.agent, {});
+    for (const AgentOutput& output : made) {
+      if (const auto* job = std::get_if<fleet::RunJob>(&output)) {
+        SerialExecutor executor;
+        job->job->run(executor, false);
+        side.take(fleet::JobDone{job->number, job->job}, now, out_);
+      }
+    }
+    for (const AgentOutput& output : made) {
       const auto* send = std::get_if<SendBytes>(&output);
       if (send == nullptr) continue;
       const auto* bytes = reinterpret_cast<const std::uint8_t*>(send->bytes.data());

@@ -9,6 +9,7 @@
 #include "rali/host/bounded_queue.hpp"
 #include "rali/host/fleet_state.hpp"
 #include "rali/host/host_clock.hpp"
+#include "rali/host/job_worker.hpp"
 #include "rali/host/view_outputs.hpp"
 #include "rali/net/wall_clock.hpp"
 
@@ -21,8 +22,7 @@ constexpr Duration kDiskWait = Duration::from_ns(100'000'000);
 constexpr double kTick_s = 0.1, kSecond_s = 1.0, kTopics_s = 0.5, kSensorNews_s = 0.2;
 constexpr std::size_t kNewsMax = 50'000, kOutboxMax = 1000, kDiskMax = 100'000;
 constexpr std::size_t kRecordMax = 4000;
-constexpr std::uint64_t kDiskLow_bytes = std::uint64_t{1} << 30;
-constexpr std::uint64_t kDiskFull_bytes = std::uint64_t{64} << 20;
+constexpr std::uint64_t kDiskLow_bytes = 1U << 30, kDiskFull_bytes = 64U << 20;
 
 std::span<const std::byte> as_message(const std::vector<std::uint8_t>& bytes) {
   return std::as_bytes(std::span(bytes));
@@ -109,13 +109,13 @@ class LiveHost::Impl {
   std::atomic<bool> record_failed_{false};
   std::atomic<std::uint64_t> disk_free_{0}, disk_waiting_{0};
 
+  JobWorker jobs_{std::make_unique<SerialExecutor>()};
   FleetSideOutputs out_;
   DurationStats steps_;
   std::optional<Time> next_tick_, next_second_, t_rates_;
   std::map<VehicleId, std::uint64_t> bytes_before_;
-  std::uint64_t refused_told_ = 0, send_refused_ = 0;
+  std::uint64_t refused_told_ = 0;
   LiveState last_state_;
-  Status status_;
 };
 
 // The thread of sensors and odometry.
@@ -268,12 +268,16 @@ void LiveHost::Impl::hand_out(HostListener& listener) {
   for (AgentOutput& output : out_.agent) {
     if (auto* send = std::get_if<SendBytes>(&output)) {
       if (parts_.link == nullptr) continue;
-      // Refused: facts are asked for again, the rest is said again.
-      if (!parts_.link->send(send->to, send->urgency, as_octets_of(send->bytes))) ++send_refused_;
+      // Refused: facts are asked for again, the rest is said again. The link counts it.
+      static_cast<void>(parts_.link->send(send->to, send->urgency, as_octets_of(send->bytes)));
     } else if (auto* save = std::get_if<fleet::SaveRole>(&output)) {
       if (parts_.state != nullptr) to_disk_.put(std::move(*save));
     } else if (auto* fact = std::get_if<fleet::SaveFact>(&output)) {
       if (parts_.state != nullptr) to_disk_.put(std::move(*fact));
+    } else if (auto* job = std::get_if<fleet::RunJob>(&output)) {
+      jobs_.run(std::move(*job));
+    } else if (const auto* cancelled = std::get_if<fleet::CancelJob>(&output)) {
+      jobs_.cancel(cancelled->number);
     } else if (auto* finding = std::get_if<Finding>(&output)) {
       note(std::move(*finding), listener);
     }
@@ -302,6 +306,7 @@ void LiveHost::Impl::fleet_step(HostListener& listener) {
     }
   }
   for (const fleet::NodeEvent& event : from_disk_.take()) fleet_.take(event, now, out_);
+  for (const fleet::JobDone& done : jobs_.take()) fleet_.take(done, now, out_);
   if (!next_tick_ || now.boot >= *next_tick_) {
     next_tick_ = now.boot + Duration::from_s(kTick_s);
     fleet_.tick(now, out_);
@@ -393,8 +398,8 @@ LiveHostEnd LiveHost::Impl::run(HostListener& listener, const std::atomic<bool>&
   }
   for (Finding& finding : findings_.take()) note(std::move(finding), listener);
   each_second(host_now(), listener);
-  if (parts_.record != nullptr && !record_failed_) status_ = parts_.record->finish();
-  return {status_, fleet_.sensors().scans, last_state_};
+  const bool recorded = parts_.record != nullptr && !record_failed_;
+  return {recorded ? parts_.record->finish() : Status{}, fleet_.sensors().scans, last_state_};
 }
 
 LiveHost::LiveHost(LiveHostSetup setup, const LiveHostParts& parts, Executor& executor)

@@ -129,8 +129,9 @@ std::vector<Option> SimulateCommand::options() {
       {"--domain", "N", "--live: ROS_DOMAIN_ID (default 0)", &domain_, true, {}},
       {"--set",
        "KEY=VALUE",
-       "any key of scene.yaml; repeatable. With --closed-loop also settings.* of fleet.yaml and "
-       "link.* of the radio between vehicles",
+       "any key of scene.yaml; repeatable. With --closed-loop also settings.* of fleet.yaml, "
+       "link.* "
+       "of the radio between vehicles and sim.cpu_factor",
        &assignments_,
        false,
        {}},

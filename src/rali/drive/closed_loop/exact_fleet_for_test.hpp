@@ -25,8 +25,15 @@ class ExactFleet final : public sim::FleetSoftware {
  public:
   /// @param sim  not scripted, without LiDAR and inertial sensor
   /// @param logs  vehicles keep logs and can be restarted
-  ExactFleet(sim::FleetSimulation& sim, const fleet::NodeSettings& settings, bool logs = false)
-      : sim_(sim), caster_(sim.mesh()), nodes_(setup_of(sim, settings, logs), sim.t_begin()) {
+  ExactFleet(sim::FleetSimulation& sim, const fleet::NodeSettings& settings, bool logs)
+      : ExactFleet(sim, settings, ComputerSettings{}, JobCost{}, logs) {}
+
+  explicit ExactFleet(sim::FleetSimulation& sim, const fleet::NodeSettings& settings,
+                      const ComputerSettings& computer = {}, const JobCost& job_cost = {},
+                      bool logs = false)
+      : sim_(sim),
+        caster_(sim.mesh()),
+        nodes_(setup_of(sim, settings, computer, job_cost, logs), sim.t_begin()) {
     for (int v = 0; v < sim.vehicles(); ++v) {
       Vehicle vehicle;
       vehicle.T_odom_world = sim.truth(v, sim.t_begin()).state.T_world_body.inverse();
@@ -80,13 +87,15 @@ class ExactFleet final : public sim::FleetSoftware {
   };
 
   FleetNodesSetup setup_of(const sim::FleetSimulation& sim, const fleet::NodeSettings& settings,
-                           bool logs) {
+                           const ComputerSettings& computer, const JobCost& job_cost, bool logs) {
     FleetNodesSetup setup;
     setup.logs = logs;
     setup.watch = [this](std::size_t v, const fleet::NodeOutput& output) {
       if (on_output) on_output(v, output);
     };
     setup.node = settings;
+    setup.computer = computer;
+    setup.job_cost = job_cost;
     const geometry::SE3 T_v1_world = sim.truth(0, sim.t_begin()).state.T_world_body.inverse();
     for (int v = 0; v < sim.vehicles(); ++v) {
       setup.names.push_back(fmt::format("v{}", v + 1));

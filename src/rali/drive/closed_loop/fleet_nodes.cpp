@@ -1,6 +1,7 @@
 #include "rali/drive/closed_loop/fleet_nodes.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 #include <variant>
 
@@ -69,6 +70,7 @@ FleetNodes::FleetNodes(const FleetNodesSetup& setup, Time begin)
     : setup_(setup),
       ids_(ids_of(setup.names.size())),
       link_(ids_, setup.link, setup.seed),
+      jobs_(setup.computer, setup.job_cost),
       now_(begin) {
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     members_.emplace_back();
@@ -107,15 +109,19 @@ void FleetNodes::step(std::size_t index, const fleet::NodeEvent& event, Time t,
   const Member& member = members_[index];
   if (!member.alive) return;
   outputs_.clear();
-  member.node->step(event, t, executor, outputs_);
+  const auto begin = std::chrono::steady_clock::now();
+  member.node->step(event, t, outputs_);
+  step_times_.add(event,
+                  std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   for (const fleet::NodeOutput& output : outputs_) {
     if (setup_.watch) setup_.watch(index, output);
     if (!member.alive) return;
-    obey(index, output, t);
+    obey(index, output, t, executor);
   }
 }
 
-void FleetNodes::obey(std::size_t index, const fleet::NodeOutput& output, Time t) {
+void FleetNodes::obey(std::size_t index, const fleet::NodeOutput& output, Time t,
+                      Executor& executor) {
   Member& member = members_[index];
   if (member.state && member.state->take(output)) return;
   if (const auto* envelope = std::get_if<fleet::Envelope>(&output)) {
@@ -124,6 +130,16 @@ void FleetNodes::obey(std::size_t index, const fleet::NodeOutput& output, Time t
     note(member, *finding);
   } else if (const auto* action = std::get_if<fleet::RoleAction>(&output)) {
     note(member, role_finding(*action, t));
+  } else if (const auto* order = std::get_if<fleet::RunJob>(&output)) {
+    jobs_.run(index, *order, now_, executor);
+  } else if (const auto* cancelled = std::get_if<fleet::CancelJob>(&output)) {
+    jobs_.cancel(index, cancelled->number, now_);
+  }
+}
+
+void FleetNodes::collect_jobs(Executor& executor) {
+  for (const SimulatedJobs::Done& done : jobs_.take(now_)) {
+    tell(done.owner, done.event, now_, executor);
   }
 }
 
@@ -165,6 +181,7 @@ std::vector<sim::DriveCommand> FleetNodes::decide(Time now,
                                                   std::span<const sim::DriveReport> vehicles,
                                                   Executor& executor) {
   advance(now);
+  collect_jobs(executor);
   collect_mail(executor);
   std::vector<sim::DriveCommand> commands;
   for (std::size_t i = 0; i < members_.size(); ++i) {
@@ -203,6 +220,7 @@ std::optional<sim::DriveCommand> FleetNodes::command(std::size_t index) {
 
 void FleetNodes::kill(std::size_t index) {
   members_[index].alive = false;
+  jobs_.forget(index);
   link_.kill({static_cast<std::uint16_t>(index)});
 }
 

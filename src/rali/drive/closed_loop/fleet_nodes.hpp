@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "rali/base/executor.hpp"
+#include "rali/drive/closed_loop/simulated_jobs.hpp"
+#include "rali/drive/closed_loop/step_times.hpp"
 #include "rali/drive/link/loopback.hpp"
 #include "rali/drive/state/state_dir.hpp"
 #include "rali/factlog/memory_log.hpp"
@@ -34,6 +36,8 @@ struct FleetNodesSetup {
   fleet::NodeSettings node;
   fleet::FleetKnowledge known;
   LinkSettings link;  ///< between any two; lossless unless told otherwise
+  ComputerSettings computer;
+  JobCost job_cost;
   std::uint64_t seed = 1;
   /// Each vehicle keeps its facts and its role in a log in memory, and can be restarted. Costs the
   /// encoding of each fact at each vehicle.
@@ -43,7 +47,8 @@ struct FleetNodesSetup {
 };
 
 /// The parts that vehicles of one process play in their fleet, a radio of bytes between them, and
-/// the drivers' commands that come of it.
+/// the drivers' commands that come of it. Their jobs take the time that the vehicles' computers
+/// would need.
 class FleetNodes {
  public:
   FleetNodes(const FleetNodesSetup& setup, Time begin);
@@ -65,8 +70,8 @@ class FleetNodes {
   /// What arrived since the last call of what others said of themselves: it is for the odometry.
   [[nodiscard]] std::vector<HeardStatus> take_heard() { return std::exchange(heard_, {}); }
 
-  /// Brings the mail, tells all how their drives go and what time it is, and returns what changed
-  /// in where they are to go.
+  /// Brings jobs that have ended and the mail, tells all how their drives go and what time it is,
+  /// and returns what changed in where they are to go.
   [[nodiscard]] std::vector<sim::DriveCommand> decide(Time now,
                                                       std::span<const sim::DriveReport> vehicles,
                                                       Executor& executor);
@@ -85,6 +90,11 @@ class FleetNodes {
   [[nodiscard]] bool finished() const;
 
   [[nodiscard]] MissionLog log() const;
+
+  /// Wall times of the nodes' steps so far.
+  [[nodiscard]] const StepTimes& step_times() const { return step_times_; }
+
+  [[nodiscard]] const SimulatedJobs& jobs() const { return jobs_; }
 
   /// Findings of the nodes so far, each with its vehicle's name.
   [[nodiscard]] FindingList take_findings() { return std::exchange(findings_, {}); }
@@ -120,9 +130,10 @@ class FleetNodes {
 
   [[nodiscard]] Status start(std::size_t index);
   void step(std::size_t index, const fleet::NodeEvent& event, Time t, Executor& executor);
-  void obey(std::size_t index, const fleet::NodeOutput& output, Time t);
+  void obey(std::size_t index, const fleet::NodeOutput& output, Time t, Executor& executor);
   void note(const Member& member, Finding finding);
   void send(const Member& member, const fleet::Envelope& envelope);
+  void collect_jobs(Executor& executor);
   void collect_mail(Executor& executor);
   void tell_drive(std::size_t index, const sim::DriveReport& report, Executor& executor);
   [[nodiscard]] std::optional<sim::DriveCommand> command(std::size_t index);
@@ -130,6 +141,8 @@ class FleetNodes {
   FleetNodesSetup setup_;
   std::vector<VehicleId> ids_;
   Loopback link_;
+  SimulatedJobs jobs_;
+  StepTimes step_times_;
   std::vector<Member> members_;
   fleet::NodeOutputs outputs_;
   FindingList findings_;

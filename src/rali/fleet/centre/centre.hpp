@@ -4,11 +4,12 @@
 #include <vector>
 
 #include "rali/base/executor.hpp"
+#include "rali/base/stop_flag.hpp"
 #include "rali/fleet/centre/estimate.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/fleet/centre/knowledge.hpp"
 #include "rali/fleet/facts/facts.hpp"
-#include "rali/fleet/path/vehicle_path.hpp"
+#include "rali/fleet/path/fleet_paths.hpp"
 
 namespace rali::fleet {
 
@@ -20,25 +21,28 @@ class Centre {
   Centre(const FleetSettings& settings, FleetKnowledge knowledge);
 
   /// Facts of which there is more than one of the same key are to be sorted out before.
-  void add(const Fact& fact);
+  void add(const Fact& fact) { paths_.add(fact.key, fact.t, fact.body); }
 
   /// Joins the frames, looks for loops and solves for everything that is known so far.
-  [[nodiscard]] FleetEstimate estimate(Executor& executor) const;
+  /// Of no use if the flag was raised meanwhile.
+  [[nodiscard]] FleetEstimate estimate(Executor& executor, StopFlag stop = {}) const;
 
   /// Those that have a node, by vehicle and epoch.
-  [[nodiscard]] const std::vector<VehiclePath>& paths() const { return paths_; }
+  [[nodiscard]] const std::vector<VehiclePath>& paths() const { return paths_.all(); }
 
   [[nodiscard]] const FleetSettings& settings() const { return settings_; }
 
   [[nodiscard]] const FleetKnowledge& knowledge() const { return knowledge_; }
 
   /// Points of keyframes before these nodes, one for each path, are not needed any more.
-  void forget_points_before(std::span<const std::size_t> nodes);
+  void forget_points_before(std::span<const std::size_t> nodes) {
+    paths_.forget_points_before(nodes);
+  }
 
  private:
   FleetSettings settings_;
   FleetKnowledge knowledge_;
-  std::vector<VehiclePath> paths_, waiting_;  ///< those that wait have no node yet
+  FleetPaths paths_;
 };
 
 }  // namespace rali::fleet

@@ -10,7 +10,7 @@
 namespace rali::fleet {
 
 FrameSolver solved(std::span<const VehiclePath> paths, const FrameSolver& evidence,
-                   const JointRanges& ranges, const InitSettings& settings) {
+                   const JointRanges& ranges, const InitSettings& settings, StopFlag stop) {
   FrameSolver solver = evidence;
   add_ranges(paths, ranges, solver);
   // What is recorded is all there: the evaluations in a row that a frame wants differ in nothing.
@@ -18,7 +18,7 @@ FrameSolver solved(std::span<const VehiclePath> paths, const FrameSolver& eviden
   Time t;
   for (const VehiclePath& path : paths) t = std::max(t, path.nodes().back().t);
   const int rounds = settings.commit.evaluations * static_cast<int>(paths.size());
-  for (int i = 0; i < rounds; ++i) {
+  for (int i = 0; i < rounds && !stop.raised(); ++i) {
     solver.evaluate(t);
     t = t + Duration::from_s(settings.commit.spacing_s);
   }
@@ -31,11 +31,12 @@ namespace {
 class FrameSearch {
  public:
   FrameSearch(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
-              const FleetSettings& settings, Executor& executor)
+              const FleetSettings& settings, Executor& executor, StopFlag stop)
       : paths_(paths),
         submaps_(submaps),
         settings_(settings),
         executor_(executor),
+        stop_(stop),
         evidence_(settings.init, stream_of(paths.front())) {
     for (const VehiclePath& path : paths) {
       evidence_.add_vehicle(stream_of(path));
@@ -54,6 +55,7 @@ class FrameSearch {
   std::span<const PathSubmap> submaps_;
   const FleetSettings& settings_;
   Executor& executor_;
+  StopFlag stop_;
   FrameSolver evidence_;  ///< all but the ranges
   std::vector<LoopFound> seen_;
   int groups_ = 0;
@@ -61,7 +63,7 @@ class FrameSearch {
 
 void FrameSearch::look(std::vector<LoopCandidate> candidates) {
   for (LoopFound& found :
-       compare_all(submaps_, std::move(candidates), settings_.places.recognise, executor_)) {
+       compare_all(submaps_, std::move(candidates), settings_.places.recognise, executor_, stop_)) {
     add_scan_evidence(paths_, submaps_, found, groups_++, settings_.init, evidence_);
     if (found.recognition.usable()) seen_.push_back(std::move(found));
   }
@@ -109,25 +111,28 @@ bool FrameSearch::doubt(const FleetFrames& frames, JointRanges& ranges) const {
 FoundFrames FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& starts) {
   const LoopSettings& loops = settings_.loops;
   gather(starts, ranges.ranges.empty() ? loops.scans_only_tries : loops.blind_tries);
-  FrameSolver solver = solved(paths_, evidence_, ranges, settings_.init);
-  if (!settings_.joint.sight) return {std::move(evidence_), std::move(solver), std::move(seen_)};
+  FrameSolver solver = solved(paths_, evidence_, ranges, settings_.init, stop_);
+  const auto compared = static_cast<std::size_t>(groups_);
+  if (!settings_.joint.sight) {
+    return {std::move(evidence_), std::move(solver), std::move(seen_), compared};
+  }
   // Each time somebody is joined, or it ends.
-  for (FleetFrames frames = solver.frames(); doubt(frames, ranges);) {
-    FrameSolver again = solved(paths_, evidence_, ranges, settings_.init);
+  for (FleetFrames frames = solver.frames(); !stop_.raised() && doubt(frames, ranges);) {
+    FrameSolver again = solved(paths_, evidence_, ranges, settings_.init, stop_);
     const std::size_t groups = frames.groups.size();
     frames = again.frames();
     if (frames.groups.size() >= groups) break;
     solver = std::move(again);
   }
-  return {std::move(evidence_), std::move(solver), std::move(seen_)};
+  return {std::move(evidence_), std::move(solver), std::move(seen_), compared};
 }
 
 }  // namespace
 
 FoundFrames find_frames(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                         const JointRanges& ranges, const std::vector<StartPrior>& starts,
-                        const FleetSettings& settings, Executor& executor) {
-  return FrameSearch(paths, submaps, settings, executor).run(ranges, starts);
+                        const FleetSettings& settings, Executor& executor, StopFlag stop) {
+  return FrameSearch(paths, submaps, settings, executor, stop).run(ranges, starts);
 }
 
 }  // namespace rali::fleet

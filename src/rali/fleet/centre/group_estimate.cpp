@@ -60,6 +60,7 @@ class Group {
         members_(input.frames.groups[group]),
         joint_(graph_of(input, group)),
         memory_(input.memory != nullptr ? *input.memory : own_memory_) {
+    joint_.stop_on(in_.stop);
     for (const StartPrior& start : in_.starts) {
       if (has(start.path) && has(start.relative_to)) add_start(start);
     }
@@ -135,6 +136,7 @@ void Group::add_start(const StartPrior& start) {
 
 /// As the graph has it; on top of it comes what the vehicles' own maps may be off by.
 std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source) {
+  if (in_.stop.raised()) return std::nullopt;
   const PathSubmap& t = in_.submaps[target];
   const PathSubmap& s = in_.submaps[source];
   if (!has(t.path) || !has(s.path)) return std::nullopt;
@@ -209,7 +211,7 @@ void Group::close_loops(Executor& executor) {
     judge(known);
     if (!joint_.graph().loops().empty()) joint_.solve();
   }
-  for (int pass = 0; pass < in_.settings.loops.passes; ++pass) {
+  for (int pass = 0; pass < in_.settings.loops.passes && !in_.stop.raised(); ++pass) {
     if (!look_once(executor)) return;
     joint_.solve();
   }
@@ -230,7 +232,7 @@ bool Group::look_once(Executor& executor) {
   if (candidates.empty()) return false;
   std::vector<LoopMemory::Pair> fresh;
   for (const LoopFound& found :
-       compare_all(in_.submaps, std::move(candidates), places.recognise, executor)) {
+       compare_all(in_.submaps, std::move(candidates), places.recognise, executor, in_.stop)) {
     note(found);
     if (!found.recognition.usable()) continue;
     const Loop loop = loop_of(in_.submaps, found, in_.settings.loops.bend_per_m);
@@ -352,6 +354,7 @@ std::vector<RoundBoundary> estimate_group(const GroupInput& input, std::size_t g
   out.frames.resize(input.paths.size());
   Group work(input, group);
   work.close_loops(executor);
+  if (input.stop.raised()) return {};
   work.tell(group, out);
   std::vector<RoundBoundary> boundaries;
   for (const Time end : ends) boundaries.push_back(work.boundary(end));

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rali/base/executor.hpp"
+#include "rali/base/stop_flag.hpp"
 #include "rali/fleet/centre/estimate.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/fleet/centre/joint_graph.hpp"
@@ -26,6 +27,7 @@ struct GroupInput {
   std::span<const Loop> seen = {};
   const RoundBoundary* before = nullptr;  ///< of this group: nodes before it are not solved for
   LoopMemory* memory = nullptr;           ///< of earlier solutions, which this one adds to
+  StopFlag stop = {};                     ///< where it is raised, nothing that comes out is of use
 };
 
 /// Solves for the paths of one group, looks for places that its vehicles saw twice, solves again,

@@ -229,10 +229,15 @@ void JointGraph::add_loop(std::uint64_t id, const Loop& loop) {
   graph_->add(graph::LoopFactor{id, {*i, *j, loop.T_from_to, loop.information}});
 }
 
+void JointGraph::stop_on(StopFlag stop) {
+  stop_ = stop;
+  graph_->stop_on(stop);
+}
+
 void JointGraph::solve() {
   covariances_.clear();
   const int iterations = any_blind() ? settings_.iterations : settings_.iterations_easy;
-  for (int round = 0; round < settings_.rounds; ++round) {
+  for (int round = 0; round < settings_.rounds && !stop_.raised(); ++round) {
     if (graph_->loops().empty()) {
       graph_->solve(iterations);
     } else {

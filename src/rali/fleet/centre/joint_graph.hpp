@@ -60,6 +60,9 @@ class JointGraph {
   /// @param id its number among the candidates
   void add_loop(std::uint64_t id, const Loop& loop);
 
+  /// Where the flag is raised, solve() ends early.
+  void stop_on(StopFlag stop);
+
   /// Solves, judges each range anew, solves again.
   void solve();
 
@@ -123,6 +126,7 @@ class JointGraph {
   ranging::RangingSettings ranging_;
   const RoundBoundary* before_ = nullptr;
   BlindSteps blind_steps_ = BlindSteps::kInertial;
+  StopFlag stop_;
   std::unique_ptr<graph::GlobalGraph> graph_;
   std::vector<std::size_t> begin_;  ///< index of the first node of each path
   std::vector<std::size_t> first_;  ///< its number in the graph; the last one is the end

@@ -30,7 +30,7 @@ std::vector<std::size_t> RoundCentre::look_back(const Solution& solution,
                                                 Executor& executor) {
   const FleetSettings& s = centre_.settings();
   std::vector<std::size_t> nodes = begins();
-  if (!s.loops.use || solution.live_from == 0) return nodes;
+  if (!s.loops.use || solution.live_from == 0 || stop_.raised()) return nodes;
   const auto guess = [&](std::size_t target, std::size_t source) -> std::optional<places::Guess> {
     if (target >= solution.live_from || source < solution.live_from) return std::nullopt;
     const PathSubmap& t = solution.pieces[target];
@@ -48,7 +48,7 @@ std::vector<std::size_t> RoundCentre::look_back(const Solution& solution,
                 .second;
   });
   for (const LoopFound& found :
-       compare_all(solution.pieces, std::move(candidates), s.places.recognise, executor)) {
+       compare_all(solution.pieces, std::move(candidates), s.places.recognise, executor, stop_)) {
     if (!found.recognition.usable()) continue;
     const Loop loop = loop_of(solution.pieces, found, s.loops.bend_per_m);
     memory_.loops[{loop.from, loop.to}] = loop;

@@ -179,13 +179,15 @@ std::vector<LoopCandidate> alike_candidates(std::span<const PathSubmap> submaps,
 
 std::vector<LoopFound> compare_all(std::span<const PathSubmap> submaps,
                                    std::vector<LoopCandidate> candidates,
-                                   const places::RecogniseSettings& settings, Executor& executor) {
+                                   const places::RecogniseSettings& settings, Executor& executor,
+                                   StopFlag stop) {
   std::vector<LoopFound> found(candidates.size());
   executor.for_blocks(candidates.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
     const LoopCandidate& c = candidates[i];
+    found[i].candidate = c;
+    if (stop.raised()) return;
     found[i].recognition =
         places::recognise(submaps[c.target].submap, submaps[c.source].submap, settings, c.guess);
-    found[i].candidate = c;
   });
   return found;
 }

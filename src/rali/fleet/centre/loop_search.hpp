@@ -7,6 +7,7 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/base/settings.hpp"
+#include "rali/base/stop_flag.hpp"
 #include "rali/fleet/centre/path_submaps.hpp"
 
 namespace rali::fleet {
@@ -78,10 +79,10 @@ using GuessOf = std::function<std::optional<places::Guess>(std::size_t target, s
     std::span<const PathSubmap> submaps, std::size_t path_a, std::size_t path_b,
     const places::DescriptorSettings& descriptor, const LoopSettings& settings, int tries);
 
-/// Compares them all.
+/// Compares them all. @param stop where it is raised, those that are left are told as not alike
 [[nodiscard]] std::vector<LoopFound> compare_all(std::span<const PathSubmap> submaps,
                                                  std::vector<LoopCandidate> candidates,
                                                  const places::RecogniseSettings& settings,
-                                                 Executor& executor);
+                                                 Executor& executor, StopFlag stop = {});
 
 }  // namespace rali::fleet

@@ -104,7 +104,7 @@ std::optional<PathSubmap> make(const VehiclePath& path, const std::vector<Stop>&
 
 std::vector<PathSubmap> cut_into_submaps(std::span<const VehiclePath> paths, const CutSettings& cut,
                                          const places::PlacesSettings& places, Executor& executor,
-                                         std::span<const std::size_t> begins) {
+                                         std::span<const std::size_t> begins, StopFlag stop) {
   struct Job {
     const std::vector<Stop>* stops = nullptr;
     Cut cut;
@@ -122,6 +122,7 @@ std::vector<PathSubmap> cut_into_submaps(std::span<const VehiclePath> paths, con
   }
   std::vector<std::optional<PathSubmap>> made(jobs.size());
   executor.for_blocks(jobs.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
+    if (stop.raised()) return;
     made[i] = make(paths[jobs[i].cut.path], *jobs[i].stops, jobs[i].cut, cut.scans_max, places);
   });
   std::vector<PathSubmap> submaps;

@@ -5,6 +5,7 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/base/settings.hpp"
+#include "rali/base/stop_flag.hpp"
 #include "rali/fleet/path/vehicle_path.hpp"
 #include "rali/places/settings.hpp"
 
@@ -36,10 +37,12 @@ struct PathSubmap {
 
 /// Cuts paths into pieces, each with its keyframes' points where those have arrived.
 /// @param begins index of the first node of each path that counts; empty: all count
+/// @param stop where it is raised, pieces are missing
 [[nodiscard]] std::vector<PathSubmap> cut_into_submaps(std::span<const VehiclePath> paths,
                                                        const CutSettings& cut,
                                                        const places::PlacesSettings& places,
                                                        Executor& executor,
-                                                       std::span<const std::size_t> begins = {});
+                                                       std::span<const std::size_t> begins = {},
+                                                       StopFlag stop = {});
 
 }  // namespace rali::fleet

@@ -27,13 +27,13 @@ RoundCentre::RoundCentre(const FleetSettings& settings, FleetKnowledge knowledge
     : centre_(settings, std::move(knowledge)),
       history_(static_cast<std::size_t>(settings.boundary.kept)) {}
 
-const FleetEstimate& RoundCentre::estimate(Executor& executor) {
-  solve(std::nullopt, executor);
+const FleetEstimate& RoundCentre::estimate(Executor& executor, StopFlag stop) {
+  solve(std::nullopt, executor, stop);
   return last_;
 }
 
-const FleetEstimate& RoundCentre::end_round(Time t, Executor& executor) {
-  solve(end_of(t), executor);
+const FleetEstimate& RoundCentre::end_round(Time t, Executor& executor, StopFlag stop) {
+  solve(end_of(t), executor, stop);
   return last_;
 }
 
@@ -47,16 +47,42 @@ Time RoundCentre::end_of(Time t) const {
   return end;
 }
 
-void RoundCentre::solve(std::optional<Time> until, Executor& executor) {
+RoundCentre::Saved RoundCentre::saved() const {
+  return {done_, boundary_, history_, cut_from_, memory_};
+}
+
+void RoundCentre::restore(Saved saved) {
+  done_ = std::move(saved.done);
+  boundary_ = std::move(saved.boundary);
+  history_ = std::move(saved.history);
+  cut_from_ = std::move(saved.cut_from);
+  memory_ = std::move(saved.memory);
+}
+
+void RoundCentre::solve(std::optional<Time> until, Executor& executor, StopFlag stop) {
+  if (stop.raised()) return;
+  stop_ = stop;
   if (centre_.settings().solve == SolveWhat::kAll || paths().size() < 2) {
-    last_ = centre_.estimate(executor);
+    FleetEstimate estimate = centre_.estimate(executor, stop);
+    if (!stop.raised()) last_ = std::move(estimate);
+    for (const VehiclePath& path : paths()) work_.all_nodes += path.nodes().size();
     ++work_.whole;
+    stop_ = {};
     return;
   }
   find_pieces();
   std::vector<Time> ends;
   if (until) ends.push_back(*until);
-  if (!boundary_holds()) return solve_all(std::move(ends), executor);
+  Saved before = saved();
+  const bool done = boundary_holds() ? solve_from_boundary(std::move(ends), executor)
+                                     : solve_all(std::move(ends), executor);
+  stop_ = {};
+  if (done) return;
+  restore(std::move(before));
+  static_cast<void>(keep_finished(std::move(pieces_)));
+}
+
+bool RoundCentre::solve_from_boundary(std::vector<Time> ends, Executor& executor) {
   // As it was before any was solved again: from there on the last rounds are others, and each loop
   // would lead to one before.
   const std::vector<std::size_t> lately =
@@ -64,14 +90,19 @@ void RoundCentre::solve(std::optional<Time> until, Executor& executor) {
   for (std::size_t steps = 1;; steps *= 2) {
     Solution solution = solve_round(ends, executor);
     const std::vector<std::size_t> back_to = look_back(solution, lately, executor);
+    if (stop_.raised()) {
+      pieces_ = std::move(solution.pieces);
+      return false;
+    }
     const bool moved = boundary_moved(solution.estimate);
     const bool closes = back_to != begins();
     std::vector<PathSubmap> of_round = keep_finished(std::move(solution.pieces));
     if (!closes && !moved) {
       merge(std::move(solution.estimate));
-      if (solution.boundaries.empty()) return;
+      if (solution.boundaries.empty()) return true;
       take(std::move(solution.boundaries));
-      return finish(std::move(of_round));
+      finish(std::move(of_round));
+      return true;
     }
     if (!go_back(back_to, moved ? steps : 1, ends)) return solve_all(std::move(ends), executor);
   }
@@ -124,33 +155,41 @@ bool RoundCentre::boundary_holds() const {
          JointGraph::fits(*boundary_, paths(), centre_.settings().joint);
 }
 
+Solution RoundCentre::solve_for(SolutionInput in, Executor& executor) {
+  in.memory = &memory_;
+  in.pieces = std::exchange(pieces_, {});
+  in.cut_from = cut_from_;
+  in.stop = stop_;
+  Solution solution = solve_fleet(std::move(in), executor);
+  work_.all_nodes += work_.nodes;
+  work_.cut += solution.cut;
+  work_.compared += solution.compared;
+  return solution;
+}
+
 Solution RoundCentre::solve_round(std::vector<Time> ends, Executor& executor) {
   ++work_.rounds;
   work_.nodes = nodes_from(paths(), begins());
   SolutionInput in{
       .paths = paths(), .knowledge = centre_.knowledge(), .settings = centre_.settings()};
-  in.memory = &memory_;
-  in.pieces = std::move(pieces_);
-  in.cut_from = cut_from_;
   in.before = &*boundary_;
   in.ends = std::move(ends);
-  pieces_.clear();
-  return solve_fleet(std::move(in), executor);
+  return solve_for(std::move(in), executor);
 }
 
-void RoundCentre::solve_all(std::vector<Time> ends, Executor& executor) {
+bool RoundCentre::solve_all(std::vector<Time> ends, Executor& executor) {
   ++work_.whole;
   if (ends.empty() && boundary_) ends.push_back(boundary_->until);
   work_.nodes = nodes_from(paths(), std::vector<std::size_t>(paths().size(), 0));
   SolutionInput in{
       .paths = paths(), .knowledge = centre_.knowledge(), .settings = centre_.settings()};
-  in.memory = &memory_;
-  in.pieces = std::move(pieces_);
-  in.cut_from = cut_from_;
   in.frames = frames_;
   in.ends = std::move(ends);
-  pieces_.clear();
-  Solution solution = solve_fleet(std::move(in), executor);
+  Solution solution = solve_for(std::move(in), executor);
+  if (stop_.raised()) {
+    pieces_ = std::move(solution.pieces);
+    return false;
+  }
   done_ = {};
   boundary_.reset();
   history_.clear();
@@ -158,11 +197,13 @@ void RoundCentre::solve_all(std::vector<Time> ends, Executor& executor) {
   last_ = std::move(solution.estimate);
   if (last_.groups.size() != 1) {
     frames_.reset();
-    return finish({});
+    finish({});
+    return true;
   }
   frames_ = std::move(solution.frames);
   take(std::move(solution.boundaries));
   finish(std::move(solution.pieces));
+  return true;
 }
 
 std::vector<std::size_t> RoundCentre::begins() const {
@@ -265,15 +306,17 @@ void RoundCentre::find_pieces() {
   }
 }
 
-bool RoundCentre::take_over(const RoundBoundary& boundary,
-                            const std::map<KeyframeId, KeyframePose>& keyframes) {
-  if (centre_.settings().solve == SolveWhat::kAll || boundary.paths.size() != paths().size() ||
-      !JointGraph::fits(boundary, paths(), centre_.settings().joint)) {
-    return false;
+std::optional<FleetEstimate> finished_before(const RoundBoundary& boundary,
+                                             std::span<const VehiclePath> paths,
+                                             const std::map<KeyframeId, KeyframePose>& keyframes,
+                                             const FleetSettings& settings) {
+  if (settings.solve == SolveWhat::kAll || boundary.paths.size() != paths.size() ||
+      !JointGraph::fits(boundary, paths, settings.joint)) {
+    return std::nullopt;
   }
   FleetEstimate done;
   done.groups.emplace_back();
-  for (const VehiclePath& path : paths()) {
+  for (const VehiclePath& path : paths) {
     const auto known =
         std::find_if(boundary.paths.begin(), boundary.paths.end(),
                      [&](const BoundaryPath& b) { return b.stream == stream_of(path); });
@@ -288,7 +331,7 @@ bool RoundCentre::take_over(const RoundBoundary& boundary,
       if (!step.keyframe) continue;
       const KeyframeId id{path.vehicle(), *step.keyframe};
       const auto pose = keyframes.find(id);
-      if (pose == keyframes.end()) return false;
+      if (pose == keyframes.end()) return std::nullopt;
       done.keyframes.insert(*pose);
       done.keyframes[id].t = path.nodes()[k].t;
       if (std::exchange(first, false)) {
@@ -298,7 +341,14 @@ bool RoundCentre::take_over(const RoundBoundary& boundary,
     done.frames.push_back(std::move(frame));
     done.groups[0].push_back(path.vehicle());
   }
-  done_ = std::move(done);
+  return done;
+}
+
+bool RoundCentre::take_over(const RoundBoundary& boundary,
+                            const std::map<KeyframeId, KeyframePose>& keyframes) {
+  auto done = finished_before(boundary, paths(), keyframes, centre_.settings());
+  if (!done) return false;
+  done_ = std::move(*done);
   last_ = done_;
   if (boundary_) history_.push(std::move(*boundary_));
   history_.keep_true(paths(), done_, boundary.until, centre_.settings().boundary.moved_m);

@@ -6,11 +6,18 @@
 #include <vector>
 
 #include "rali/base/executor.hpp"
+#include "rali/base/stop_flag.hpp"
 #include "rali/fleet/centre/boundary_history.hpp"
 #include "rali/fleet/centre/centre.hpp"
 #include "rali/fleet/centre/solution.hpp"
 
 namespace rali::fleet {
+
+/// What another anchor has left of finished rounds, as an estimate: frames and keyframes before its
+/// boundary. Nothing: the boundary does not fit the paths, or a keyframe is missing.
+[[nodiscard]] std::optional<FleetEstimate> finished_before(
+    const RoundBoundary& boundary, std::span<const VehiclePath> paths,
+    const std::map<KeyframeId, KeyframePose>& keyframes, const FleetSettings& settings);
 
 /// The centre over a mission of many rounds: it keeps what it has solved. Nodes of finished rounds
 /// stay where the end of their round left them, and all that their facts say about what follows is
@@ -24,12 +31,12 @@ class RoundCentre {
 
   void add(const Fact& fact) { centre_.add(fact); }
 
-  /// Solves for what is known.
-  const FleetEstimate& estimate(Executor& executor);
+  /// Solves for what is known. @param stop where it is raised meanwhile, all stays as it was
+  const FleetEstimate& estimate(Executor& executor, StopFlag stop = {});
 
   /// The same, and then the round is over: what is known up to `t`, or to the last word of whoever
   /// told something in this round, is finished.
-  const FleetEstimate& end_round(Time t, Executor& executor);
+  const FleetEstimate& end_round(Time t, Executor& executor, StopFlag stop = {});
 
   /// Goes on from what the last anchor left: its boundary and where it had the keyframes before it.
   /// @return false: it does not fit the facts that are here, or a keyframe is missing; nothing is
@@ -52,14 +59,30 @@ class RoundCentre {
     std::size_t reopened = 0;           ///< of those of rounds, such on an earlier boundary
     std::size_t nodes = 0;              ///< of the last one
     std::size_t pieces = 0;             ///< of path that are kept for loops
+    std::size_t all_nodes = 0;          ///< of all solutions, in sum
+    std::size_t cut = 0, compared = 0;  ///< pieces, and pairs of pieces
   };
 
   [[nodiscard]] const Work& work() const { return work_; }
 
  private:
-  void solve(std::optional<Time> until, Executor& executor);
-  void solve_all(std::vector<Time> ends, Executor& executor);
+  /// What a solution changes on its way; the pieces of path it gives back itself.
+  struct Saved {
+    FleetEstimate done;
+    std::optional<RoundBoundary> boundary;
+    BoundaryHistory history;
+    std::vector<std::size_t> cut_from;
+    LoopMemory memory;
+  };
+
+  void solve(std::optional<Time> until, Executor& executor, StopFlag stop);
+  // False where the flag is raised: then all but the pieces has to be restored.
+  [[nodiscard]] bool solve_from_boundary(std::vector<Time> ends, Executor& executor);
+  [[nodiscard]] bool solve_all(std::vector<Time> ends, Executor& executor);
   [[nodiscard]] Solution solve_round(std::vector<Time> ends, Executor& executor);
+  [[nodiscard]] Solution solve_for(SolutionInput in, Executor& executor);
+  [[nodiscard]] Saved saved() const;
+  void restore(Saved saved);
   [[nodiscard]] bool boundary_holds() const;
   [[nodiscard]] bool boundary_moved(const FleetEstimate& estimate) const;
   [[nodiscard]] std::vector<std::size_t> look_back(const Solution& solution,
@@ -101,6 +124,7 @@ class RoundCentre {
   LoopMemory memory_;
   std::vector<PathSubmap> pieces_;     ///< of finished rounds
   std::vector<std::size_t> cut_from_;  ///< what is before has been cut
+  StopFlag stop_;                      ///< of the solution that is being made
   Work work_;
 };
 

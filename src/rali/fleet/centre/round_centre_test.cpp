@@ -1,5 +1,8 @@
 #include "rali/fleet/centre/round_centre.hpp"
 
+#include <atomic>
+#include <functional>
+
 #include <gtest/gtest.h>
 
 #include "rali/fleet/centre/rounds_for_test.hpp"
@@ -193,8 +196,8 @@ FleetSettings settings_of(const Room& room) {
   return settings;
 }
 
-/// v1 maps a room in one round; v2 comes through it in the next.
-RoundCentre through_a_room(const Room& room) {
+/// v1 maps a room in one round; v2 comes through it in the next. @param solved with a last estimate
+RoundCentre through_a_room(const Room& room, bool solved = true) {
   FleetKnowledge known;
   GivenStart start;
   start.vehicle = VehicleId{1};
@@ -246,7 +249,7 @@ RoundCentre through_a_room(const Room& room) {
   centre.end_round(Time::from_s(t_s), executor);
   for (int k = 1; k <= 16; ++k) drive(1, 0.5 * k, k > 4 ? room.slip_m : 0.0, k > 4);
   drive(0, 8.0, 0.0, false);
-  centre.estimate(executor);
+  if (solved) centre.estimate(executor);
   return centre;
 }
 
@@ -300,6 +303,56 @@ TEST(RoundCentre, a_loop_that_fits_is_closed_where_that_is_cheap) {
 TEST(RoundCentre, a_loop_that_fits_changes_nothing_unless_the_paper_wants_it) {
   EXPECT_EQ(through_a_room({0.0, ReopenBy::kMisfit}).work().whole, 1U);
   EXPECT_EQ(through_a_room({0.0, ReopenBy::kAny}).work().whole, 2U);
+}
+
+/// Raises a flag before a block: work is given up in the middle of it.
+class RaisingExecutor final : public Executor {
+ public:
+  RaisingExecutor(std::atomic<bool>& flag, int at) : flag_(flag), at_(at) {}
+
+  void for_blocks(std::size_t n, std::size_t block,
+                  const std::function<void(std::size_t, std::size_t, std::size_t)>& f) override {
+    for (std::size_t begin = 0, index = 0; begin < n; begin += block, ++index) {
+      if (at_-- == 0) flag_ = true;
+      f(index, begin, std::min(n, begin + block));
+    }
+  }
+
+ private:
+  std::atomic<bool>& flag_;
+  int at_;
+};
+
+void expect_same(const FleetEstimate& a, const FleetEstimate& b, int at) {
+  ASSERT_EQ(a.keyframes.size(), b.keyframes.size()) << at;
+  for (const auto& [id, pose] : a.keyframes) {
+    const SE3& other = b.keyframes.at(id).T_map_body;
+    EXPECT_EQ(geometry::boxminus(other, pose.T_map_body).norm(), 0.0) << at << ' ' << id.seq;
+  }
+  EXPECT_EQ(a.loops.size(), b.loops.size()) << at;
+}
+
+TEST(RoundCentre, a_solution_that_is_given_up_anywhere_leaves_all_as_it_was) {
+  for (const int kept : {100, 0}) {
+    const RoundCentre begin = through_a_room({.rounds_before = 3, .kept = kept}, false);
+    SerialExecutor executor;
+    RoundCentre straight = begin;
+    straight.estimate(executor);
+    int given_up = 0;
+    for (int at = 0;; ++at) {
+      RoundCentre centre = begin;
+      std::atomic<bool> flag = false;
+      RaisingExecutor raising(flag, at);
+      centre.estimate(raising, StopFlag(flag));
+      if (!flag) break;
+      ++given_up;
+      expect_same(centre.last(), begin.last(), at);
+      centre.estimate(executor);
+      expect_same(centre.last(), straight.last(), at);
+      ASSERT_EQ(centre.boundary()->until, straight.boundary()->until);
+    }
+    EXPECT_GE(given_up, 5);
+  }
 }
 
 }  // namespace

@@ -109,11 +109,13 @@ class FleetSolve {
         starts_(priors_of(paths, in.knowledge.starts)) {}
 
   Solution run() {
+    const std::size_t before = in_.memory != nullptr ? in_.memory->compared.size() : 0;
     gather();
-    look_for_frames();
-    estimate();
-    if (found_ && frames_denied()) estimate();
-    if (found_) tell_who_waits();
+    if (!in_.stop.raised()) look_for_frames();
+    if (!in_.stop.raised()) estimate();
+    if (!in_.stop.raised() && found_ && frames_denied()) estimate();
+    if (!in_.stop.raised() && found_) tell_who_waits();
+    if (in_.memory != nullptr) out_.compared += in_.memory->compared.size() - before;
     return std::move(out_);
   }
 
@@ -142,8 +144,10 @@ void FleetSolve::gather() {
         paths_, in_.before != nullptr ? std::optional(in_.before->until - warm_up) : std::nullopt);
   }
   out_.pieces = std::move(in_.pieces);
-  std::vector<PathSubmap> cut =
-      cut_into_submaps(paths_, in_.settings.cut, in_.settings.places, executor_, in_.cut_from);
+  std::vector<PathSubmap> cut = cut_into_submaps(paths_, in_.settings.cut, in_.settings.places,
+                                                 executor_, in_.cut_from, in_.stop);
+  if (in_.stop.raised()) return;
+  out_.cut = cut.size();
   std::move(cut.begin(), cut.end(), std::back_inserter(out_.pieces));
 }
 
@@ -153,7 +157,8 @@ void FleetSolve::look_for_frames() {
   } else if (in_.frames) {
     out_.frames = std::move(*in_.frames);
   } else if (in_.settings.join && paths_.size() > 1) {
-    found_ = find_frames(paths_, out_.pieces, ranges_, starts_, in_.settings, executor_);
+    found_ = find_frames(paths_, out_.pieces, ranges_, starts_, in_.settings, executor_, in_.stop);
+    out_.compared = found_->compared;
     take_frames(found_->solver);
   } else {
     out_.frames = apart(paths_);
@@ -178,9 +183,10 @@ void FleetSolve::estimate() {
                          out_.frames,  ranges,
                          starts_,      biases_of(paths_, ranges, in_.knowledge.biases),
                          in_.settings, seen_,
-                         in_.before,   in_.memory};
+                         in_.before,   in_.memory,
+                         in_.stop};
   out_.estimate = {};
-  for (std::size_t g = 0; g < out_.frames.groups.size(); ++g) {
+  for (std::size_t g = 0; g < out_.frames.groups.size() && !in_.stop.raised(); ++g) {
     auto boundaries =
         estimate_group(group, g, executor_, out_.estimate,
                        g == 0 ? std::span<const Time>(in_.ends) : std::span<const Time>());
@@ -195,7 +201,7 @@ bool FleetSolve::frames_denied() {
   std::vector<Loop> refused =
       add_refused_loops(paths_, out_.estimate.loops, init, found_->evidence);
   if (refused.empty()) return false;
-  FrameSolver again = solved(paths_, found_->evidence, ranges_, init);
+  FrameSolver again = solved(paths_, found_->evidence, ranges_, init, in_.stop);
   const PathFrames frames = frames_of(paths_, again.frames());
   std::erase_if(refused, [&](const Loop& loop) { return !agrees(paths_, loop, frames, init); });
   if (refused.empty()) return false;

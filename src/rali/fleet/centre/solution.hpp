@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rali/base/executor.hpp"
+#include "rali/base/stop_flag.hpp"
 #include "rali/fleet/centre/estimate.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/fleet/centre/knowledge.hpp"
@@ -25,14 +26,17 @@ struct SolutionInput {
   std::optional<PathFrames> frames = {};   ///< of an earlier solution; nothing: to be found
   const RoundBoundary* before = nullptr;   ///< of all paths: only what comes after it is solved for
   std::vector<Time> ends = {};             ///< of rounds, growing: a boundary is made at each
+  StopFlag stop = {};
 };
 
+/// Where the flag was raised meanwhile, only the pieces are of use.
 struct Solution {
   FleetEstimate estimate;  ///< after a boundary: its later keyframes alone
   PathFrames frames;
   std::vector<PathSubmap> pieces;         ///< all; those before the boundary first
   std::size_t live_from = 0;              ///< how many of them are before the boundary
   std::vector<RoundBoundary> boundaries;  ///< of group 0, those that were asked for
+  std::size_t cut = 0, compared = 0;      ///< pieces that are new, and pairs of pieces
 };
 
 /// Joins the frames, looks for loops and solves. A pure function of its input.

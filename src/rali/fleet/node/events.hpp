@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 #include "rali/base/finding.hpp"
 #include "rali/fleet/facts/fact_store.hpp"
 #include "rali/fleet/messages/messages.hpp"
+#include "rali/fleet/node/job.hpp"
 #include "rali/fleet/roles/role_state.hpp"
 
 namespace rali::fleet {
@@ -80,9 +82,16 @@ struct OperatorOrder {
 /// Time passes: ten times a second is usual.
 struct NodeTick {};
 
+/// A job that was asked for has ended: it ran to its end, or was cancelled. Null: it is lost, and
+/// what it was made from with it. An unknown number is ignored.
+struct JobDone {
+  std::uint64_t number = 0;
+  std::shared_ptr<Job> job;
+};
+
 using NodeEvent = std::variant<OwnFact, OwnPose, HeardRange, HeardRadio, DriveStatus, Envelope,
-                               Persisted, PersistFailed, ConfirmRole, OperatorOrder,
-                               NodeTick>;
+                               Persisted, PersistFailed, ConfirmRole, OperatorOrder, NodeTick,
+                               JobDone>;
 
 /// To be synced to disk. Without a log, before any message that follows leaves; with one, the
 /// messages that must wait for it come after Persisted::role has reached `number`.
@@ -96,7 +105,22 @@ struct SaveFact {
   FactPtr fact;
 };
 
-using NodeOutput = std::variant<SaveRole, SaveFact, Envelope, RoleAction, Finding>;
+/// To be run beside the steps. For each the host gives back one JobDone with the same number and
+/// job, whenever run() has returned: in the order in which they end, as an event like any other.
+struct RunJob {
+  JobKind kind = JobKind::kEstimate;
+  std::uint64_t number = 0;  ///< running number of this vehicle's jobs
+  std::shared_ptr<Job> job;
+};
+
+/// The result of this job is not wanted any more: the host sets its flag. Its JobDone comes all the
+/// same. An unknown number, or one that has ended, is ignored.
+struct CancelJob {
+  std::uint64_t number = 0;
+};
+
+using NodeOutput =
+    std::variant<SaveRole, SaveFact, Envelope, RoleAction, Finding, RunJob, CancelJob>;
 using NodeOutputs = std::vector<NodeOutput>;
 
 /// What a node is built from when its program starts.

@@ -61,13 +61,11 @@ Node::Node(VehicleId self, std::vector<VehicleId> fleet, const NodeSettings& set
   if (epoch_ > 0) exchange_.go_on(epoch_, store_);
 }
 
-void Node::step(const NodeEvent& event, Time now, Executor& executor, NodeOutputs& out) {
+void Node::step(const NodeEvent& event, Time now, NodeOutputs& out) {
   now_ = std::max(now_, now);
-  executor_ = &executor;
   out_ = &out;
   std::visit([this](const auto& e) { on(e); }, event);
   for (FactPtr& fact : store_.take_unsaved()) out.emplace_back(SaveFact{std::move(fact)});
-  executor_ = nullptr;
   out_ = nullptr;
 }
 
@@ -271,6 +269,7 @@ VehicleStatus Node::status() const {
 
 void Node::on(const NodeTick&) {
   tell_self();
+  hold_handover();
   give(RoleTick{});
   if (now_ >= next_finish_) {
     next_finish_ = now_ + Duration::from_s(1.0);
@@ -278,7 +277,7 @@ void Node::on(const NodeTick&) {
   }
   if (survey_) survey_tick();
   for (const FactPtr& fact : store_.take_new()) {
-    if (Survey* survey = any_survey()) survey->add(*fact);
+    if (Survey* survey = any_survey()) survey->add(fact);
   }
   drive();
   if (now_ >= next_status_) {

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "rali/base/executor.hpp"
 #include "rali/fleet/facts/exchange.hpp"
 #include "rali/fleet/node/errands.hpp"
 #include "rali/fleet/node/events.hpp"
@@ -21,7 +20,8 @@ namespace rali::fleet {
 
 /// One vehicle's part in the fleet, as a pure function of its events (algorithms_fleet 10, 11): it
 /// passes facts on, plays its role, and tells its own vehicle where to go; while it is anchor it
-/// also makes the map, finds the frontiers and sends everybody. No clock, no bytes.
+/// also makes the map, finds the frontiers and sends everybody. No clock, no bytes, and no step
+/// that solves: that is a job, which the host runs beside the steps (RunJob).
 class Node {
  public:
   /// @param fleet all vehicles, this one included  @param start what the disk holds
@@ -30,7 +30,7 @@ class Node {
 
   /// Takes one event and appends what follows from it. `now` is the vehicle's own clock; it must
   /// not go back.
-  void step(const NodeEvent& event, Time now, Executor& executor, NodeOutputs& out);
+  void step(const NodeEvent& event, Time now, NodeOutputs& out);
 
   [[nodiscard]] const DriveOrder& order() const { return order_; }
 
@@ -83,6 +83,7 @@ class Node {
   void on(const ConfirmRole& event);
   void on(const OperatorOrder& event);
   void on(const NodeTick& event);
+  void on(const JobDone& event);
   void on(const VehicleStatus& status, VehicleId from);
   void restarted(VehicleId peer);
   void on(const Table& table, VehicleId from);
@@ -107,10 +108,18 @@ class Node {
 
   // The anchor's map (node_anchor.cpp).
   void survey_tick();
+  void round_ended();
   void tell_map();
   void tell_tables(double moved_m);
   void keep(const Table& table);
   void tell_boundary();
+
+  // Its jobs (node_jobs.cpp).
+  void start_job(JobKind kind);
+  void cancel_job();
+  void hold_handover();
+  void give_up_seal();
+  [[nodiscard]] std::vector<FactPtr> all_facts() const;
 
   [[nodiscard]] Survey* any_survey() { return survey_ ? survey_.get() : resting_.get(); }
 
@@ -143,8 +152,7 @@ class Node {
   NodeSettings settings_;
   FleetKnowledge known_;
   Time begin_, now_;
-  Executor* executor_ = nullptr;  ///< of the step that is being taken
-  NodeOutputs* out_ = nullptr;
+  NodeOutputs* out_ = nullptr;  ///< of the step that is being taken
 
   FactStore store_;
   Exchange exchange_;
@@ -191,6 +199,16 @@ class Node {
   Time next_estimate_, next_look_, next_goals_;
   std::optional<Inventory> seal_;
   Time sealed_at_;
+  std::optional<RoundEnd> sealing_;  ///< why a round ends that is sealed, but not solved yet
+
+  struct UnderWay {
+    JobKind kind = JobKind::kEstimate;
+    std::uint64_t number = 0, term = 0;
+    bool wanted = true;
+  };
+
+  std::optional<UnderWay> job_;
+  std::uint64_t jobs_ = 0;
   std::vector<VehicleId> ranked_;
   std::string waits_for_;  ///< what was said last about vehicles that are not placed
 };

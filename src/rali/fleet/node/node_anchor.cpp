@@ -11,16 +11,14 @@ using geometry::SE3;
 using geometry::Vec3;
 
 void Node::survey_tick() {
-  for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
+  for (const FactPtr& fact : store_.take_new()) survey_->add(fact);
   if (role_.mode == RoleMode::kSealed) return offer_choice();
   if (!may_publish(role_, now_) || done_) return;
-  if (now_ >= next_estimate_) {
+  if (now_ >= next_estimate_ && !job_) {
     const double age_s = seconds_between(begin_, now_);
     next_estimate_ =
         now_ + Duration::from_s(std::max(settings_.estimate_s, settings_.estimate_share * age_s));
-    survey_->estimate(*executor_);
-    static_cast<void>(survey_->refresh());
-    tell_map();
+    start_job(JobKind::kEstimate);
   }
   if (now_ >= next_look_) {
     next_look_ = now_ + Duration::from_s(settings_.look_s);

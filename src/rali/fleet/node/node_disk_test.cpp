@@ -22,7 +22,7 @@ struct Alone {
 
   NodeOutputs give(const NodeEvent& event) {
     NodeOutputs out;
-    node.step(event, now, executor, out);
+    node.step(event, now, out);
     return out;
   }
 
@@ -40,7 +40,6 @@ struct Alone {
   }
 
   Time now = Time::from_s(100.0);
-  SerialExecutor executor;
   Node node;
 };
 
@@ -143,10 +142,9 @@ TEST(NodeDisk, facts_are_saved_once_and_an_inventory_names_those_that_are_kept) 
 TEST(NodeDisk, without_a_log_everything_counts_as_kept_at_once) {
   const Time now = Time::from_s(100.0);
   Node node(kSelf, kFleet, {}, {}, now);
-  SerialExecutor executor;
   NodeOutputs out;
-  node.step(OwnFact{fact_of(kSelf, 0, 0)}, now, executor, out);
-  node.step(Envelope{VehicleId{0}, std::nullopt, propose(VehicleId{0}, 1)}, now, executor, out);
+  node.step(OwnFact{fact_of(kSelf, 0, 0)}, now, out);
+  node.step(Envelope{VehicleId{0}, std::nullopt, propose(VehicleId{0}, 1)}, now, out);
   EXPECT_TRUE(all_of<SaveFact>(out).empty());
   EXPECT_EQ(role_ops(out), std::vector<RoleOp>{RoleOp::kGrant});
   EXPECT_EQ(node.store().inventory(0, 0).streams.size(), 1U);

@@ -60,6 +60,7 @@ void Node::act(const RoleAction& action) {
     case RoleActionKind::kSealed:
       return sealed();
     case RoleActionKind::kStoppedAnchoring:
+      return cancel_job();
     case RoleActionKind::kMayLeave:
       return;
     case RoleActionKind::kRejoined:
@@ -157,6 +158,7 @@ bool Node::was_near(const FinishInput& input) {
 }
 
 void Node::became_anchor(bool new_round) {
+  give_up_seal();
   tags_.clear();
   seal_.reset();
   revision_ = goal_revision_ = 0;
@@ -176,16 +178,11 @@ void Node::became_anchor(bool new_round) {
 void Node::begin_survey() {
   if (!survey_) survey_ = std::move(resting_);
   if (survey_) {
-    for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
+    for (const FactPtr& fact : store_.take_new()) survey_->add(fact);
   } else {
     survey_ = std::make_unique<Survey>(settings_, known_);
     static_cast<void>(store_.take_new());
-    for (const StreamInventory& stream : store_.streams()) {
-      store_.for_each(stream.stream, 0, stream.end, [this](const FactPtr& fact) {
-        survey_->add(*fact);
-        return true;
-      });
-    }
+    for (const FactPtr& fact : all_facts()) survey_->add(fact);
   }
   // Of an anchor in between; without one its own is the last.
   const auto boundary = std::exchange(boundary_, std::nullopt);
@@ -193,13 +190,16 @@ void Node::begin_survey() {
 }
 
 void Node::stopped_anchoring() {
+  cancel_job();
+  give_up_seal();
   if (survey_) resting_ = std::move(survey_);
   tags_.clear();
   seal_.reset();
   ranked_.clear();
 }
 
-/// The round is over: a last full estimate decides who is next.
+/// The round is over: a last full estimate decides who is next. One that is under way is given up
+/// for it.
 void Node::sealed() {
   exchange_.set_points_to(std::nullopt);
   exchange_.announce();
@@ -212,15 +212,22 @@ void Node::sealed() {
                        : all_finished ? RoundEnd::kFinished
                                       : RoundEnd::kTimeout;
   if (!survey_) return rounds_.anchor_ended(why, now_);
-  for (const FactPtr& fact : store_.take_new()) survey_->add(*fact);
-  survey_->end_round(now_, *executor_);
+  for (const FactPtr& fact : store_.take_new()) survey_->add(fact);
+  ranked_.clear();  // of an earlier round
+  sealing_ = why;
+  if (!job_) start_job(JobKind::kEndRound);
+}
+
+/// All facts of the round are solved for.
+void Node::round_ended() {
+  const RoundEnd why = *std::exchange(sealing_, std::nullopt);
   tell_boundary();
   const std::vector<Whereabouts> fleet = whereabouts();
   const bool looked = last_look(fleet);
   const bool idle = nobody_gets_further();
   const bool all_seen = idle && looked && !errands_->largest();
   if (idle && looked) note_stops(fleet);
-  rounds_.anchor_ended(all_seen ? RoundEnd::kExplored : why, now_);
+  rounds_.anchor_ended(all_seen ? RoundEnd::kExplored : why, sealed_at_);
   if (idle) return end_mission(RoundEnd::kFinished);
   if (looked) ranked_ = errands_->next_anchors(*survey_, fleet, self_);
   errands_->new_round();

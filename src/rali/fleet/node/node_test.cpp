@@ -1,108 +1,11 @@
 #include "rali/fleet/node/node.hpp"
 
-#include <algorithm>
-#include <deque>
-#include <set>
-
 #include <gtest/gtest.h>
+
+#include "rali/fleet/node/node_fleet_for_test.hpp"
 
 namespace rali::fleet {
 namespace {
-
-using geometry::SE3;
-using geometry::Vec3;
-
-VehicleId id(std::size_t v) { return {static_cast<std::uint16_t>(v)}; }
-
-/// Vehicles that hear each other at once, fed by hand; v0 has its odom at the map's origin and each
-/// other stands two metres further along x.
-class Fleet {
- public:
-  explicit Fleet(std::size_t n) {
-    std::vector<VehicleId> all;
-    FleetKnowledge known;
-    for (std::size_t v = 0; v < n; ++v) all.push_back(id(v));
-    for (std::size_t v = 1; v < n; ++v) {
-      GivenStart start;
-      start.relative_to = id(0);
-      start.vehicle = id(v);
-      start.T_relative_vehicle.p = {2.0 * static_cast<double>(v), 0.0, 0.0};
-      known.starts.push_back(start);
-    }
-    NodeSettings settings;
-    settings.fleet.loops.use = false;
-    for (std::size_t v = 0; v < n; ++v) {
-      nodes.emplace_back(id(v), all, settings, known, now);
-      facts.push_back(0);
-    }
-  }
-
-  void give(std::size_t v, const NodeEvent& event) {
-    NodeOutputs out;
-    nodes[v].step(event, now, executor, out);
-    for (const NodeOutput& o : out) {
-      if (const auto* e = std::get_if<Envelope>(&o)) air.push_back(*e);
-      if (const auto* a = std::get_if<RoleAction>(&o)) actions.push_back({v, a->kind});
-    }
-  }
-
-  void fact(std::size_t v, FactBody body) {
-    const Fact f{{id(v), 0, facts[v]++}, now, std::move(body)};
-    give(v, OwnFact{std::make_shared<const Fact>(f)});
-  }
-
-  /// The vehicle's start and a keyframe of a square of ground and walls around it.
-  void start(std::size_t v) {
-    fact(v, EpochStart{"v", {Vec3::Zero()}});
-    Increment step;
-    step.keyframe = 0;
-    step.begins = true;
-    step.at_rest = true;
-    step.levelled = true;
-    step.covariance = geometry::Mat6::Identity() * 1e-6;
-    step.lidar_information = geometry::Mat6::Identity() * 1e6;
-    fact(v, step);
-  }
-
-  /// All messages that are on the way, then everyone's tick.
-  void step(double dt_s) {
-    now = now + Duration::from_s(dt_s);
-    std::deque<Envelope> mail;
-    mail.swap(air);
-    for (const Envelope& e : mail) {
-      for (std::size_t v = 0; v < nodes.size(); ++v) {
-        if (id(v) == e.from || (e.to && *e.to != id(v)) || silent.contains(v)) continue;
-        if (!silent.contains(e.from.value)) give(v, e);
-      }
-    }
-    for (std::size_t v = 0; v < nodes.size(); ++v) {
-      OwnPose pose;
-      pose.t = now;
-      pose.at_rest = !moving.contains(v);
-      pose.levelled = true;
-      pose.blind = blind.contains(v);
-      give(v, pose);
-      give(v, NodeTick{});
-    }
-  }
-
-  void run(double duration_s) {
-    for (double t = 0.0; t < duration_s; t += 0.1) step(0.1);
-  }
-
-  [[nodiscard]] bool did(std::size_t v, RoleActionKind kind) const {
-    return std::any_of(actions.begin(), actions.end(),
-                       [&](const auto& a) { return a.first == v && a.second == kind; });
-  }
-
-  std::vector<Node> nodes;
-  std::vector<std::uint32_t> facts;
-  std::deque<Envelope> air;
-  std::vector<std::pair<std::size_t, RoleActionKind>> actions;
-  std::set<std::size_t> moving, silent, blind;
-  SerialExecutor executor;
-  Time now = Time::from_s(100.0);
-};
 
 TEST(Node, the_first_vehicle_becomes_anchor_when_it_has_stood_for_three_seconds) {
   Fleet fleet(2);
@@ -144,22 +47,6 @@ TEST(Node, a_vehicle_that_is_not_levelled_claims_nothing) {
   }
   EXPECT_EQ(fleet.nodes[0].term(), 0U);
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kStarting);
-}
-
-/// The second vehicle hears the first one well, then too weakly, until it has finished.
-/// @return why, as the anchor has it
-FinishReason hear_weakly(Fleet& fleet) {
-  for (int k = 0; k < 30; ++k) {
-    fleet.give(1, HeardRadio{id(0), -60.0});
-    fleet.step(0.1);
-  }
-  // Three packets below -85 dBm are a weak radio, which is latched.
-  const auto reason = [&] { return fleet.nodes[0].rounds().finished(id(1)); };
-  for (int k = 0; k < 30 && reason() == FinishReason::kNone; ++k) {
-    fleet.give(1, HeardRadio{id(0), -90.0});
-    fleet.step(0.1);
-  }
-  return reason();
 }
 
 TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {

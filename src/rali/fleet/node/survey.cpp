@@ -8,6 +8,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "rali/base/assert.hpp"
 #include "rali/fleet/centre/path_frames.hpp"
 #include "rali/fleet/facts/keyframe_number.hpp"
 
@@ -68,18 +69,34 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
 }  // namespace
 
 Survey::Survey(const NodeSettings& settings, const FleetKnowledge& known)
-    : settings_(settings), known_(known), centre_(settings.fleet, known), grid_(settings.explore) {}
+    : settings_(settings),
+      known_(known),
+      centre_(std::make_unique<RoundCentre>(settings.fleet, known)),
+      grid_(settings.explore) {}
+
+void Survey::add(const FactPtr& fact) {
+  waiting_.push_back(fact);
+  if (const auto* step = std::get_if<Increment>(&fact->body)) {
+    Increment light = *step;
+    light.inertial.reset();
+    paths_.add(fact->key, fact->t, light);
+  } else if (const auto* points = std::get_if<KeyframePoints>(&fact->body)) {
+    points_[{fact->key.vehicle, fact->key.epoch}].emplace(points->keyframe, fact);
+  } else if (std::holds_alternative<EpochStart>(fact->body)) {
+    paths_.add(fact->key, fact->t, fact->body);
+  }
+}
 
 const VehiclePath* Survey::last_path_of(VehicleId vehicle) const {
   const VehiclePath* found = nullptr;
-  for (const VehiclePath& path : centre_.paths()) {
+  for (const VehiclePath& path : paths_.all()) {
     if (path.vehicle() == vehicle && !path.nodes().empty()) found = &path;  // the last epoch
   }
   return found;
 }
 
 const VehiclePath* Survey::first_path_of(VehicleId vehicle) const {
-  for (const VehiclePath& path : centre_.paths()) {
+  for (const VehiclePath& path : paths_.all()) {
     if (path.vehicle() == vehicle && !path.nodes().empty()) return &path;
   }
   return nullptr;
@@ -87,7 +104,7 @@ const VehiclePath* Survey::first_path_of(VehicleId vehicle) const {
 
 /// A vehicle's keyframes have numbers of their own in each epoch (keyframe_number.hpp).
 const VehiclePath* Survey::path_with(KeyframeId keyframe) const {
-  for (const VehiclePath& path : centre_.paths()) {
+  for (const VehiclePath& path : paths_.all()) {
     if (path.vehicle() == keyframe.vehicle && path.node_of(keyframe.seq)) return &path;
   }
   return nullptr;
@@ -102,24 +119,65 @@ bool Survey::is_placed(VehicleId vehicle) const {
   return path != nullptr && is_placed(*path);
 }
 
-void Survey::estimate(Executor& executor) { take(centre_.estimate(executor)); }
+std::shared_ptr<Job> Survey::make_job(std::optional<Time> end_round) {
+  RALI_ASSERT(centre_ != nullptr);
+  auto job = std::make_shared<SurveyJob>();
+  job->centre_ = std::move(centre_);
+  job->facts_ = std::exchange(waiting_, {});
+  job->legacy_ = std::exchange(legacy_, std::nullopt);
+  job->end_round_ = end_round;
+  job->generation_ = generation_;
+  return job;
+}
 
-void Survey::end_round(Time t, Executor& executor) {
-  take(centre_.end_round(t, executor));
-  static_cast<void>(refresh());
-  centre_.forget_finished_points();
+Survey::Back Survey::take_back(Job* job, bool wanted) {
+  auto* back = dynamic_cast<SurveyJob*>(job);
+  if (back == nullptr || back->centre_ == nullptr) return Back::kLost;
+  centre_ = std::move(back->centre_);
+  work_ = centre_->work();
+  // Of one that never ran.
+  waiting_.insert(waiting_.begin(), back->facts_.begin(), back->facts_.end());
+  if (!legacy_) legacy_ = std::move(back->legacy_);
+  if (!wanted || !back->solved_ || back->generation_ != generation_) return Back::kDropped;
+  boundary_ = centre_->boundary();
+  take(std::move(back->estimate_));
+  if (back->end_round_) {
+    static_cast<void>(refresh());
+    forget_drawn_points();
+  }
+  return Back::kTaken;
+}
+
+void Survey::restore(std::vector<FactPtr> facts) {
+  centre_ = std::make_unique<RoundCentre>(settings_.fleet, known_);
+  waiting_ = std::move(facts);
+}
+
+/// The grid keeps outlines of its own. While vehicles may still be taken out of the map and come
+/// back, they are needed again.
+void Survey::forget_drawn_points() {
+  if (!boundary_) return;
+  for (auto& [stream, points] : points_) {
+    std::erase_if(points, [&](const auto& entry) {
+      return in_grid_.contains({stream.vehicle, entry.first});
+    });
+  }
 }
 
 bool Survey::take_over(const RoundBoundary& boundary,
                        const std::map<KeyframeId, KeyframePose>& keyframes) {
-  if (!centre_.take_over(boundary, keyframes)) return false;
+  auto done = finished_before(boundary, paths_.all(), keyframes, settings_.fleet);
+  if (!done) return false;
+  ++generation_;
+  legacy_ = Legacy{boundary, keyframes};
+  boundary_ = boundary;
   for (const auto& [id, pose] : keyframes) told_[id] = pose.T_map_body;
-  take(centre_.last());
+  take(std::move(*done));
   return true;
 }
 
-void Survey::take(const FleetEstimate& estimate) {
-  last_ = estimate;
+void Survey::take(FleetEstimate estimate) {
+  last_ = std::move(estimate);
   find_frames();
   for (auto it = in_grid_.begin(); it != in_grid_.end();) {
     const KeyframeId id = it->first;
@@ -143,7 +201,7 @@ void Survey::find_frames() {
     if (frame.group != 0) continue;
     SE3 T = frame.T_map_odom;
     const StreamKey stream{frame.vehicle, frame.epoch};
-    const VehiclePath* path = path_of(centre_.paths(), stream);
+    const VehiclePath* path = path_of(paths_.all(), stream);
     if (path == nullptr || path->nodes().empty()) continue;
     const std::uint32_t last = first_keyframe_of(frame.epoch) + (kKeyframesPerEpoch - 1);
     const auto after = last_.keyframes.upper_bound({frame.vehicle, last});
@@ -167,10 +225,13 @@ SE3 Survey::pose_of(const VehiclePath& path, std::size_t node) const {
 
 std::size_t Survey::refresh() {
   std::size_t added = 0;
-  for (const VehiclePath& path : centre_.paths()) {
+  for (const VehiclePath& path : paths_.all()) {
     if (!is_placed(path)) continue;
-    for (const auto& [number, points] : path.points()) {
+    const auto points_of = points_.find(stream_of(path));
+    if (points_of == points_.end()) continue;
+    for (const auto& [number, fact] : points_of->second) {
       const KeyframeId id{path.vehicle(), number};
+      const auto& points = std::get<KeyframePoints>(fact->body);
       const auto node = path.node_of(number);
       if (!node || in_grid_.contains(id)) continue;
       const SE3 T = pose_of(path, *node);
@@ -185,7 +246,7 @@ std::size_t Survey::refresh() {
 
 void Survey::list_seen() {
   seen_.clear();
-  for (const VehiclePath& path : centre_.paths()) {
+  for (const VehiclePath& path : paths_.all()) {
     if (!is_placed(path)) continue;
     for (std::size_t k = 0; k < path.nodes().size(); ++k) {
       const SE3 T = pose_of(path, k);
@@ -256,7 +317,7 @@ double Survey::height_m(const Vec2& place_map_m) const {
 
 std::size_t Survey::new_places_since(Time t) const {
   std::vector<Vec3> before, since;
-  for (const VehiclePath& path : centre_.paths()) {
+  for (const VehiclePath& path : paths_.all()) {
     if (!is_placed(path)) continue;
     for (std::size_t k = 0; k < path.nodes().size(); ++k) {
       const VehiclePath::Node& node = path.nodes()[k];
@@ -299,7 +360,7 @@ std::vector<Table> Survey::tables(std::uint64_t term, std::uint32_t revision, do
   table.hash = hash;
   std::uint16_t group = std::numeric_limits<std::uint16_t>::max();
   for (const auto& [stream, T] : T_map_odom_) group = std::min(group, stream.vehicle.value);
-  for (const VehiclePath& path : centre_.paths()) {
+  for (const VehiclePath& path : paths_.all()) {
     const auto T = T_map_odom(stream_of(path));
     if (T) table.frames.push_back({stream_of(path), group, *T, {}});
   }

@@ -1,40 +1,62 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
-#include "rali/base/executor.hpp"
 #include "rali/fleet/centre/round_centre.hpp"
+#include "rali/fleet/facts/fact_store.hpp"
 #include "rali/fleet/messages/messages.hpp"
 #include "rali/fleet/node/settings.hpp"
+#include "rali/fleet/node/survey_job.hpp"
+#include "rali/fleet/path/fleet_paths.hpp"
 #include "rali/fleet/rounds/anchor_choice.hpp"
 #include "rali/map/explore_grid.hpp"
 
 namespace rali::fleet {
 
 /// The map that an anchor makes of all facts: an estimate now and then, and between two of them
-/// each vehicle's path as its own odometry continues it (algorithms_fleet 9.3, 9.5).
+/// each vehicle's path as its own odometry continues it (algorithms_fleet 9.3, 9.5). Estimates are
+/// jobs: nothing here solves.
 class Survey {
  public:
   Survey(const NodeSettings& settings, const FleetKnowledge& known);
 
-  void add(const Fact& fact) { centre_.add(fact); }
+  /// Counts for paths and grid at once, for the estimate from the next job on.
+  void add(const FactPtr& fact);
 
-  /// Solves for what is known, and moves the grid's keyframes along.
-  void estimate(Executor& executor);
+  /// To solve for what is known. The job takes the centre with it: not while one is under way.
+  /// @param end_round the round is over up to this time
+  [[nodiscard]] std::shared_ptr<Job> make_job(std::optional<Time> end_round);
 
-  /// The last estimate of a round, which is over up to `t`; puts new keyframes into the grid, too.
-  void end_round(Time t, Executor& executor);
+  /// Whether a job is under way.
+  [[nodiscard]] bool is_solving() const { return centre_ == nullptr; }
 
-  /// Goes on from where the last anchor had everything; see RoundCentre::take_over.
+  /// What became of a job that has come back.
+  enum class Back {
+    kTaken,    ///< its estimate holds from now on, and the grid's keyframes lie as it says
+    kDropped,  ///< it was cancelled or is stale; what it was made from is here again
+    kLost      ///< not the job that was made: restore() is needed
+  };
+
+  /// @param wanted false: the estimate is dropped
+  [[nodiscard]] Back take_back(Job* job, bool wanted);
+
+  /// Makes the centre of a job anew that will never come back. @param facts all that are held
+  void restore(std::vector<FactPtr> facts);
+
+  /// Goes on from where the last anchor had everything; see RoundCentre::take_over. What a job that
+  /// is under way finds is stale then: it lies in other frames.
   bool take_over(const RoundBoundary& boundary,
                  const std::map<KeyframeId, KeyframePose>& keyframes);
 
   /// What the finished rounds leave to those to come; nothing while there is none.
-  [[nodiscard]] const std::optional<RoundBoundary>& boundary() const { return centre_.boundary(); }
+  [[nodiscard]] const std::optional<RoundBoundary>& boundary() const { return boundary_; }
 
-  [[nodiscard]] const RoundCentre::Work& work() const { return centre_.work(); }
+  /// Of the jobs that have come back.
+  [[nodiscard]] const RoundCentre::Work& work() const { return work_; }
 
   /// Puts keyframes into the grid that have come since. @return how many
   std::size_t refresh();
@@ -79,13 +101,21 @@ class Survey {
   [[nodiscard]] bool is_placed(const VehiclePath& path) const;
   [[nodiscard]] std::optional<geometry::SE3> measured(const StreamKey& stream) const;
   [[nodiscard]] geometry::SE3 pose_of(const VehiclePath& path, std::size_t node) const;
-  void take(const FleetEstimate& estimate);
+  void take(FleetEstimate estimate);
+  void forget_drawn_points();
   void find_frames();
   void list_seen();
 
   NodeSettings settings_;
   FleetKnowledge known_;
-  RoundCentre centre_;
+  std::unique_ptr<RoundCentre> centre_;  ///< null while a job has it
+  std::vector<FactPtr> waiting_;         ///< that the centre has not got yet
+  std::optional<Legacy> legacy_;         ///< likewise
+  std::uint64_t generation_ = 0;         ///< of the frames: a new one with each legacy
+  FleetPaths paths_;                     ///< without points, ranges and inertial data
+  std::map<StreamKey, std::map<std::uint32_t, FactPtr>> points_;  ///< by keyframe, for the grid
+  std::optional<RoundBoundary> boundary_;
+  RoundCentre::Work work_;
   FleetEstimate last_;
   std::map<StreamKey, geometry::SE3> T_map_odom_;  ///< of those in the largest group
   map::ExploreGrid grid_;

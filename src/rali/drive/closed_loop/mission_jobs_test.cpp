@@ -1,0 +1,88 @@
+// Missions on computers that need long for a solution of the map: tables are late, nothing else.
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "rali/drive/closed_loop/missions_for_test.hpp"
+
+namespace rali::drive {
+namespace {
+
+struct Flown {
+  MissionLog log;
+  bool finished = false;
+  double duration_s = 0.0;
+  std::size_t most_anchors = 0, orphaned = 0, lost = 0;
+  std::uint64_t last_term = 0;
+};
+
+Flown fly(const Simulation& sim, const ComputerSettings& computer, const JobCost& cost) {
+  ExactFleet fleet(*sim, without_loops(), computer, cost);
+  Flown flown;
+  const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
+  EXPECT_TRUE(mission.has_value());
+  flown.finished = mission->finished;
+  flown.duration_s = mission->duration_s;
+  flown.log = fleet.nodes().log();
+  flown.most_anchors = fleet.most_anchors;
+  for (const Finding& finding : fleet.nodes().take_findings()) {
+    flown.orphaned += finding.text.starts_with("receives no anchor") ? 1 : 0;
+    flown.lost += finding.id == "fleet.job_lost" ? 1 : 0;
+  }
+  for (const fleet::RoundRow& round : flown.log.rounds) {
+    EXPECT_NE(round.ended_by, fleet::RoundEnd::kAnchorLost) << round.round;
+  }
+  flown.last_term = fleet.nodes().node(0).term();
+  return flown;
+}
+
+/// Each job alone is longer than a lease.
+constexpr double kLong_s = 6.0;
+
+TEST(MissionJobs, solutions_of_six_seconds_cost_no_lease_and_the_mission_ends) {
+  const Flown flown = fly(three_rooms(), {}, {.job_s = kLong_s});
+  EXPECT_TRUE(flown.finished);
+  EXPECT_TRUE(flown.log.explored);
+  EXPECT_EQ(flown.most_anchors, 1U);
+  EXPECT_EQ(flown.orphaned, 0U);
+  EXPECT_EQ(flown.last_term, flown.log.rounds.size()) << "each term is a round: none was renewed";
+}
+
+TEST(MissionJobs, of_a_computer_ten_times_slower_than_measured_ends_likewise) {
+  const Flown measured = fly(three_rooms(), {}, {});
+  const Flown slow = fly(three_rooms(), {.cpu_factor = 10.0}, {});
+  for (const Flown* flown : {&measured, &slow}) {
+    EXPECT_TRUE(flown->finished);
+    EXPECT_TRUE(flown->log.explored);
+    EXPECT_EQ(flown->most_anchors, 1U);
+    EXPECT_EQ(flown->orphaned, 0U);
+  }
+  EXPECT_LT(slow.duration_s, 1.5 * measured.duration_s + 30.0);
+}
+
+// The role machine waits 30 s for the choice of the next anchor. Here the anchor cannot be the next
+// one: the tag has no way past it.
+TEST(MissionJobs, a_hand_over_waits_for_a_solution_that_is_longer_than_six_leases) {
+  const Flown flown = fly(narrow_corridor(), {.cpu_factor = 10.0}, {.job_s = 4.0});
+  EXPECT_TRUE(flown.finished);
+  EXPECT_TRUE(flown.log.explored);
+  ASSERT_GE(flown.log.rounds.size(), 2U);
+  EXPECT_EQ(flown.log.rounds[0].anchor, VehicleId{0});
+  EXPECT_EQ(flown.log.rounds[1].anchor, VehicleId{1});
+  EXPECT_EQ(flown.orphaned, 0U);
+}
+
+TEST(MissionJobs, same_world_and_computer_give_the_same_rounds) {
+  const auto run = [] {
+    const Simulation sim = three_rooms();
+    ExactFleet fleet(*sim, without_loops(), {.cpu_factor = 100.0});
+    EXPECT_TRUE(sim::run_closed_loop(*sim, fleet, limited(30.0)).has_value());
+    std::vector<double> ways;
+    for (int v = 0; v < 3; ++v) ways.push_back(sim->way_m(v));
+    return std::pair(fleet.nodes().log().rounds, ways);
+  };
+  EXPECT_EQ(run(), run());
+}
+
+}  // namespace
+}  // namespace rali::drive

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/base/settings.hpp"
+#include "rali/base/time.hpp"
+#include "rali/fleet/node/events.hpp"
+
+namespace rali::drive {
+
+/// The computers of simulated vehicles.
+struct ComputerSettings {
+  double cpu_factor = 1.0;
+
+  template <class V>
+  void visit(V& v) {
+    v("cpu_factor", cpu_factor, 0.0, 1e4,
+      "how many times longer than measured a solution of the map takes");
+  }
+};
+
+/// How long a job takes, from what it had to do: no clock, so that runs repeat. Fitted by least
+/// squares to the wall times of one core (2.6 GHz); see drive/README.md for the command.
+struct JobCost {
+  double job_s = 0.002;
+  double node_s = 0.0;
+  double submap_s = 0.0;
+  double compared_s = 0.0;
+
+  [[nodiscard]] Duration of(const fleet::JobWork& work) const;
+};
+
+/// Runs the jobs of vehicles of one process in virtual time: each is computed at once, and comes
+/// back when its simulated duration is over. Every vehicle has a core of its own for them.
+class SimulatedJobs {
+ public:
+  SimulatedJobs(const ComputerSettings& computer, const JobCost& cost)
+      : computer_(computer), cost_(cost) {}
+
+  void run(std::size_t owner, const fleet::RunJob& order, Time now, Executor& executor);
+
+  /// One that is under way comes back at once.
+  void cancel(std::size_t owner, std::uint64_t number, Time now);
+
+  /// Those of a vehicle whose process is gone: its next node numbers anew.
+  void forget(std::size_t owner);
+
+  struct Done {
+    std::size_t owner = 0;
+    fleet::JobDone event;
+  };
+
+  /// What a job has cost this process: what JobCost is fitted to. Two equal runs differ in it.
+  struct Spent {
+    fleet::JobKind kind = fleet::JobKind::kEstimate;
+    fleet::JobWork work;
+    double cpu_s = 0.0;
+  };
+
+  [[nodiscard]] const std::vector<Spent>& spent() const { return spent_; }
+
+  /// Those that have ended up to now, in the order in which they did.
+  [[nodiscard]] std::vector<Done> take(Time now);
+
+ private:
+  struct Entry {
+    Time due;
+    Done done;
+  };
+
+  ComputerSettings computer_;
+  JobCost cost_;
+  std::vector<Spent> spent_;
+  std::vector<Entry> under_way_;  ///< in the order in which they began
+};
+
+}  // namespace rali::drive
