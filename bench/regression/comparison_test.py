@@ -176,6 +176,12 @@ class CommandTest(unittest.TestCase):
         self.assertEqual(0, self.compare(new, base)[0])
         self.assertEqual(0, self.compare(base, base)[0])
 
+    def test_the_last_line_says_how_much_was_compared(self):
+        base = self.write("base.csv", [row(1), row(2)])
+        new = self.write("new.csv", [row(2), row(3), row(4)])
+        self.assertIn("1 runs compared, 1 only in BASE, 2 only in NEW: nothing is worse",
+                      self.compare(base, new)[1])
+
     def test_tables_without_a_common_row_are_a_usage_error(self):
         base = self.write("base.csv", [row(1)])
         self.assertEqual(2, self.compare(base, self.write("new.csv", [row(2)]))[0])

@@ -137,7 +137,9 @@ def compare(args):
     if not result.lines:
         raise table.TableError(f"{args.base} and {args.new}: no row in common")
     print(comparison.text_of(result, args.all), end="")
-    print("WORSE" if result.worse else "nothing is worse")
+    both = len(base.keys() & new.keys())
+    print(f"{both} runs compared, {len(base) - both} only in BASE, {len(new) - both} only in NEW: "
+          + ("WORSE" if result.worse else "nothing is worse"))
     return 1 if result.worse else 0
 
 
