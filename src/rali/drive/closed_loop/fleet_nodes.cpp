@@ -1,7 +1,6 @@
 #include "rali/drive/closed_loop/fleet_nodes.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <string_view>
 #include <utility>
 #include <variant>
@@ -121,10 +120,9 @@ void FleetNodes::tell(std::size_t index, const fleet::NodeEvent& event, Time t,
   Member& member = members_[index];
   if (!member.alive) return;
   outputs_.clear();
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin_s = StepTimes::thread_s();
   member.node->step(event, t, outputs_);
-  step_times_.add(event,
-                  std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  step_times_.add(event, StepTimes::thread_s() - begin_s);
   for (const fleet::NodeOutput& output : outputs_) follow(index, output, t, executor);
 }
 
