@@ -225,6 +225,7 @@ std::optional<sim::DriveCommand> FleetNodes::command(std::size_t index) {
 
 void FleetNodes::kill(std::size_t index) {
   members_[index].alive = false;
+  jobs_.forget(index);
   link_.kill({static_cast<std::uint16_t>(index)});
 }
 

@@ -32,6 +32,10 @@ void SimulatedJobs::cancel(std::size_t owner, std::uint64_t number, Time now) {
   }
 }
 
+void SimulatedJobs::forget(std::size_t owner) {
+  std::erase_if(under_way_, [owner](const Entry& e) { return e.done.owner == owner; });
+}
+
 std::vector<SimulatedJobs::Done> SimulatedJobs::take(Time now) {
   const auto ended = std::stable_partition(under_way_.begin(), under_way_.end(),
                                            [now](const Entry& e) { return e.due > now; });

@@ -46,6 +46,9 @@ class SimulatedJobs {
   /// One that is under way comes back at once.
   void cancel(std::size_t owner, std::uint64_t number, Time now);
 
+  /// The jobs of a process that is gone end with it: a new one counts its jobs anew.
+  void forget(std::size_t owner);
+
   struct Done {
     std::size_t owner = 0;
     fleet::JobDone event;
