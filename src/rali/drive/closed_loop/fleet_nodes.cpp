@@ -1,7 +1,6 @@
 #include "rali/drive/closed_loop/fleet_nodes.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 #include <variant>
 
@@ -109,10 +108,9 @@ void FleetNodes::step(std::size_t index, const fleet::NodeEvent& event, Time t,
   const Member& member = members_[index];
   if (!member.alive) return;
   outputs_.clear();
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin_s = StepTimes::thread_s();
   member.node->step(event, t, outputs_);
-  step_times_.add(event,
-                  std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  step_times_.add(event, StepTimes::thread_s() - begin_s);
   for (const fleet::NodeOutput& output : outputs_) {
     if (setup_.watch) setup_.watch(index, output);
     if (!member.alive) return;

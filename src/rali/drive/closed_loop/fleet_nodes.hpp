@@ -91,7 +91,7 @@ class FleetNodes {
 
   [[nodiscard]] MissionLog log() const;
 
-  /// Wall times of the nodes' steps so far.
+  /// Times of the nodes' steps so far.
   [[nodiscard]] const StepTimes& step_times() const { return step_times_; }
 
   [[nodiscard]] const SimulatedJobs& jobs() const { return jobs_; }

@@ -58,6 +58,17 @@ TEST(SimulatedJobs, one_that_is_cancelled_comes_back_at_once_and_no_other) {
   EXPECT_EQ(done[0].event.number, 7U);
 }
 
+TEST(SimulatedJobs, of_a_process_that_is_gone_never_come_back) {
+  SerialExecutor executor;
+  SimulatedJobs jobs({}, kCost);
+  jobs.run(0, order(1, 0), at(10.0), executor);
+  jobs.run(1, order(1, 0), at(10.0), executor);
+  jobs.forget(0);
+  const auto done = jobs.take(at(20.0));
+  ASSERT_EQ(done.size(), 1U);
+  EXPECT_EQ(done[0].owner, 1U);
+}
+
 TEST(StepTimes, quantiles_are_right_to_a_tenth) {
   StepTimes times;
   for (int k = 1; k <= 1000; ++k) times.add(fleet::NodeTick{}, 1e-5 * k);

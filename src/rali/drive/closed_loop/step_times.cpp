@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <variant>
 
 #include <fmt/format.h>
@@ -54,6 +55,12 @@ double TimeHistogram::quantile_s(double fraction) const {
     if (sum >= wanted) return std::min(max_s_, kFirst_s * std::pow(kGrowth, k + 1));
   }
   return max_s_;
+}
+
+double StepTimes::thread_s() {
+  timespec t{};
+  if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0) return 0.0;
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 void StepTimes::add(const fleet::NodeEvent& event, double s) {

@@ -11,7 +11,7 @@
 
 namespace rali::drive {
 
-/// Wall times of a kind of step, in a histogram whose bins grow by a tenth: 1 us to 100 s.
+/// Times of a kind of step, in a histogram whose bins grow by a tenth: 1 us to 100 s.
 class TimeHistogram {
  public:
   void add(double s);
@@ -32,10 +32,14 @@ class TimeHistogram {
 };
 
 /// How long nodes take for their steps, by kind of event. Steps are to be short: below 2 ms
-/// (architecture.md 4). Not part of what a run computes: two equal runs differ in it.
+/// (architecture.md 4). Time of the thread's CPU: a step waits for nothing, and what else the
+/// machine does is no matter of it. Not part of what a run computes: two equal runs differ in it.
 class StepTimes {
  public:
   void add(const fleet::NodeEvent& event, double s);
+
+  /// CPU time of the calling thread [s], from whenever on.
+  [[nodiscard]] static double thread_s();
 
   struct Row {
     std::string_view event;
