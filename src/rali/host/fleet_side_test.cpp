@@ -44,6 +44,8 @@ class ExactVehicle {
     make_fact(now.wall, fleet::EpochStart{kNames[index], {Vec3::Zero()}}, now);
   }
 
+  void order(const view::OperatorRequest& request, HostTime now) { side.take(request, now, out_); }
+
   /// A tenth of a second goes by.
   void step(HostTime now, double t_s) {
     measure(now, t_s);
@@ -51,20 +53,7 @@ class ExactVehicle {
       side.receive(arrived.from, std::as_bytes(std::span(arrived.bytes)), now, out_);
     }
     side.tick(now, out_);
-    const AgentOutputs made = std::exchange(out_.agent, {});
-    for (const AgentOutput& output : made) {
-      if (const auto* job = std::get_if<fleet::RunJob>(&output)) {
-        SerialExecutor executor;
-        job->job->run(executor, false);
-        side.take(fleet::JobDone{job->number, job->job}, now, out_);
-      }
-    }
-    for (const AgentOutput& output : made) {
-      const auto* send = std::get_if<SendBytes>(&output);
-      if (send == nullptr) continue;
-      const auto* bytes = reinterpret_cast<const std::uint8_t*>(send->bytes.data());
-      static_cast<void>(link_->send(send->to, send->urgency, {bytes, send->bytes.size()}));
-    }
+    while (!out_.agent.empty()) obey(std::exchange(out_.agent, {}), now);
     for (RosOut& message : out_.publish) published.push_back(std::move(message));
     for (const ToSensors& news : out_.sensors) {
       peers_heard += std::holds_alternative<fleet::PeerStatus>(news) ? 1 : 0;
@@ -83,6 +72,20 @@ class ExactVehicle {
   std::size_t peers_heard = 0;
 
  private:
+  /// Jobs end at once; what follows from them is obeyed next.
+  void obey(const AgentOutputs& made, HostTime now) {
+    for (const AgentOutput& output : made) {
+      if (const auto* job = std::get_if<fleet::RunJob>(&output)) {
+        SerialExecutor executor;
+        job->job->run(executor, false);
+        side.take(fleet::JobDone{job->number, job->job}, now, out_);
+      } else if (const auto* send = std::get_if<SendBytes>(&output)) {
+        const auto* bytes = reinterpret_cast<const std::uint8_t*>(send->bytes.data());
+        static_cast<void>(link_->send(send->to, send->urgency, {bytes, send->bytes.size()}));
+      }
+    }
+  }
+
   void give(vehicle::Output output, HostTime now) {
     side.take(VehicleNews{std::move(output)}, now, out_);
   }
@@ -230,8 +233,7 @@ TEST_F(FleetSideTest, the_operator_ends_a_round_of_the_anchor) {
   run(20.0);
   ASSERT_EQ(agent(0).node().mode(), fleet::Mode::kAnchor);
   const auto term = agent(0).node().term();
-  FleetSideOutputs out;
-  vehicles_[0]->side.take(view::OperatorRequest{"end-round", ""}, {now_, now_}, out);
+  vehicles_[0]->order({"end-round", ""}, {now_, now_});
   EXPECT_EQ(agent(0).node().mode(), fleet::Mode::kSealed);
   run(20.0);
   EXPECT_GT(agent(0).node().term(), term);
