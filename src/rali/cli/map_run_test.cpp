@@ -284,7 +284,7 @@ TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
   EXPECT_EQ(progress_line(progress, true, 41.0),
             "v1 [#########-----]  62 %  6.4x  312 m  degenerate  8 %  ETA 0:41");
   EXPECT_EQ(progress_line(progress, false, -1.0), "v1  62 %  6.4x  312 m  degenerate  8 %");
-  EXPECT_EQ(progress_line(progress, false, 4000.0).substr(33), "  ETA 1:06:40");
+  EXPECT_EQ(progress_line(progress, false, 4000.0).substr(38), "  ETA 1:06:40");
   progress.ranges = 5120;
   progress.ranges_used = 4812;
   EXPECT_EQ(progress_line(progress, false, -1.0),

@@ -75,9 +75,9 @@ TEST_F(Simulate, one_vehicle_alone_has_no_antennas_of_which_a_map_would_warn) {
 
 TEST_F(Simulate, an_old_key_of_the_scene_is_read_with_a_notice) {
   const Outcome done =
-      simulate({"tunnel", "-o", folder_, "--duration", "0.2", "-q", "--set", "motion.rest_s=1"});
+      simulate({"tunnel", "-o", folder_, "--duration", "0.2", "-q", "--set", "motion.rest_s=2"});
   ASSERT_EQ(done.code, 0) << done.err;
-  EXPECT_NE(bytes("scene.yaml").find("  standstill_s: 1\n"), std::string::npos);
+  EXPECT_NE(bytes("scene.yaml").find("  standstill_s: 2"), std::string::npos);
   const Outcome loud =
       simulate({"tunnel", "-o", folder_ + "/b", "--duration", "0.2", "--set", "motion.rest_s=1"});
   EXPECT_NE(loud.err.find("rali: warning: command line: motion.rest_s is called "
