@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 
@@ -122,11 +123,15 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
                share.keeps * before * share.keeps.transpose();
   if (level) hold_level(T_odom_body, *level);
   establish(T_odom_body.p);
+  const Mat6 registered = share.follows * P_local * share.follows.transpose();
+  const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
+  const Mat6 error = A * inherited * A.transpose();
+  const bool makes_first = std::exchange(unmade_, false) && mean_epoch + 1.0 <= epoch_;
+  if (makes_first) D_.back() = error;
   const bool travelled = (T_odom_body.p - begun_odom_m_.back()).norm() > settings_.epoch_m;
   if (travelled || has_grown(B * D_.back() * B.transpose(), map_error_ + P_local)) {
-    const Mat6 registered = share.follows * P_local * share.follows.transpose();
-    const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
-    begin_epoch(T_odom_body, A * inherited * A.transpose());
+    begin_epoch(T_odom_body, error);
+    unmade_ = true;
   }
   carried_ = A * map_error_ * A.transpose();
   return map_error_ + P_local;
@@ -186,6 +191,7 @@ Mat3 Drift::release(const SE3& T_odom_body, const Mat3& axes_odom) {
 void Drift::add(const SE3& T_odom_body, const Mat6& P) {
   const Mat6 A = left_from_boxplus(T_odom_body);
   begin_epoch(T_odom_body, D_.back() + A * P * A.transpose());
+  unmade_ = false;
   carried_ = D_.back();
 }
 

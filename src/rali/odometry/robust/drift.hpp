@@ -60,15 +60,16 @@ struct MapShare {
 ///
 /// Planes inherit the error of the pose that saw them first. A scan that matches planes of
 /// generation e has their error plus its own; new planes inherit that. A generation lasts some way,
-/// or until the pose is known much less well. So the error grows with the generations passed, and
-/// falls back when the vehicle returns to old planes. Each translation hangs on the planes that
-/// tell of it: behind a blind stretch the walls may be old and the niche that ends it new, with the
-/// error that the stretch has left in it. Where the LiDAR tells nothing the pose keeps the error of
-/// the map that it hung on last; what it has gathered since, the filter knows, and new planes
-/// inherit both. Roll and pitch do not wander where gravity is known: there the map's error is
-/// bounded, and what it did to positions with it. Covariances of a common left perturbation T' =
-/// Exp(phi, rho) T about odom's origin, so that they add without lever arms. Order rotation,
-/// translation.
+/// or until the pose is known much less well. Its error is that of the pose that makes its first
+/// planes, one scan later: a scan that told nothing may come before one that knows where it is. So
+/// the error grows with the generations passed, and falls back when the vehicle returns to old
+/// planes. Each translation hangs on the planes that tell of it: behind a blind stretch the walls
+/// may be old and the niche that ends it new, with the error that the stretch has left in it. Where
+/// the LiDAR tells nothing the pose keeps the error of the map that it hung on last; what it has
+/// gathered since, the filter knows, and new planes inherit both. Roll and pitch do not wander
+/// where gravity is known: there the map's error is bounded, and what it did to positions with it.
+/// Covariances of a common left perturbation T' = Exp(phi, rho) T about odom's origin, so that they
+/// add without lever arms. Order rotation, translation.
 class Drift {
  public:
   /// @param levelled  gravity holds the first pose
@@ -119,6 +120,7 @@ class Drift {
   std::vector<geometry::Vec3> begun_odom_m_;  ///< by generation: where the vehicle was
   std::size_t established_ = 1;               ///< so many of the first generations are
   bool unmoved_ = true;                       ///< the vehicle has not left where it began
+  bool unmade_ = false;                       ///< the newest generation has no planes yet
   geometry::Mat6 map_error_ = geometry::Mat6::Zero();
   geometry::Mat6 carried_;  ///< the same as a left perturbation
 };

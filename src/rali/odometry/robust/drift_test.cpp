@@ -67,6 +67,23 @@ TEST(Drift, adds_one_registration_per_generation_of_planes) {
   EXPECT_NEAR(sigma_x(seen), 0.01 * std::sqrt(25.0), 1e-9);
 }
 
+// LiDAR alone: the second scan finds too few planes in a map of one scan, the third finds enough.
+TEST(Drift, a_generation_has_the_error_of_the_pose_that_makes_its_first_planes) {
+  Drift drift{from_nothing()};
+  const Mat6 guessed = local(0.05, 0.3);
+  const Mat6 known = local(1e-3, 0.01);
+  const Mat6 second = drift.update(at(0.3), 0.0, guessed, MapShare::nothing());
+  EXPECT_NEAR(sigma_x(second), 0.3, 1e-9);
+  ASSERT_EQ(drift.epoch(), 1U) << "it knows much less than the first";
+  drift.update(at(0.4), 0.0, known, kFollows);
+  // Only then are there planes of the generation.
+  EXPECT_NEAR(sigma_x(drift.update(at(0.5), 1.0, known, kFollows)), 0.01 * std::sqrt(2.0), 1e-3);
+  // One that stays as uncertain makes planes that are as uncertain.
+  Drift lost{from_nothing()};
+  for (int k = 0; k < 2; ++k) lost.update(at(0.3), 0.0, guessed, MapShare::nothing());
+  EXPECT_NEAR(sigma_x(lost.update(at(0.4), 1.0, known, kFollows)), 0.3, 0.02);
+}
+
 TEST(Drift, falls_back_on_return_to_the_first_planes) {
   Drift drift{from_nothing()};
   const Mat6 P = local(1e-3, 0.01);
@@ -151,7 +168,8 @@ TEST(Drift, behind_a_blind_stretch_what_is_new_has_the_error_of_the_stretch) {
   const double old = drift.epoch();
   drive(drift, 5.1, 10.0, local(1e-4, 0.7), blind_along_x());
   const double now = drift.epoch();
-  const HeldAlong niche{Vec3::UnitX(), now};
+  // The newest generation has no planes yet: the niche was seen in the stretch.
+  const HeldAlong niche{Vec3::UnitX(), now - 1.0};
   const Mat6 P = local(1e-4, 0.001);
   EXPECT_LT(sigma_x(drift.update(at(10.2), old, P, kFollows)), 0.01) << "back at the old planes";
   EXPECT_GT(sigma_x(drift.update(at(10.2), old, P, kFollows, {}, {&niche, 1})), 0.69);
