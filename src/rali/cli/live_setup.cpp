@@ -1,5 +1,6 @@
 #include "rali/cli/live_setup.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <utility>
 #include <vector>
@@ -115,8 +116,22 @@ Result<std::unique_ptr<net::RosBus>> open_ros_bus(const config::FleetConfig& fle
   return net::open_dds_ros_bus(options);
 }
 
+namespace {
+
+/// Of the facts that a vehicle has made, as far as they are known here.
+std::uint32_t newest_epoch(const std::vector<fleet::FactPtr>& facts, VehicleId vehicle) {
+  std::uint32_t newest = 0;
+  for (const fleet::FactPtr& fact : facts) {
+    if (fact->key.vehicle == vehicle) newest = std::max(newest, fact->key.epoch);
+  }
+  return newest;
+}
+
+}  // namespace
+
 Result<std::unique_ptr<net::FleetLink>> open_fleet_link(const config::FleetConfig& fleet,
-                                                        std::size_t index, std::uint32_t epoch) {
+                                                        std::size_t index,
+                                                        const fleet::NodeStart& start) {
   if (fleet.vehicles.size() < 2) return std::unique_ptr<net::FleetLink>();
   if (fleet.live.key_file.empty()) {
     return fail(ErrorCode::kUsage, "live.key_file", "a fleet needs a key",
@@ -126,7 +141,7 @@ Result<std::unique_ptr<net::FleetLink>> open_fleet_link(const config::FleetConfi
   if (!key) return tl::make_unexpected(key.error());
   net::FleetLinkOptions options;
   options.self = {static_cast<std::uint16_t>(index)};
-  options.epoch = epoch;
+  options.epoch = start.epoch;
   options.domain = fleet.live.fleet_domain;
   options.key = *key;
   for (std::size_t i = 0; i < fleet.vehicles.size(); ++i) {
@@ -139,7 +154,8 @@ Result<std::unique_ptr<net::FleetLink>> open_fleet_link(const config::FleetConfi
     if (i == index) {
       options.address = address;
     } else {
-      options.peers.push_back({{static_cast<std::uint16_t>(i)}, address, 0});
+      const VehicleId peer{static_cast<std::uint16_t>(i)};
+      options.peers.push_back({peer, address, newest_epoch(start.facts, peer)});
     }
   }
   return net::open_dds_fleet_link(options);

@@ -35,10 +35,12 @@ void restore(LiveSetup& setup, drive::StateDir& state);
 [[nodiscard]] Result<std::unique_ptr<net::RosBus>> open_ros_bus(const config::FleetConfig& fleet,
                                                                 std::size_t index);
 
-/// The link to the other vehicles; null for a vehicle alone.
+/// The link to the other vehicles; null for a vehicle alone. Messages of epochs older than those of
+/// the facts on the disk are old ones that somebody sends again.
+/// @param start  what the vehicle's disk holds
 /// Errors: kUsage (no key, no address), those of net::open_dds_fleet_link
 [[nodiscard]] Result<std::unique_ptr<net::FleetLink>> open_fleet_link(
-    const config::FleetConfig& fleet, std::size_t index, std::uint32_t epoch);
+    const config::FleetConfig& fleet, std::size_t index, const fleet::NodeStart& start);
 
 /// The first word of a file; "" for no file. Errors: kInput.
 [[nodiscard]] Result<std::string> read_token(const std::string& path);
