@@ -44,7 +44,9 @@ class TickSource final : public io::MessageSource {
 };
 
 std::string ranges_file(const std::string& text) {
-  const std::string path = testing::TempDir() + "ranges_beside.csv";
+  // Tests run side by side: each has a file of its own.
+  const std::string path = testing::TempDir() + "ranges_beside_" +
+                           testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv";
   const std::string whole = "stamp_s,from,to,range_m,rssi_dbm\n" + text;
   EXPECT_TRUE(io::write_file_atomic(path, std::as_bytes(std::span(whole))));
   return path;
