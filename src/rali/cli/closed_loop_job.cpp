@@ -10,23 +10,19 @@
 #include <fmt/format.h>
 
 #include "rali/cli/progress_view.hpp"
+#include "rali/cli/record_mission.hpp"
 #include "rali/config/apply.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/drive/output/rounds_table.hpp"
 #include "rali/drive/output/traffic_file.hpp"
 #include "rali/jobs/map_job.hpp"
 #include "rali/scenario/recording/fleet_yaml.hpp"
+#include "rali/scenario/vehicle_names.hpp"
 
 namespace rali::cli {
 namespace {
 
 constexpr std::string_view kLinkKeys = "link.", kComputerKeys = "sim.", kSettingsKeys = "settings.";
-
-std::vector<std::string> vehicle_names(int vehicles) {
-  std::vector<std::string> names;
-  for (int v = 1; v <= vehicles; ++v) names.push_back(fmt::format("v{}", v));
-  return names;
-}
 
 /// Without the line that begins so: it names a file that is still to be written.
 std::string without_line(std::string text, std::string_view begin) {
@@ -82,28 +78,6 @@ Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
   return setup;
 }
 
-/// Ends a mission that is interrupted, or whose recording has failed.
-class Watched final : public sim::FleetSoftware {
- public:
-  explicit Watched(drive::ClosedLoopFleet& fleet) : fleet_(fleet) {}
-
-  void on_message(const sim::FleetMessage& message) override { fleet_.on_message(message); }
-
-  std::vector<sim::DriveCommand> decide(Time now,
-                                        std::span<const sim::DriveReport> vehicles) override {
-    if (on_time) stop |= !on_time(now);
-    return fleet_.decide(now, vehicles);
-  }
-
-  [[nodiscard]] bool finished() const override { return stop || fleet_.finished(); }
-
-  std::function<bool(Time)> on_time;  ///< false ends the mission
-  bool stop = false;
-
- private:
-  drive::ClosedLoopFleet& fleet_;
-};
-
 /// Shows where the mission is.
 class MissionView {
  public:
@@ -157,31 +131,15 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
                                           const std::vector<std::string>& assignments,
                                           double time_limit_s, Executor& executor,
                                           Session& session) {
-  const std::vector<std::string> names = vehicle_names(sim.vehicles());
+  const std::vector<std::string> names = scenario::vehicle_names(sim.vehicles());
   const Result<drive::ClosedLoopSetup> setup = setup_of(sim, options, names, assignments);
   if (!setup) return tl::make_unexpected(setup.error());
   drive::ClosedLoopFleet fleet(*setup, sim.t_begin(), executor);
-  Watched watched(fleet);
   MissionView view(session, sim, fleet, time_limit_s);
-  const auto drive =
-      [&](const std::function<Status(const sim::FleetMessage&)>& tap) -> Result<bool> {
-    Status recorded;
-    sim::ClosedLoopOptions loop;
-    loop.time_limit_s = time_limit_s;
-    loop.tap = [&](const sim::FleetMessage& message) {
-      if (recorded) recorded = tap(message);
-    };
-    watched.on_time = [&](Time now) {
-      view.show(now);
-      for (const Finding& finding : fleet.take_findings()) session.detail(finding_line(finding));
-      return recorded && !stop_requested();
-    };
-    const Result<sim::Mission> mission = sim::run_closed_loop(sim, watched, loop);
-    if (!recorded) return tl::make_unexpected(recorded.error());
-    if (!mission) return tl::make_unexpected(mission.error());
-    return watched.stop;
-  };
-  auto recording = scenario::record_drive(sim, options, drive);
+  auto recording = record_mission(sim, options, fleet, time_limit_s, [&](Time now) {
+    view.show(now);
+    for (const Finding& finding : fleet.take_findings()) session.detail(finding_line(finding));
+  });
   if (!recording) return tl::make_unexpected(recording.error());
   ClosedLoopRun run{std::move(*recording), fleet.log()};
   tell_times(fleet.nodes(), session);

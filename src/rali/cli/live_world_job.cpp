@@ -9,11 +9,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "rali/cli/record_mission.hpp"
 #include "rali/host/world/live_world.hpp"
 #include "rali/io/files/atomic_file.hpp"
 #include "rali/net/dds_ros_bus.hpp"
 #include "rali/net/fleet_key.hpp"
 #include "rali/scenario/recording/fleet_yaml.hpp"
+#include "rali/scenario/vehicle_names.hpp"
 
 namespace rali::cli {
 namespace {
@@ -71,25 +73,18 @@ Status write_live_files(const sim::FleetSimulation& sim, const std::vector<std::
                                scenario::live_fleet_yaml(sim, names, options, network));
 }
 
-/// @return false: a signal asks to stop
-bool wait_for_listeners(const host::LiveWorld& world, Session& session) {
-  std::vector<std::string> told;
+/// A signal ends it, too.
+void wait_for_listeners(const host::LiveWorld& world, Session& session) {
+  std::vector<std::string> reported;
   while (!stop_requested()) {
-    const std::vector<std::string> unheard = world.unheard();
-    if (unheard.empty()) return true;
-    if (unheard != told) {
-      session.note(fmt::format("waiting for `rali run` of {}", fmt::join(unheard, ", ")));
-      told = unheard;
+    const std::vector<std::string> unsubscribed = world.unsubscribed();
+    if (unsubscribed.empty()) return;
+    if (unsubscribed != reported) {
+      session.note(fmt::format("waiting for `rali run` of {}", fmt::join(unsubscribed, ", ")));
+      reported = unsubscribed;
     }
     std::this_thread::sleep_for(kNap);
   }
-  return false;
-}
-
-std::vector<std::string> vehicle_names(int vehicles) {
-  std::vector<std::string> names;
-  for (int v = 1; v <= vehicles; ++v) names.push_back(fmt::format("v{}", v));
-  return names;
 }
 
 }  // namespace
@@ -97,7 +92,7 @@ std::vector<std::string> vehicle_names(int vehicles) {
 Result<scenario::RecordingSummary> run_live_world_job(sim::FleetSimulation& sim,
                                                       const scenario::RecordingOptions& options,
                                                       const LiveWorldJob& job, Session& session) {
-  const std::vector<std::string> names = vehicle_names(sim.vehicles());
+  const std::vector<std::string> names = scenario::vehicle_names(sim.vehicles());
   if (Status s = write_live_files(sim, names, options, job); !s) {
     return tl::make_unexpected(s.error());
   }
@@ -112,25 +107,16 @@ Result<scenario::RecordingSummary> run_live_world_job(sim::FleetSimulation& sim,
   if (!world) return tl::make_unexpected(world.error());
   session.note(fmt::format("{}/live.yaml: start `rali run {}/live.yaml --vehicle {}`",
                            options.folder, options.folder, names.front()));
-  const auto drive =
-      [&](const std::function<Status(const sim::FleetMessage&)>& tap) -> Result<bool> {
-    Status recorded;
-    sim::ClosedLoopOptions loop;
-    loop.time_limit_s = job.time_limit_s;
-    loop.tap = [&](const sim::FleetMessage& message) {
-      if (recorded) recorded = tap(message);
-    };
-    if (!wait_for_listeners(**world, session)) return true;
-    const Result<sim::Mission> mission = sim::run_closed_loop(sim, **world, loop);
-    if (!recorded) return tl::make_unexpected(recorded.error());
-    if (!mission) return tl::make_unexpected(mission.error());
-    return stop_requested().load();
-  };
-  auto summary = scenario::record_drive(sim, options, drive);
+  wait_for_listeners(**world, session);
+  auto summary = record_mission(sim, options, **world, job.time_limit_s);
   constexpr double kLagSaid_s = 1.0;
   if (pace.lag_s() > kLagSaid_s) {
     session.warning(
         fmt::format("this machine made the world {:.1f} s slower than asked", pace.lag_s()));
+  }
+  if ((*world)->counts().unreadable > 0) {
+    session.warning(fmt::format("{} messages to the world were no goals, poses or transforms",
+                                (*world)->counts().unreadable));
   }
   return summary;
 }

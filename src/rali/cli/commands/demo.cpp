@@ -89,6 +89,7 @@ class DemoCommand final : public Command {
   [[nodiscard]] Words picture_words() const;
 
   [[nodiscard]] Result<int> run_live(Session& session);
+  [[nodiscard]] Result<int> map_and_draw(Session& session);
 
   bool live_ = false;
   std::string folder_ = "rali-demo", scene_;
@@ -182,6 +183,11 @@ Result<int> DemoCommand::run_live(Session& session) {
     session.note("next: " + line_of(map_words()).substr(2));
     return 128 + stop_signal();
   }
+  return map_and_draw(session);
+}
+
+/// The recording becomes a map with its report, and a picture.
+Result<int> DemoCommand::map_and_draw(Session& session) {
   std::string mapped, drawn;
   const Result<int> map = run_step(map_words(), session, mapped);
   session.result(mapped);
@@ -196,7 +202,7 @@ Result<int> DemoCommand::run(Session& session) {
   if (live_) return run_live(session);
   const Result<std::string> place = scene();
   if (!place) return tl::make_unexpected(place.error());
-  std::string simulated, alone, mapped, drawn;
+  std::string simulated, alone;
   const Result<int> simulation = run_step(simulate_words(*place), session, simulated);
   if (!simulation || *simulation != kExitDone) {
     // What was not begun leaves nothing behind; a folder with something in it stays.
@@ -212,13 +218,7 @@ Result<int> DemoCommand::run(Session& session) {
     session.result("without ranges:\n" + alone + "\nwith ranges:\n");
     if (!code || (*code != kExitDone && *code != kExitGaps)) return code;
   }
-  const Result<int> map = run_step(map_words(), session, mapped);
-  session.result(mapped);
-  if (!map || (*map != kExitDone && *map != kExitGaps)) return map;
-  const Result<int> picture = run_step(picture_words(), session, drawn);
-  if (!picture) return picture;
-  session.result(drawn);
-  return map;
+  return map_and_draw(session);
 }
 
 }  // namespace

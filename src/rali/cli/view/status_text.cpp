@@ -102,7 +102,7 @@ std::string lost_text(const json& lost) {
 std::string vehicles_text(const json& list) {
   if (!list.is_array() || list.empty()) return {};
   std::vector<Row> rows = {
-      {"vehicle", "role", "mode", "position [m]", "sigma", "battery", "heard", "LiDAR"}};
+      {"vehicle", "role", "mode", "position [m]", "sigma", "battery", "age", "LiDAR"}};
   std::string waits;
   for (const json& v : list) {
     rows.push_back({text(at(v, "name"), "?"), text(at(v, "role"), kDash),

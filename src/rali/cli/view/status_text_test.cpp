@@ -9,7 +9,7 @@ constexpr const char* kState = R"({
   "schema": 1, "t_s": 10, "vehicle": "v1", "term": 4, "waits_for": "v1 waits for nothing.",
   "mission": {"round": 4, "state": "Round 4: v2 stands."},
   "anchor": {"vehicle": "v2", "lost": {"vehicle": "v2", "age_s": 14.2, "position_m": [31.2, 4, 0],
-    "message": "v2 is not heard.", "command": "rali operator assume-lost v2"}},
+    "message": "No message from v2.", "command": "rali operator assume-lost v2"}},
   "vehicles": [{"name": "v1", "position_m": [12.34, -4.5, 0.1], "role": "tag", "mode": "explore",
     "ellipse": {"major_m": 0.21, "minor_m": 0.1, "angle_rad": 0}, "battery": 0.81, "age_s": 0.1,
     "degenerate": {"axis": [1, 0, 0]}}, {"name": "v2"}],
@@ -24,10 +24,10 @@ Round 4: v2 stands.
 v1 waits for nothing.
 
 ANCHOR LOST: v2, last seen 14 s ago at 31.2, 4.0, 0.0.
-v2 is not heard.
+No message from v2.
 If it will not come back: rali operator assume-lost v2
 
-vehicle  role  mode     position [m]     sigma   battery  heard  LiDAR
+vehicle  role  mode     position [m]     sigma   battery  age    LiDAR
 v1       tag   explore  12.3, -4.5, 0.1  0.21 m  81 %     0.1 s  degenerate
 v2       -     -        -                -       -        -      ok
 

@@ -80,19 +80,17 @@ Status LiveWorld::open(Vehicle& vehicle) {
   const auto topic = [&](std::string_view name) {
     return scenario::live_topic(vehicle.name, name);
   };
-  const auto advertise = [this](int& number, std::string name, std::string_view type,
-                                const net::RosQos& qos) -> Status {
-    const Result<int> made = bus_.advertise({std::move(name), std::string(type), qos});
+  const auto put = [](int& number, const Result<int>& made) -> Status {
     if (!made) return tl::make_unexpected(made.error());
     number = *made;
     return {};
   };
-  const auto subscribe = [this](int& number, std::string name, std::string_view type,
-                                const net::RosQos& qos) -> Status {
-    const Result<int> made = bus_.subscribe({std::move(name), std::string(type), qos});
-    if (!made) return tl::make_unexpected(made.error());
-    number = *made;
-    return {};
+  const auto advertise = [&](int& number, std::string name, std::string_view type,
+                             const net::RosQos& qos) {
+    return put(number, bus_.advertise({std::move(name), std::string(type), qos}));
+  };
+  const auto subscribe = [&](int& number, std::string name, std::string_view type) {
+    return put(number, bus_.subscribe({std::move(name), std::string(type), {}}));
   };
   Status s = advertise(vehicle.cloud, topic(scenario::driver_of(options_.lidar).topic),
                        "sensor_msgs/msg/PointCloud2", kSensorQos);
@@ -103,8 +101,8 @@ Status LiveWorld::open(Vehicle& vehicle) {
     s = advertise(vehicle.status, topic("navigate_to_pose/_action/status"), wire::kGoalStatusType,
                   kStatusQos);
   }
-  if (s) s = subscribe(vehicle.goal, topic("goal_pose"), "geometry_msgs/msg/PoseStamped", {});
-  if (s) s = subscribe(vehicle.odom, topic("odom"), "nav_msgs/msg/Odometry", {});
+  if (s) s = subscribe(vehicle.goal, topic("goal_pose"), "geometry_msgs/msg/PoseStamped");
+  if (s) s = subscribe(vehicle.odom, topic("odom"), "nav_msgs/msg/Odometry");
   return s;
 }
 
@@ -115,7 +113,6 @@ void LiveWorld::publish(int publication, const wire::Bytes& bytes) {
 void LiveWorld::on_message(const sim::FleetMessage& message) {
   const Vehicle& vehicle = vehicles_.at(static_cast<std::size_t>(message.vehicle));
   if (const auto* imu = std::get_if<sensor::ImuSample>(&message.data)) {
-    ++counts_.imu_samples;
     publish(vehicle.imu, wire::encode(wire::ImuMessage{*imu, "imu"}, wire::Encoding::kCdr));
   } else if (const auto* scan = std::get_if<ScanPtr>(&message.data)) {
     send(**scan, vehicle);
@@ -126,7 +123,6 @@ void LiveWorld::on_message(const sim::FleetMessage& message) {
 }
 
 void LiveWorld::send(const sensor::LidarScan& scan, const Vehicle& vehicle) {
-  ++counts_.scans;
   const scenario::LidarDriver driver = scenario::driver_of(options_.lidar);
   const wire::PackedCloud cloud = wire::pack_cloud(scan, std::string(driver.frame), driver.style);
   publish(vehicle.cloud, wire::encode(cloud.view, wire::Encoding::kCdr));
@@ -136,7 +132,6 @@ void LiveWorld::send(const sensor::LidarScan& scan, const Vehicle& vehicle) {
 void LiveWorld::send(const sensor::RangeSample& range) {
   const std::size_t from = range.from.value, to = range.to.value;
   if (from >= vehicles_.size() || to >= vehicles_.size()) return;
-  ++counts_.ranges;
   wire::RangeMessage message;
   message.stamp = range.t;
   message.from = vehicles_[from].name;
@@ -163,8 +158,8 @@ void LiveWorld::take_goal(Vehicle& vehicle, const net::RosMessage& message, Time
   status.goal_id = goal_id(counts_.goals);
   status.accepted = now;
   status.state = wire::GoalStatus::kAccepted;
-  vehicle.told.goals = {status};
-  publish(vehicle.status, wire::encode(vehicle.told));
+  vehicle.status_sent.goals = {status};
+  publish(vehicle.status, wire::encode(vehicle.status_sent));
 }
 
 void LiveWorld::take_tf(const net::RosMessage& message) {
@@ -218,17 +213,17 @@ std::optional<sim::DriveCommand> LiveWorld::command(std::size_t index) {
   return command;
 }
 
-void LiveWorld::tell_status(Vehicle& vehicle, const sim::DriveReport& report) {
+void LiveWorld::send_status(Vehicle& vehicle, const sim::DriveReport& report) {
   // A command is obeyed after it was returned: until then the report is of the goal before.
-  if (vehicle.told.goals.empty() || vehicle.waiting || report.goals < vehicle.goals) return;
-  wire::GoalStatus& status = vehicle.told.goals.front();
+  if (vehicle.status_sent.goals.empty() || vehicle.waiting || report.goals < vehicle.goals) return;
+  wire::GoalStatus& status = vehicle.status_sent.goals.front();
   const wire::GoalStatus::State state = state_of(report.status);
   if (status.state == state) return;
   status.state = state;
-  publish(vehicle.status, wire::encode(vehicle.told));
+  publish(vehicle.status, wire::encode(vehicle.status_sent));
 }
 
-std::vector<std::string> LiveWorld::unheard() const {
+std::vector<std::string> LiveWorld::unsubscribed() const {
   std::vector<std::string> names;
   for (const Vehicle& vehicle : vehicles_) {
     if (bus_.readers(vehicle.cloud) == 0) names.push_back(vehicle.name);
@@ -240,7 +235,7 @@ std::vector<sim::DriveCommand> LiveWorld::decide(Time now,
                                                  std::span<const sim::DriveReport> reports) {
   std::vector<sim::DriveCommand> commands;
   for (std::size_t v = 0; v < vehicles_.size() && v < reports.size(); ++v) {
-    tell_status(vehicles_[v], reports[v]);
+    send_status(vehicles_[v], reports[v]);
   }
   stopped_ = stopped_ || !wait_(now);
   take(now);

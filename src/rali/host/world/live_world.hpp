@@ -20,16 +20,15 @@ struct LiveWorldOptions {
   sim::Lidar lidar = sim::Lidar::kRs16;
 };
 
-/// What the world has sent and taken so far.
+/// What has come to the world so far.
 struct LiveWorldCounts {
-  std::uint64_t scans = 0, imu_samples = 0, ranges = 0;
   std::uint64_t goals = 0;
   std::uint64_t unreadable = 0;  ///< messages to the world: left out
 };
 
 /// A simulated world that speaks ROS 2 only, as robots would: each vehicle's sensors are topics
 /// under its name, and what Nav2 would do is done by the simulated drivers. A vehicle goes where
-/// `/<v>/goal_pose` says, places it by `/tf` (map to odom) and `/<v>/odom`, and tells by
+/// `/<v>/goal_pose` says, places it by `/tf` (map to odom) and `/<v>/odom`, and reports in
 /// `/<v>/navigate_to_pose/_action/status` what became of the goal.
 class LiveWorld final : public sim::FleetSoftware {
  public:
@@ -49,7 +48,7 @@ class LiveWorld final : public sim::FleetSoftware {
   [[nodiscard]] const LiveWorldCounts& counts() const { return counts_; }
 
   /// Vehicles whose LiDAR nobody listens to yet.
-  [[nodiscard]] std::vector<std::string> unheard() const;
+  [[nodiscard]] std::vector<std::string> unsubscribed() const;
 
  private:
   struct Vehicle {
@@ -59,7 +58,7 @@ class LiveWorld final : public sim::FleetSoftware {
     std::optional<geometry::SE3> T_map_odom, T_odom_body;
     Time t_pose;
     std::optional<wire::PoseStamped> waiting;  ///< a goal that has not become a command yet
-    wire::GoalStatusArray told;                ///< the last goal, and how it goes
+    wire::GoalStatusArray status_sent;         ///< of the last goal
     std::uint64_t goals = 0;                   ///< commands to go so far
   };
 
@@ -74,7 +73,7 @@ class LiveWorld final : public sim::FleetSoftware {
   void take_goal(Vehicle& vehicle, const net::RosMessage& message, Time now);
   void take_tf(const net::RosMessage& message);
   void take_odom(Vehicle& vehicle, const net::RosMessage& message);
-  void tell_status(Vehicle& vehicle, const sim::DriveReport& report);
+  void send_status(Vehicle& vehicle, const sim::DriveReport& report);
   [[nodiscard]] std::optional<sim::DriveCommand> command(std::size_t index);
 
   net::RosBus& bus_;

@@ -133,9 +133,9 @@ TEST_F(LiveWorldTest, ItWaitsForTheClockAndEndsWhenToldTo) {
 }
 
 TEST_F(LiveWorldTest, SaysWhoseLidarNobodyListensTo) {
-  EXPECT_EQ(world_->unheard(), (std::vector<std::string>{"v1", "v2"}));
+  EXPECT_EQ(world_->unsubscribed(), (std::vector<std::string>{"v1", "v2"}));
   bus_.listened["/v1/velodyne_points"] = 1;
-  EXPECT_EQ(world_->unheard(), (std::vector<std::string>{"v2"}));
+  EXPECT_EQ(world_->unsubscribed(), (std::vector<std::string>{"v2"}));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "rali/config/suggest.hpp"
 #include "rali/io/files/text.hpp"
+#include "rali/scenario/vehicle_names.hpp"
 
 namespace rali::scenario {
 namespace {
@@ -26,12 +27,6 @@ std::optional<FaultKind> kind_of(std::string_view name) {
   const auto found = std::find(kFaultNames.begin(), kFaultNames.end(), name);
   if (found == kFaultNames.end()) return std::nullopt;
   return static_cast<FaultKind>(found - kFaultNames.begin());
-}
-
-std::vector<std::string> vehicle_names(int vehicles) {
-  std::vector<std::string> names;
-  for (int v = 1; v <= vehicles; ++v) names.push_back(fmt::format("v{}", v));
-  return names;
 }
 
 /// T0-T1, or T0 where the end does not count.

@@ -15,7 +15,7 @@ namespace rali::scenario {
                                      const std::vector<std::string>& names,
                                      const RecordingOptions& options);
 
-/// Networks on which a simulated fleet is heard live, all vehicles on one machine.
+/// Networks of a simulated fleet that is mapped live, all vehicles on one machine.
 struct LiveNetwork {
   int ros_domain = 0;
   int fleet_domain = 77;

@@ -12,6 +12,7 @@
 #include "rali/scenario/faults/fault_filter.hpp"
 #include "rali/scenario/recording/fleet_yaml.hpp"
 #include "rali/scenario/recording/truth_files.hpp"
+#include "rali/scenario/vehicle_names.hpp"
 
 namespace rali::scenario {
 
@@ -22,13 +23,6 @@ using sensor::RangeSample;
 namespace {
 
 using ScanPtr = std::shared_ptr<const sensor::LidarScan>;
-
-/// v1, v2, ...
-std::vector<std::string> vehicle_names(int vehicles) {
-  std::vector<std::string> names;
-  for (int v = 1; v <= vehicles; ++v) names.push_back(fmt::format("v{}", v));
-  return names;
-}
 
 /// When a recorder gets a message: when the sensor had sent it, by a clock that works.
 Time arrival_of(const sim::FleetMessage& message) {

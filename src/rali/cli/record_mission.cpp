@@ -1,0 +1,57 @@
+#include "rali/cli/record_mission.hpp"
+
+#include "rali/cli/session.hpp"
+
+namespace rali::cli {
+namespace {
+
+/// Ends a mission that is interrupted, or whose recording has failed.
+class Watched final : public sim::FleetSoftware {
+ public:
+  Watched(sim::FleetSoftware& software, const std::function<void(Time)>& each,
+          const Status& recorded)
+      : software_(software), each_(each), recorded_(recorded) {}
+
+  void on_message(const sim::FleetMessage& message) override { software_.on_message(message); }
+
+  std::vector<sim::DriveCommand> decide(Time now,
+                                        std::span<const sim::DriveReport> vehicles) override {
+    each_(now);
+    stop |= !recorded_ || stop_requested();
+    return software_.decide(now, vehicles);
+  }
+
+  [[nodiscard]] bool finished() const override { return stop || software_.finished(); }
+
+  bool stop = false;
+
+ private:
+  sim::FleetSoftware& software_;
+  const std::function<void(Time)>& each_;
+  const Status& recorded_;
+};
+
+}  // namespace
+
+Result<scenario::RecordingSummary> record_mission(sim::FleetSimulation& sim,
+                                                  const scenario::RecordingOptions& options,
+                                                  sim::FleetSoftware& software, double time_limit_s,
+                                                  const std::function<void(Time)>& each) {
+  const auto drive =
+      [&](const std::function<Status(const sim::FleetMessage&)>& tap) -> Result<bool> {
+    Status recorded;
+    Watched watched(software, each, recorded);
+    sim::ClosedLoopOptions loop;
+    loop.time_limit_s = time_limit_s;
+    loop.tap = [&](const sim::FleetMessage& message) {
+      if (recorded) recorded = tap(message);
+    };
+    const Result<sim::Mission> mission = sim::run_closed_loop(sim, watched, loop);
+    if (!recorded) return tl::make_unexpected(recorded.error());
+    if (!mission) return tl::make_unexpected(mission.error());
+    return watched.stop || stop_requested();
+  };
+  return scenario::record_drive(sim, options, drive);
+}
+
+}  // namespace rali::cli
