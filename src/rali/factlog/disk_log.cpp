@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/finding_of.hpp"
 #include "rali/factlog/scan.hpp"
 
 namespace rali::factlog {
@@ -43,15 +44,6 @@ Result<std::set<std::uint32_t>> numbers_in(const std::string& folder) {
                 "Check the folder's permissions and its disk.");
   }
   return numbers;
-}
-
-Finding finding_of(std::string id, Severity severity, std::string text, std::string effect) {
-  Finding finding;
-  finding.id = std::move(id);
-  finding.severity = severity;
-  finding.text = std::move(text);
-  finding.effect = std::move(effect);
-  return finding;
 }
 
 Finding damaged(const std::string& path, std::uint64_t bytes, std::uint64_t offset) {

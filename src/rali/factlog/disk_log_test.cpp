@@ -44,7 +44,7 @@ TEST(DiskLog, a_closed_log_opens_with_all_that_it_had_and_goes_on) {
   const auto log = opened(folder, 300);
   EXPECT_TRUE(log->take_findings().empty());
   for (std::uint32_t seq = 0; seq < 20; ++seq) EXPECT_EQ(log->read(key_of(seq)), body_of(seq, 50));
-  EXPECT_GE(bytes_in(folder.file("facts-000005.log")).size(), 16U) << "three records per segment";
+  EXPECT_GE(bytes_in(folder.path("facts-000005.log")).size(), 16U) << "three records per segment";
 }
 
 TEST(DiskLog, a_second_process_gets_one_sentence) {
@@ -68,30 +68,30 @@ TEST(DiskLog, the_lock_ends_with_the_log) {
 TEST(DiskLog, a_record_torn_at_any_byte_is_cut_and_its_number_can_be_written_anew) {
   const TestFolder folder;
   append(*opened(folder), 0, 3);
-  const Bytes whole = bytes_in(folder.file(kFirst));
+  const Bytes whole = bytes_in(folder.path(kFirst));
   const std::size_t last = whole.size() - (kRecordHeadBytes + 50);
   for (std::size_t size = last; size < whole.size(); ++size) {
-    write_bytes(folder.file(kFirst),
+    write_bytes(folder.path(kFirst),
                 Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)));
     const auto log = opened(folder);
     ASSERT_EQ(log->size(), 2U) << size;
     const auto ids = ids_of(log->take_findings());
     EXPECT_EQ(ids,
               size == last ? std::vector<std::string>{} : std::vector<std::string>{"log.torn"});
-    EXPECT_EQ(bytes_in(folder.file(kFirst)).size(), last) << size;
+    EXPECT_EQ(bytes_in(folder.path(kFirst)).size(), last) << size;
     append(*log, 2, 3);
-    EXPECT_EQ(bytes_in(folder.file(kFirst)), whole) << size;
+    EXPECT_EQ(bytes_in(folder.path(kFirst)), whole) << size;
   }
 }
 
 TEST(DiskLog, a_flipped_bit_is_a_gap_that_is_reported_and_can_be_filled) {
   const TestFolder folder;
   append(*opened(folder), 0, 5);
-  const Bytes good = bytes_in(folder.file(kFirst));
+  const Bytes good = bytes_in(folder.path(kFirst));
   for (std::size_t byte = kSegmentHeadBytes; byte < good.size(); byte += 7) {
     Bytes bytes = good;
     bytes[byte] ^= std::byte{0x10};
-    write_bytes(folder.file(kFirst), bytes);
+    write_bytes(folder.path(kFirst), bytes);
     const auto log = opened(folder);
     ASSERT_EQ(log->size(), 4U) << byte;
     const auto lost = static_cast<std::uint32_t>((byte - kSegmentHeadBytes) / 78);
@@ -106,9 +106,9 @@ TEST(DiskLog, a_flipped_bit_is_a_gap_that_is_reported_and_can_be_filled) {
 TEST(DiskLog, a_damaged_head_of_a_segment_costs_no_record) {
   const TestFolder folder;
   append(*opened(folder), 0, 3);
-  Bytes bytes = bytes_in(folder.file(kFirst));
+  Bytes bytes = bytes_in(folder.path(kFirst));
   bytes[3] ^= std::byte{1};
-  write_bytes(folder.file(kFirst), bytes);
+  write_bytes(folder.path(kFirst), bytes);
   const auto log = opened(folder);
   EXPECT_EQ(log->size(), 3U);
   EXPECT_EQ(ids_of(log->take_findings()), std::vector<std::string>{"log.damaged"});
@@ -120,9 +120,9 @@ TEST(DiskLog, bytes_that_change_under_an_open_log_are_an_error_and_no_fact) {
   const TestFolder folder;
   const auto log = opened(folder);
   append(*log, 0, 2);
-  Bytes bytes = bytes_in(folder.file(kFirst));
+  Bytes bytes = bytes_in(folder.path(kFirst));
   bytes[kSegmentHeadBytes + kRecordHeadBytes + 10] ^= std::byte{1};
-  write_bytes(folder.file(kFirst), bytes);
+  write_bytes(folder.path(kFirst), bytes);
   EXPECT_EQ(log->read(key_of(0)).error().code, ErrorCode::kInput);
   std::vector<std::uint32_t> read;
   log->for_each([&](const RecordKey& key, std::uint8_t, std::span<const std::byte>) {
@@ -136,7 +136,7 @@ TEST(DiskLog, bytes_that_change_under_an_open_log_are_an_error_and_no_fact) {
 TEST(DiskLog, a_segment_that_is_gone_is_reported) {
   const TestFolder folder;
   append(*opened(folder, 300), 0, 9);
-  std::filesystem::remove(folder.file(kSecond));
+  std::filesystem::remove(folder.path(kSecond));
   const auto log = opened(folder, 300);
   EXPECT_EQ(log->size(), 6U);
   EXPECT_EQ(ids_of(log->take_findings()), std::vector<std::string>{"log.missing"});
@@ -145,10 +145,10 @@ TEST(DiskLog, a_segment_that_is_gone_is_reported) {
 TEST(DiskLog, a_second_content_of_a_key_on_the_disk_is_refused) {
   const TestFolder folder;
   append(*opened(folder), 0, 1);
-  Bytes bytes = bytes_in(folder.file(kFirst));
+  Bytes bytes = bytes_in(folder.path(kFirst));
   const Bytes clone = encode_record(key_of(0), 3, body_of(9, 50), {0, bytes.size()});
   bytes.insert(bytes.end(), clone.begin(), clone.end());
-  write_bytes(folder.file(kFirst), bytes);
+  write_bytes(folder.path(kFirst), bytes);
   const auto log = opened(folder);
   EXPECT_EQ(log->read(key_of(0)), body_of(0, 50));
   EXPECT_EQ(ids_of(log->take_findings()), std::vector<std::string>{"log.conflict"});
@@ -160,7 +160,7 @@ TEST(DiskLog, segments_of_a_newer_program_are_refused) {
   head[8] = std::byte{2};
   const std::uint32_t sum = crc32c(std::span(head).first(12));
   for (std::size_t k = 0; k < 4; ++k) head[12 + k] = static_cast<std::byte>(sum >> (8 * k) & 0xFF);
-  write_bytes(folder.file(kFirst), head);
+  write_bytes(folder.path(kFirst), head);
   const auto log = DiskLog::open(folder.path());
   ASSERT_FALSE(log.has_value());
   EXPECT_EQ(log.error().code, ErrorCode::kInput);
@@ -170,11 +170,11 @@ TEST(DiskLog, a_segment_whose_head_was_being_written_is_passed_over) {
   const TestFolder folder;
   for (std::size_t size = 0; size < kSegmentHeadBytes; ++size) {
     const Bytes head = encode_segment_head();
-    write_bytes(folder.file(kFirst),
+    write_bytes(folder.path(kFirst),
                 Bytes(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(size)));
     append(*opened(folder), 0, 1);
     EXPECT_EQ(opened(folder)->read(key_of(0)), body_of(0, 50)) << size;
-    std::filesystem::remove(folder.file(kSecond));
+    std::filesystem::remove(folder.path(kSecond));
   }
 }
 
@@ -239,7 +239,7 @@ TEST(DiskLog, without_room_for_a_new_segment_nothing_is_lost) {
 
 TEST(DiskLog, a_folder_that_is_not_there_is_an_error) {
   const TestFolder folder;
-  const auto log = DiskLog::open(folder.file("nowhere"));
+  const auto log = DiskLog::open(folder.path("nowhere"));
   ASSERT_FALSE(log.has_value());
   EXPECT_EQ(log.error().code, ErrorCode::kMachine);
 }

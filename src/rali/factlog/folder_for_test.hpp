@@ -1,40 +1,14 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "rali/base/test_folder.hpp"
 #include "rali/factlog/record.hpp"
 
 namespace rali::factlog {
-
-/// A folder of its own for one test, gone at its end.
-class TestFolder {
- public:
-  TestFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "rali_log_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) std::abort();
-    path_ = name;
-  }
-
-  TestFolder(const TestFolder&) = delete;
-  TestFolder& operator=(const TestFolder&) = delete;
-
-  ~TestFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-
-  [[nodiscard]] const std::string& path() const { return path_; }
-
-  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
 
 inline Bytes bytes_in(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -50,7 +24,7 @@ inline void write_bytes(const std::string& path, const Bytes& bytes) {
             static_cast<std::streamsize>(bytes.size()));
 }
 
-/// A body that tells which record it is of.
+/// A body that differs between records.
 inline Bytes body_of(std::uint32_t seq, std::size_t bytes) {
   Bytes body;
   for (std::size_t k = 0; k < bytes; ++k) {

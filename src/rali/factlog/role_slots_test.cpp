@@ -26,7 +26,7 @@ void save(const TestFolder& folder, std::uint32_t saves) {
 TEST(RoleSlots, a_new_file_has_nothing_and_its_full_size) {
   const TestFolder folder;
   EXPECT_EQ(opened(folder).state(), State::kNew);
-  EXPECT_EQ(bytes_in(folder.file("role.slots")).size(), 2 * kSlotBytes);
+  EXPECT_EQ(bytes_in(folder.path("role.slots")).size(), 2 * kSlotBytes);
   EXPECT_EQ(opened(folder).state(), State::kNew);
 }
 
@@ -46,13 +46,13 @@ TEST(RoleSlots, give_back_what_was_saved_last) {
 TEST(RoleSlots, a_write_cut_short_at_any_byte_leaves_what_was_saved_before) {
   const TestFolder folder;
   save(folder, 4);
-  const Bytes before = bytes_in(folder.file("role.slots"));
+  const Bytes before = bytes_in(folder.path("role.slots"));
   ASSERT_TRUE(opened(folder).save(body_of(5, 30)).has_value());
-  const Bytes after = bytes_in(folder.file("role.slots"));
+  const Bytes after = bytes_in(folder.path("role.slots"));
   for (std::size_t cut = 0; cut < kSlotHeadBytes + 30; ++cut) {
     Bytes bytes = before;
     std::copy_n(after.begin() + kSlotBytes, cut, bytes.begin() + kSlotBytes);
-    write_bytes(folder.file("role.slots"), bytes);
+    write_bytes(folder.path("role.slots"), bytes);
     DiskSlots slots = opened(folder);
     ASSERT_EQ(slots.state(), State::kRead) << cut;
     if (bytes == after) continue;  // equal bytes: nothing is missing
@@ -65,9 +65,9 @@ TEST(RoleSlots, a_write_cut_short_at_any_byte_leaves_what_was_saved_before) {
 TEST(RoleSlots, two_that_cannot_be_read_say_so) {
   const TestFolder folder;
   save(folder, 2);
-  Bytes bytes = bytes_in(folder.file("role.slots"));
+  Bytes bytes = bytes_in(folder.path("role.slots"));
   bytes[kSlotHeadBytes] ^= std::byte{1};
-  write_bytes(folder.file("role.slots"), bytes);
+  write_bytes(folder.path("role.slots"), bytes);
   {
     const DiskSlots one = opened(folder);
     EXPECT_EQ(one.state(), State::kRead);
@@ -75,19 +75,19 @@ TEST(RoleSlots, two_that_cannot_be_read_say_so) {
     EXPECT_EQ(one.content(), body_of(1, 30));
   }
   bytes[kSlotBytes + kSlotHeadBytes] ^= std::byte{1};
-  write_bytes(folder.file("role.slots"), bytes);
+  write_bytes(folder.path("role.slots"), bytes);
   EXPECT_EQ(opened(folder).state(), State::kUnreadable);
 }
 
 TEST(RoleSlots, no_flipped_bit_gives_a_content_that_was_not_saved) {
   const TestFolder folder;
   save(folder, 3);
-  const Bytes good = bytes_in(folder.file("role.slots"));
+  const Bytes good = bytes_in(folder.path("role.slots"));
   for (const std::size_t slot : {std::size_t{0}, kSlotBytes}) {
     for (std::size_t bit = 0; bit < 8 * (kSlotHeadBytes + 30); bit += 5) {
       Bytes bytes = good;
       bytes[slot + bit / 8] ^= static_cast<std::byte>(1U << (bit % 8));
-      write_bytes(folder.file("role.slots"), bytes);
+      write_bytes(folder.path("role.slots"), bytes);
       const DiskSlots slots = opened(folder);
       ASSERT_EQ(slots.state(), State::kRead);
       EXPECT_EQ(slots.content(), body_of(slot == 0 ? 3 : 2, 30)) << slot << ' ' << bit;
@@ -98,9 +98,9 @@ TEST(RoleSlots, no_flipped_bit_gives_a_content_that_was_not_saved) {
 TEST(RoleSlots, a_first_save_that_was_cut_short_is_none) {
   const TestFolder folder;
   save(folder, 1);
-  Bytes bytes = bytes_in(folder.file("role.slots"));
+  Bytes bytes = bytes_in(folder.path("role.slots"));
   bytes[kSlotBytes + 3] ^= std::byte{0xFF};
-  write_bytes(folder.file("role.slots"), bytes);
+  write_bytes(folder.path("role.slots"), bytes);
   EXPECT_EQ(opened(folder).state(), State::kNew);
 }
 

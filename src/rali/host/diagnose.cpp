@@ -133,14 +133,14 @@ void link_lines(const FleetSide& side, const HostFacts& host, HostTime now,
     if (heard != side.agent()->heard().end()) line.age_s = seconds_between(heard->second.t, t);
     if (!line.age_s) {
       line.level = Level::kStale;
-      line.message = fmt::format("{} has not been heard yet.", names[link.peer.value]);
+      line.message = fmt::format("No message from {} yet.", names[link.peer.value]);
       line.remedy = "Compare key, addresses and domain of both vehicles.";
     } else if (*line.age_s > kPeerGone_s) {
       line.level = Level::kWarn;
       line.message =
-          fmt::format("{} has not been heard for {:.0f} s.", names[link.peer.value], *line.age_s);
+          fmt::format("No message from {} for {:.0f} s.", names[link.peer.value], *line.age_s);
     } else {
-      line.message = fmt::format("{} is heard.", names[link.peer.value]);
+      line.message = fmt::format("{} is connected.", names[link.peer.value]);
     }
     if (link.forged > 0) {
       line.level = std::max(line.level, Level::kWarn);

@@ -150,7 +150,7 @@ class StateMaker {
     lost.vehicle = anchor.vehicle;
     lost.age_s = age_s;
     lost.position_m = other(id).position_m;
-    lost.message = fmt::format("{} has not been heard for {:.0f} s. The others elect a new anchor.",
+    lost.message = fmt::format("No message from {} for {:.0f} s. The others elect a new anchor.",
                                anchor.vehicle, age_s);
     lost.command = "rali operator assume-lost " + anchor.vehicle;
     anchor.lost = std::move(lost);

@@ -17,15 +17,6 @@ constexpr std::uint64_t kDiskLow_bytes = 1U << 30, kDiskFull_bytes = 64U << 20;
 
 }  // namespace
 
-Finding host_finding(std::string id, Severity severity, std::string text, std::string remedy) {
-  Finding finding;
-  finding.id = std::move(id);
-  finding.severity = severity;
-  finding.text = std::move(text);
-  finding.remedy = std::move(remedy);
-  return finding;
-}
-
 void LiveHost::Impl::note(Finding finding, HostListener& listener) {
   finding.vehicle = vehicle_;
   listener.finding(finding);
@@ -134,10 +125,10 @@ HostFacts LiveHost::Impl::facts(HostTime now) {
 void LiveHost::Impl::each_second(HostTime now, HostListener& listener) {
   const HostFacts host = facts(now);
   if (host.queue_refused > refused_told_) {
-    note(host_finding("live.queue_full", Severity::kError,
-                      fmt::format("{} values did not fit into a queue between threads",
-                                  host.queue_refused - refused_told_),
-                      "Give the program more of the computer."),
+    note(finding_of("live.queue_full", Severity::kError,
+                    fmt::format("{} values did not fit into a queue between threads",
+                                host.queue_refused - refused_told_),
+                    "", "Give the program more of the computer."),
          listener);
     refused_told_ = host.queue_refused;
   }

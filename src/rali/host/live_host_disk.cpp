@@ -30,9 +30,9 @@ void LiveHost::Impl::record_loop(const std::atomic<bool>& end) {
       const Status status = parts_.record->write(message.topic, message.t, as_message(message.cdr));
       if (status) continue;
       record_failed_.store(true, std::memory_order_relaxed);
-      findings_.put(host_finding("live.recording", Severity::kError,
-                                 "the recording ends here: " + status.error().message(),
-                                 "Free space, and start again with another folder."));
+      findings_.put(finding_of("live.recording", Severity::kError,
+                               "the recording ends here: " + status.error().message(), "",
+                               "Free space, and start again with another folder."));
     }
   };
   while (!end.load(std::memory_order_acquire)) write(kDiskWait);
@@ -49,8 +49,8 @@ void LiveHost::Impl::serial_loop(const std::atomic<bool>& end) {
       continue;
     }
     if (!std::exchange(told, true)) {
-      findings_.put(host_finding("live.serial_port", Severity::kError, bytes.error().message(),
-                                 "Plug the radio in and start rali run again."));
+      findings_.put(finding_of("live.serial_port", Severity::kError, bytes.error().message(), "",
+                               "Plug the radio in and start rali run again."));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
   }

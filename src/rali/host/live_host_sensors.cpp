@@ -58,7 +58,7 @@ void LiveHost::Impl::look_for_topics(HostTime now) {
     if (id) {
       subscriptions_[*id] = topic;
     } else {
-      findings_.put(host_finding("live.subscribe", Severity::kError, id.error().message(), ""));
+      findings_.put(finding_of("live.subscribe", Severity::kError, id.error().message(), ""));
     }
   }
 }

@@ -57,7 +57,7 @@ std::string_view waiting_words(Mode mode, bool has_goal) {
     case Mode::kCandidate:
       return "waits for the votes of a majority";
     case Mode::kOrphan:
-      return "waits until it hears a majority of the fleet";
+      return "waits for messages of a majority of the fleet";
     case Mode::kHolding:
       return "stands until the new anchor has its ranges to it";
     case Mode::kDone:

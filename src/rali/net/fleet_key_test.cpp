@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rali/net/folder_for_test.hpp"
+#include "rali/base/test_folder.hpp"
 
 namespace rali::net {
 namespace {
@@ -32,7 +32,7 @@ TEST(FleetKey, other_texts_are_refused) {
 }
 
 TEST(FleetKey, a_made_one_is_read_again_and_never_replaced) {
-  const FolderForTest folder;
+  const TestFolder folder;
   const std::string path = folder.path("fleet.key");
   const auto made = create_fleet_key(path);
   ASSERT_TRUE(made) << made.error().message();
@@ -47,7 +47,7 @@ TEST(FleetKey, a_made_one_is_read_again_and_never_replaced) {
 }
 
 TEST(FleetKey, a_file_that_others_may_read_is_refused) {
-  const FolderForTest folder;
+  const TestFolder folder;
   const std::string path = folder.path("fleet.key");
   std::ofstream(path) << kText;
   for (const fs::perms more : {fs::perms::group_read, fs::perms::others_read,
@@ -62,7 +62,7 @@ TEST(FleetKey, a_file_that_others_may_read_is_refused) {
 }
 
 TEST(FleetKey, what_is_no_file_is_refused) {
-  const FolderForTest folder;
+  const TestFolder folder;
   EXPECT_FALSE(load_fleet_key(folder.path("none")));
   EXPECT_FALSE(load_fleet_key(folder.path("")));
   EXPECT_FALSE(load_fleet_key("/dev/zero"));

@@ -10,7 +10,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "rali/net/folder_for_test.hpp"
+#include "rali/base/test_folder.hpp"
 #include "rali/net/wall_clock.hpp"
 #include "rali/wire/linktrack_serial.hpp"
 
@@ -160,7 +160,7 @@ TEST_F(SerialPorts, is_set_to_its_speed_and_raw) {
 }
 
 TEST(SerialPort, what_cannot_be_opened_is_an_error) {
-  const FolderForTest folder;
+  const TestFolder folder;
   EXPECT_EQ(SerialPort::open(folder.path("none")).error().code, ErrorCode::kMachine);
   EXPECT_EQ(SerialPort::open("/dev/null").error().code, ErrorCode::kMachine);
   EXPECT_EQ(SerialPort::open("/dev/null", 12345).error().code, ErrorCode::kUsage);

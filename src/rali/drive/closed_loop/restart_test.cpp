@@ -5,31 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "rali/base/rng.hpp"
-#include "rali/drive/closed_loop/exact_fleet_for_test.hpp"
+#include "rali/drive/closed_loop/missions_for_test.hpp"
 #include "rali/drive/closed_loop/promises_for_test.hpp"
 
 namespace rali::drive {
 namespace {
-
-using Simulation = std::unique_ptr<sim::FleetSimulation>;
-
-/// Three rooms in a row, each of which hides the next.
-Simulation three_rooms() {
-  sim::World world;
-  world.mesh.add_box({9.0, 0.0, 0.0}, {26.0, 12.0, 3.0}, 0.0, 0.6);
-  world.mesh.add_box({6.0, -1.5, 0.0}, {0.2, 9.0, 3.0}, 0.0, 0.6);
-  world.mesh.add_box({14.0, 1.5, 0.0}, {0.2, 9.0, 3.0}, 0.0, 0.6);
-  world.route = {{0.0, 0.0, 0.0}, {20.0, 0.0, 0.0}};
-  world.starts = {{{0.0, 0.0, 0.0}, 0.0}, {{-2.0, 2.0, 0.0}, 0.0}, {{-2.0, -2.0, 0.0}, 0.0}};
-  sim::FleetOptions options;
-  options.vehicles = 3;
-  options.scripted = false;
-  options.vehicle.with_lidar = false;
-  options.vehicle.with_imu = false;
-  auto sim = sim::make_fleet_simulation(std::move(world), options);
-  EXPECT_TRUE(sim.has_value());
-  return std::move(*sim);
-}
 
 /// Kills vehicles at random outputs of their nodes, in the midst of an event, and restarts them
 /// half a second to some seconds later.

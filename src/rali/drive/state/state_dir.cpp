@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/finding_of.hpp"
 #include "rali/drive/state/role_record.hpp"
 #include "rali/fleet/facts/keyframe_number.hpp"
 #include "rali/fleet/facts/told.hpp"
@@ -23,17 +24,6 @@ constexpr std::uint32_t kEpochsSkipped = 16;
 
 factlog::RecordKey record_key(const fleet::FactKey& key) {
   return {key.vehicle, key.epoch, key.seq};
-}
-
-Finding finding_of(std::string id, Severity severity, std::string text, std::string effect,
-                   std::string remedy) {
-  Finding finding;
-  finding.id = std::move(id);
-  finding.severity = severity;
-  finding.text = std::move(text);
-  finding.effect = std::move(effect);
-  finding.remedy = std::move(remedy);
-  return finding;
 }
 
 Result<fleet::FactPtr> decode_fact(std::span<const std::byte> bytes) {

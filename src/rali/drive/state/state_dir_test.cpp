@@ -58,8 +58,8 @@ fleet::DurableRole role_of(std::uint64_t term, VehicleId candidate) {
 }
 
 TEST(StateDir, a_new_folder_is_a_newcomer_in_epoch_0) {
-  const factlog::TestFolder folder;
-  StateDir state = opened(folder.file("v2/state"));
+  const TestFolder folder;
+  StateDir state = opened(folder.path("v2/state"));
   const fleet::NodeStart start = state.take_start();
   EXPECT_EQ(start.epoch, 0U);
   EXPECT_TRUE(start.logs);
@@ -71,14 +71,14 @@ TEST(StateDir, a_new_folder_is_a_newcomer_in_epoch_0) {
 }
 
 TEST(StateDir, each_start_is_an_epoch_of_its_own_though_nothing_was_done) {
-  const factlog::TestFolder folder;
+  const TestFolder folder;
   for (std::uint32_t epoch = 0; epoch < 4; ++epoch) {
     EXPECT_EQ(opened(folder.path()).epoch(), epoch);
   }
 }
 
 TEST(StateDir, facts_and_role_come_back) {
-  const factlog::TestFolder folder;
+  const TestFolder folder;
   const fleet::FactPtr own = fact_of(kSelf, 0, 0), other = fact_of(VehicleId{2}, 7, 5);
   {
     StateDir state = opened(folder.path());
@@ -98,7 +98,7 @@ TEST(StateDir, facts_and_role_come_back) {
 }
 
 TEST(StateDir, every_kind_of_fact_comes_back_as_it_was) {
-  const factlog::TestFolder folder;
+  const TestFolder folder;
   Rng rng(3, "state");
   std::vector<fleet::FactPtr> facts;
   const std::vector<fleet::FactBody> bodies = {
@@ -121,7 +121,7 @@ TEST(StateDir, every_kind_of_fact_comes_back_as_it_was) {
 }
 
 TEST(StateDir, facts_are_synced_after_half_a_second_or_64_and_a_role_at_once) {
-  const factlog::TestFolder folder;
+  const TestFolder folder;
   StateDir state = opened(folder.path());
   const auto at = [](double t_s) { return Time::from_s(t_s); };
   EXPECT_TRUE(state.sync(at(10.0)).empty());
@@ -143,7 +143,7 @@ TEST(StateDir, facts_are_synced_after_half_a_second_or_64_and_a_role_at_once) {
 }
 
 TEST(StateDir, a_second_process_is_refused_and_so_is_another_vehicle) {
-  const factlog::TestFolder folder;
+  const TestFolder folder;
   {
     const StateDir state = opened(folder.path());
     const auto second = StateDir::open(folder.path(), kSelf, kFleet);
@@ -155,12 +155,12 @@ TEST(StateDir, a_second_process_is_refused_and_so_is_another_vehicle) {
   EXPECT_EQ(other.error().code, ErrorCode::kUsage);
 }
 
-void damage_role(const factlog::TestFolder& folder) {
-  factlog::write_bytes(folder.file("role.slots"), factlog::Bytes(8192, std::byte{0x5A}));
+void damage_role(const TestFolder& folder) {
+  factlog::write_bytes(folder.path("role.slots"), factlog::Bytes(8192, std::byte{0x5A}));
 }
 
 TEST(StateDir, an_unreadable_role_votes_for_nobody_until_confirmed_and_its_epoch_is_new) {
-  const factlog::TestFolder folder;
+  const TestFolder folder;
   {
     StateDir state = opened(folder.path());
     state.take(fleet::SaveFact{fact_of(kSelf, 0, 0)});
@@ -182,13 +182,13 @@ TEST(StateDir, an_unreadable_role_votes_for_nobody_until_confirmed_and_its_epoch
 }
 
 TEST(StateDir, a_role_that_is_gone_beside_its_facts_is_unreadable) {
-  const factlog::TestFolder folder;
+  const TestFolder folder;
   {
     StateDir state = opened(folder.path());
     state.take(fleet::SaveFact{fact_of(kSelf, 0, 0)});
     static_cast<void>(state.sync(Time::from_s(1.0), true));
   }
-  std::filesystem::remove(folder.file("role.slots"));
+  std::filesystem::remove(folder.path("role.slots"));
   EXPECT_FALSE(opened(folder.path()).take_start().durable.confirmed);
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "rali/base/finding_of.hpp"
 #include "rali/host/bounded_queue.hpp"
 #include "rali/host/duration_stats.hpp"
 #include "rali/host/fleet_state.hpp"
@@ -30,9 +31,6 @@ inline std::span<const std::byte> as_message(const std::vector<std::uint8_t>& by
 inline std::span<const std::uint8_t> as_octets_of(const wire::Bytes& bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }
-
-[[nodiscard]] Finding host_finding(std::string id, Severity severity, std::string text,
-                                   std::string remedy);
 
 /// A raw message on its way to the recording.
 struct Recorded {

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "rali/base/finding.hpp"
+
+namespace rali {
+
+/// A Finding that concerns no stretch of time and measures nothing.
+[[nodiscard]] inline Finding finding_of(std::string id, Severity severity, std::string text,
+                                        std::string effect, std::string remedy = {}) {
+  Finding finding;
+  finding.id = std::move(id);
+  finding.severity = severity;
+  finding.text = std::move(text);
+  finding.effect = std::move(effect);
+  finding.remedy = std::move(remedy);
+  return finding;
+}
+
+}  // namespace rali
