@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "rali/geometry/chi_square.hpp"
 #include "rali/odometry/robust/stillness.hpp"
 #include "rali/odometry/robust/update.hpp"
 
@@ -19,8 +20,16 @@ namespace {
 constexpr double kSpeedMax_mps = 0.05;
 constexpr double kSpeedSigmaMax_mps = 0.1;
 constexpr double kTravelMax_m = 0.01;
-constexpr double kRateSigmas = 3.0;
-constexpr double kDrives_mps = 0.3;  // the LiDAR sees the vehicle drive
+constexpr double kDrives_mps = 0.3;          // the LiDAR sees the vehicle drive
+constexpr double kChanceToBegin = 0.01;      // of a window of standing that one test refuses
+constexpr double kFalseStartsPerHour = 1.0;  // of standing
+constexpr double kTests = 3.0;               // quiet, turns, pushed
+constexpr double kBlock_s = 0.1;             // stillness.hpp
+
+/// Noise alone is that large with less than this chance, or the figure is none.
+bool beyond(double chi2, int dof, double chance) {
+  return !std::isfinite(chi2) || geometry::chi2_tail(chi2, dof) < chance;
+}
 
 }  // namespace
 
@@ -32,6 +41,13 @@ std::optional<imu::NoiseDensity> StandstillDetector::rest_density() const {
     return std::sqrt(sd.squaredNorm() / 3.0 * at_rest_->period_s);
   };
   return imu::NoiseDensity{density(at_rest_->gyro_sd_radps), density(at_rest_->accel_sd_mps2)};
+}
+
+/// Windows of scans in a row overlap: as if none did there are at most so many false starts.
+double StandstillDetector::chance(Time now) const {
+  if (!stands_since_ || recent_.empty()) return kChanceToBegin;
+  const double between_s = std::clamp((now - recent_.back().t).s(), 0.0, constraints_.rest_after_s);
+  return std::min(kChanceToBegin, kFalseStartsPerHour * between_s / 3600.0 / kTests);
 }
 
 /// No more than the noise of the sensor, as its spread over a window varies by chance.
@@ -96,18 +112,40 @@ bool StandstillDetector::moves_visibly(const FilterState& state, const Mat3& see
   return false;
 }
 
+/// Nothing shakes it, or no more than white noise as large as the sensor has shown at standstill.
+bool StandstillDetector::quiet(const imu::ImuStatistics& blocks, double chance) const {
+  constexpr double kAxes = 6.0;
+  if (blocks.samples < 4) return false;
+  if (is_quiet(blocks, rest_)) return true;
+  if (!at_rest_) return false;
+  const double share = at_rest_->period_s / kBlock_s;  // of the variance that a block's mean has
+  const auto noise = [&](double sd, double limit, double rest_sd) {
+    const double chi2 = blocks.samples * sd * sd / (share * rest_sd * rest_sd);
+    return sd < limit || !beyond(chi2, blocks.samples - 1, chance / kAxes);
+  };
+  bool all = true;
+  for (int k = 0; k < 3; ++k) {
+    all =
+        all && noise(blocks.gyro_sd_radps[k], rest_.gyro_sd_max_radps, at_rest_->gyro_sd_radps[k]);
+    all =
+        all && noise(blocks.accel_sd_mps2[k], rest_.accel_sd_max_mps2, at_rest_->accel_sd_mps2[k]);
+  }
+  return all;
+}
+
 /// A vehicle that starts squats slowly: below the spread of the blocks, but not of their mean.
 bool StandstillDetector::turns(const FilterState& state, const imu::ImuStatistics& blocks,
-                               double gyro_radps_rthz) const {
-  const double sigma = gyro_radps_rthz / std::sqrt(constraints_.rest_after_s);
-  const double bias_var = state.P.block<3, 3>(kGyroBias, kGyroBias).diagonal().maxCoeff();
-  const double limit = kRateSigmas * std::sqrt(sigma * sigma + bias_var);
-  return !((blocks.gyro_mean_radps - state.gyro_bias_radps).norm() < limit);
+                               double gyro_radps_rthz, double chance) const {
+  const Vec3 rate = blocks.gyro_mean_radps - state.gyro_bias_radps;
+  const double white = gyro_radps_rthz * gyro_radps_rthz / constraints_.rest_after_s;
+  const Mat3 S = state.P.block<3, 3>(kGyroBias, kGyroBias) + white * Mat3::Identity();
+  return beyond(rate.dot(S.inverse() * rate), 3, chance);
 }
 
 bool StandstillDetector::update(const FilterState& state, const InertialBuffer& imu,
                                 const std::optional<Vec3>& blind_axis, double gyro_radps_rthz) {
   certain_ = false;
+  const double by_chance = chance(state.t);
   recent_.push_back({state.t, state.T_odom_body.p});
   const Time begin = state.t - Duration::from_s(constraints_.rest_after_s);
   while (recent_.size() > 2 && recent_[1].t <= begin) recent_.pop_front();
@@ -116,15 +154,16 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
   const imu::ImuStatistics raw = imu::statistics(window);
   const imu::ImuStatistics blocks = imu::statistics(block_means(window));
   learn_driving(state, raw);
-  const bool calm = blocks.samples >= 4 && is_quiet(blocks, rest_);
   const bool wheels = wheels_stand(raw);
-  const bool quiet = calm && !turns(state, blocks, gyro_radps_rthz) && !pushed(state, blocks);
-  certain_ = quiet && wheels && driving_shakes();
+  const bool still = quiet(blocks, by_chance) &&
+                     !turns(state, blocks, gyro_radps_rthz, by_chance) &&
+                     !pushed(state, blocks, raw, by_chance);
   // Along a blind axis speed and travel are what the filter believes, not what anybody saw: there
   // the wheels decide.
   Mat3 seen = Mat3::Identity();
   if (blind_axis && wheels) seen -= *blind_axis * blind_axis->transpose();
-  const bool stands = certain_ || (quiet && !moves_visibly(state, seen));
+  certain_ = still && wheels && driving_shakes();
+  const bool stands = certain_ || (still && !moves_visibly(state, seen));
   learn_standing(state.t, stands, raw);
   return stands;
 }
@@ -165,14 +204,18 @@ void teach(FilterState& state, const Rows3& H, const Vec3& residual, double vari
 }  // namespace
 
 /// A vehicle that starts smoothly pushes the sensor before anything else shows it.
-bool StandstillDetector::pushed(const FilterState& state, const imu::ImuStatistics& blocks) {
+bool StandstillDetector::pushed(const FilterState& state, const imu::ImuStatistics& blocks,
+                                const imu::ImuStatistics& raw, double chance) const {
   constexpr double kSway_mps2 = 0.03;  // 3 mrad: somebody gets in, the ground gives way
-  constexpr double kSigmas = 4.0;
-  const Vec3 force = unexplained(state, blocks.accel_mean_mps2);
+  const imu::ImuStatistics& sensor = at_rest_ ? *at_rest_ : raw;
+  const double white =
+      sensor.accel_sd_mps2.squaredNorm() / 3.0 * sensor.period_s / constraints_.rest_after_s;
+  const Eigen::Vector2d force = unexplained(state, blocks.accel_mean_mps2).head<2>();
   const Rows3 H = unexplained_rows(state, blocks.accel_mean_mps2);
   const Mat3 P = H * state.P * H.transpose();
-  const double variance = P.diagonal().head<2>().maxCoeff() + kSway_mps2 * kSway_mps2;
-  return !(force.head<2>().squaredNorm() < kSigmas * kSigmas * variance);
+  const Eigen::Matrix2d S =
+      P.topLeftCorner<2, 2>() + (white + kSway_mps2 * kSway_mps2) * Eigen::Matrix2d::Identity();
+  return beyond(force.dot(S.inverse() * force), 2, chance);
 }
 
 void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end,

@@ -17,6 +17,11 @@ namespace rali::odometry {
 /// the sensor measures at standstill and how much more it measures while driving, the sensor alone
 /// proves standstill, whatever the LiDAR seems to see. Until then, or where driving cannot be told
 /// from standing, speed and travel must be small where the LiDAR knows them.
+///
+/// Each test asks whether noise alone explains what the sensor measures. How often it may say no of
+/// a vehicle that stands depends on what that costs. Before the vehicle is taken for standing it is
+/// a window lost: one in a hundred. Afterwards it is a false start, which lets the pose drift: one
+/// in an hour of standing, all tests and scans together.
 class StandstillDetector {
  public:
   StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest)
@@ -26,7 +31,7 @@ class StandstillDetector {
   void learn(const imu::ImuStatistics& at_rest);
 
   /// Call after each scan. @param blind_axis unit direction in odom along which the LiDAR cannot
-  /// see motion, if there is one. @param gyro_radps_rthz density of the gyro's noise.
+  /// see motion, if there is one. @param gyro_radps_rthz density of the gyro's noise, at least.
   /// @return true while the vehicle stands.
   bool update(const FilterState& state, const InertialBuffer& imu,
               const std::optional<geometry::Vec3>& blind_axis, double gyro_radps_rthz);
@@ -53,12 +58,16 @@ class StandstillDetector {
     geometry::Vec3 p;
   };
 
+  /// What one test may say of a vehicle that stands by chance, now.
+  [[nodiscard]] double chance(Time now) const;
   [[nodiscard]] bool wheels_stand(const imu::ImuStatistics& raw) const;
+  [[nodiscard]] bool quiet(const imu::ImuStatistics& blocks, double chance) const;
   [[nodiscard]] bool driving_shakes() const;
   [[nodiscard]] bool moves_visibly(const FilterState& state, const geometry::Mat3& seen) const;
   [[nodiscard]] bool turns(const FilterState& state, const imu::ImuStatistics& blocks,
-                           double gyro_radps_rthz) const;
-  [[nodiscard]] static bool pushed(const FilterState& state, const imu::ImuStatistics& blocks);
+                           double gyro_radps_rthz, double chance) const;
+  [[nodiscard]] bool pushed(const FilterState& state, const imu::ImuStatistics& blocks,
+                            const imu::ImuStatistics& raw, double chance) const;
   void learn_driving(const FilterState& state, const imu::ImuStatistics& raw);
   void learn_standing(Time t, bool stands, const imu::ImuStatistics& raw);
 
