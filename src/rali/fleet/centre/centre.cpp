@@ -9,8 +9,9 @@ namespace rali::fleet {
 Centre::Centre(const FleetSettings& settings, FleetKnowledge knowledge)
     : settings_(settings), knowledge_(std::move(knowledge)) {}
 
-FleetEstimate Centre::estimate(Executor& executor, StopFlag stop) const {
+FleetEstimate Centre::estimate(Executor& executor, ComparedPieces* compared, StopFlag stop) const {
   SolutionInput in{.paths = paths(), .knowledge = knowledge_, .settings = settings_};
+  in.compared = compared;
   in.stop = stop;
   return solve_fleet(std::move(in), executor).estimate;
 }

@@ -5,6 +5,7 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/base/stop_flag.hpp"
+#include "rali/fleet/centre/compared_pieces.hpp"
 #include "rali/fleet/centre/estimate.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/fleet/centre/knowledge.hpp"
@@ -25,7 +26,9 @@ class Centre {
 
   /// Joins the frames, looks for loops and solves for everything that is known so far.
   /// Of no use if the flag was raised meanwhile.
-  [[nodiscard]] FleetEstimate estimate(Executor& executor, StopFlag stop = {}) const;
+  /// @param compared in earlier estimates; null: none
+  [[nodiscard]] FleetEstimate estimate(Executor& executor, ComparedPieces* compared = nullptr,
+                                       StopFlag stop = {}) const;
 
   /// Those that have a node, by vehicle and epoch.
   [[nodiscard]] const std::vector<VehiclePath>& paths() const { return paths_.all(); }

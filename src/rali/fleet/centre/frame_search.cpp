@@ -31,12 +31,15 @@ namespace {
 class FrameSearch {
  public:
   FrameSearch(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
-              const FleetSettings& settings, Executor& executor, StopFlag stop)
+              const FleetSettings& settings, Executor& executor, ComparedPieces& compared,
+              StopFlag stop)
       : paths_(paths),
         submaps_(submaps),
         settings_(settings),
         executor_(executor),
+        compared_(compared),
         stop_(stop),
+        made_before_(compared.made()),
         evidence_(settings.init, stream_of(paths.front())) {
     for (const VehiclePath& path : paths) {
       evidence_.add_vehicle(stream_of(path));
@@ -55,15 +58,17 @@ class FrameSearch {
   std::span<const PathSubmap> submaps_;
   const FleetSettings& settings_;
   Executor& executor_;
+  ComparedPieces& compared_;
   StopFlag stop_;
+  std::size_t made_before_;
   FrameSolver evidence_;  ///< all but the ranges
   std::vector<LoopFound> seen_;
   int groups_ = 0;
 };
 
 void FrameSearch::look(std::vector<LoopCandidate> candidates) {
-  for (LoopFound& found :
-       compare_all(submaps_, std::move(candidates), settings_.places.recognise, executor_, stop_)) {
+  for (LoopFound& found : compared_.compare(submaps_, std::move(candidates),
+                                            settings_.places.recognise, executor_, stop_)) {
     add_scan_evidence(paths_, submaps_, found, groups_++, settings_.init, evidence_);
     if (found.recognition.usable()) seen_.push_back(std::move(found));
   }
@@ -112,7 +117,7 @@ FoundFrames FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& 
   const LoopSettings& loops = settings_.loops;
   gather(starts, ranges.ranges.empty() ? loops.scans_only_tries : loops.blind_tries);
   FrameSolver solver = solved(paths_, evidence_, ranges, settings_.init, stop_);
-  const auto compared = static_cast<std::size_t>(groups_);
+  const std::size_t compared = compared_.made() - made_before_;
   if (!settings_.joint.sight) {
     return {std::move(evidence_), std::move(solver), std::move(seen_), compared};
   }
@@ -131,8 +136,12 @@ FoundFrames FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& 
 
 FoundFrames find_frames(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                         const JointRanges& ranges, const std::vector<StartPrior>& starts,
-                        const FleetSettings& settings, Executor& executor, StopFlag stop) {
-  return FrameSearch(paths, submaps, settings, executor, stop).run(ranges, starts);
+                        const FleetSettings& settings, Executor& executor, ComparedPieces* compared,
+                        StopFlag stop) {
+  ComparedPieces none;
+  return FrameSearch(paths, submaps, settings, executor, compared != nullptr ? *compared : none,
+                     stop)
+      .run(ranges, starts);
 }
 
 }  // namespace rali::fleet

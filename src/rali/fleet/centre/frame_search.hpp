@@ -5,6 +5,7 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/base/stop_flag.hpp"
+#include "rali/fleet/centre/compared_pieces.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/fleet/centre/joint_graph.hpp"
 #include "rali/fleet/centre/joint_ranges.hpp"
@@ -23,13 +24,14 @@ struct FoundFrames {
 /// Looks for the frames of all paths (algorithms_fleet 7): by ranges, by start poses, and by what
 /// scans say where pieces of two paths look alike or a start pose tells where to look.
 /// @param paths at least one, each with a node
+/// @param compared in earlier solutions; null: none
 /// @param stop where it is raised, these are frames by part of the evidence
 [[nodiscard]] FoundFrames find_frames(std::span<const VehiclePath> paths,
                                       std::span<const PathSubmap> submaps,
                                       const JointRanges& ranges,
                                       const std::vector<StartPrior>& starts,
                                       const FleetSettings& settings, Executor& executor,
-                                      StopFlag stop = {});
+                                      ComparedPieces* compared = nullptr, StopFlag stop = {});
 
 /// Solves for the frames by all evidence and ranges, as often as it takes to join whoever can be.
 [[nodiscard]] FrameSolver solved(std::span<const VehiclePath> paths, const FrameSolver& evidence,

@@ -199,5 +199,53 @@ TEST(FrameSearch, does_not_join_two_parts_of_a_corridor_that_only_look_alike) {
   EXPECT_EQ(found(paths).groups.size(), 2U);
 }
 
+/// Two vehicles that meet in a lane, and what comparing their pieces has brought so far.
+struct Meeting {
+  world::World w = lane(7);
+  std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
+                                    driven(w, 1, 56.0, 12.0, world::at(5.0, -3.0, 40.0))};
+  ComparedPieces compared;
+
+  PathFrames solve() {
+    SerialExecutor executor;
+    FleetSettings settings;
+    settings.loops.scans_only_tries = 6;
+    const auto submaps = cut_into_submaps(paths, settings.cut, settings.places, executor);
+    return frames_of(
+        paths, find_frames(paths, submaps, {}, {}, settings, executor, &compared).solver.frames());
+  }
+};
+
+TEST(ComparedPieces, are_compared_once_in_however_many_solutions) {
+  Meeting meeting;
+  const PathFrames first = meeting.solve();
+  const std::size_t made = meeting.compared.made();
+  EXPECT_GT(made, 3U);
+  const PathFrames again = meeting.solve();
+  EXPECT_EQ(meeting.compared.made(), made);
+  ASSERT_EQ(first.groups.size(), 1U);
+  ASSERT_EQ(again.groups.size(), 1U);
+  EXPECT_LT(geometry::boxminus(first.T_map_odom[1], again.T_map_odom[1]).norm(), 1e-9);
+  // It drives on: the last pieces are new, and what they look like.
+  meeting.paths[1] = driven(meeting.w, 1, 56.0, 6.0, world::at(5.0, -3.0, 40.0));
+  EXPECT_EQ(meeting.solve().groups.size(), 1U);
+  EXPECT_GT(meeting.compared.made(), made);
+  EXPECT_LE(meeting.compared.made(), 2 * made);
+}
+
+TEST(ComparedPieces, that_are_levelled_anew_lie_to_each_other_as_they_did) {
+  Meeting meeting;
+  const PathFrames first = meeting.solve();
+  const std::size_t made = meeting.compared.made();
+  meeting.paths[1].set_up_odom(geometry::rotation_from_rpy(0.001, 0.0, 0.0) * Vec3::UnitZ());
+  const PathFrames tilted = meeting.solve();
+  EXPECT_LE(meeting.compared.made(), made + 2) << "few pairs look alike that did not before";
+  ASSERT_EQ(tilted.groups.size(), 1U);
+  EXPECT_LT((first.T_map_odom[1].p - tilted.T_map_odom[1].p).norm(), 0.1);
+  meeting.paths[1].set_up_odom(geometry::rotation_from_rpy(0.01, 0.0, 0.0) * Vec3::UnitZ());
+  static_cast<void>(meeting.solve());
+  EXPECT_GT(meeting.compared.made(), made + 3) << "half a degree: compared again";
+}
+
 }  // namespace
 }  // namespace rali::fleet

@@ -63,7 +63,7 @@ void RoundCentre::solve(std::optional<Time> until, Executor& executor, StopFlag 
   if (stop.raised()) return;
   stop_ = stop;
   if (centre_.settings().solve == SolveWhat::kAll || paths().size() < 2) {
-    FleetEstimate estimate = centre_.estimate(executor, stop);
+    FleetEstimate estimate = centre_.estimate(executor, &compared_, stop);
     if (!stop.raised()) last_ = std::move(estimate);
     for (const VehiclePath& path : paths()) work_.all_nodes += path.nodes().size();
     ++work_.whole;
@@ -184,6 +184,7 @@ bool RoundCentre::solve_all(std::vector<Time> ends, Executor& executor) {
   SolutionInput in{
       .paths = paths(), .knowledge = centre_.knowledge(), .settings = centre_.settings()};
   in.frames = frames_;
+  in.compared = &compared_;
   in.ends = std::move(ends);
   Solution solution = solve_for(std::move(in), executor);
   if (stop_.raised()) {

@@ -122,6 +122,7 @@ class RoundCentre {
   std::optional<PathFrames> frames_;  ///< once all vehicles share one
   std::vector<StreamKey> streams_;    ///< of the paths that pieces_ and frames_ count by
   LoopMemory memory_;
+  ComparedPieces compared_;
   std::vector<PathSubmap> pieces_;     ///< of finished rounds
   std::vector<std::size_t> cut_from_;  ///< what is before has been cut
   StopFlag stop_;                      ///< of the solution that is being made

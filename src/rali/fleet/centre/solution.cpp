@@ -157,7 +157,8 @@ void FleetSolve::look_for_frames() {
   } else if (in_.frames) {
     out_.frames = std::move(*in_.frames);
   } else if (in_.settings.join && paths_.size() > 1) {
-    found_ = find_frames(paths_, out_.pieces, ranges_, starts_, in_.settings, executor_, in_.stop);
+    found_ = find_frames(paths_, out_.pieces, ranges_, starts_, in_.settings, executor_,
+                         in_.compared, in_.stop);
     out_.compared = found_->compared;
     take_frames(found_->solver);
   } else {

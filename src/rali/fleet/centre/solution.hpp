@@ -6,6 +6,7 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/base/stop_flag.hpp"
+#include "rali/fleet/centre/compared_pieces.hpp"
 #include "rali/fleet/centre/estimate.hpp"
 #include "rali/fleet/centre/fleet_settings.hpp"
 #include "rali/fleet/centre/knowledge.hpp"
@@ -21,6 +22,7 @@ struct SolutionInput {
   const FleetKnowledge& knowledge;
   const FleetSettings& settings;
   LoopMemory* memory = nullptr;            ///< of earlier solutions; null: none
+  ComparedPieces* compared = nullptr;      ///< for the frames in earlier solutions; null: none
   std::vector<PathSubmap> pieces = {};     ///< of path, already cut
   std::vector<std::size_t> cut_from = {};  ///< node where the cut goes on; empty: each path's begin
   std::optional<PathFrames> frames = {};   ///< of an earlier solution; nothing: to be found
