@@ -101,10 +101,16 @@ void MotionFilter::mark_planes() {
     all.add(position(place));
     if (place.peer_points < place.points) fixed_.add(position(place));
   }
-  const std::vector<std::uint8_t> planes = all.planes();
+  const std::vector<std::optional<geometry::Vec3>> normals = all.normals();
+  std::vector<std::uint32_t> wall_of(normals.size(), kNoWall);
+  for (std::size_t cube = 0; cube < normals.size(); ++cube) {
+    if (!normals[cube]) continue;
+    wall_of[cube] = static_cast<std::uint32_t>(normals_map_.size());
+    normals_map_.push_back(normals[cube]->cast<float>());
+  }
   for (Place& place : places_) {
     const auto cube = all.find(position(place));
-    place.plane = cube && planes[*cube] != 0;
+    if (cube) place.wall = wall_of[*cube];
   }
 }
 
@@ -162,14 +168,29 @@ Sight MotionFilter::look_at(const Place& place, const geometry::SE3& T_lidar_map
                             const SightLimits& limits) const {
   const double between_m2 = std::abs(pose_m2 - static_cast<double>(place.pose_m2));
   if (between_m2 > settings_.pose_sigma_max_m * settings_.pose_sigma_max_m) return Sight::kUnknown;
-  return image_.look(T_lidar_map * position(place), limits);
+  const geometry::Vec3 p_lidar_m = T_lidar_map * position(place);
+  const Sight sight = image_.look(p_lidar_m, limits);
+  const bool along = sight == Sight::kPassed && grazes(place, T_lidar_map, p_lidar_m, limits);
+  return along ? Sight::kUnknown : sight;
+}
+
+/// Rays start where the LiDAR was while it turned, up to 0.1 m from where the keyframe says. Along
+/// a wall this far aside is this side of it or that: from a doorway, in line with the wall, all of
+/// it is looked through. Only a ray that ends behind the plane by the size of a place has gone
+/// through.
+bool MotionFilter::grazes(const Place& place, const geometry::SE3& T_lidar_map,
+                          const geometry::Vec3& p_lidar_m, const SightLimits& limits) const {
+  if (place.wall == kNoWall) return false;
+  const geometry::Vec3 normal_lidar = T_lidar_map.R * normals_map_[place.wall].cast<double>();
+  return std::abs(normal_lidar.dot(p_lidar_m)) * limits.margin_m <
+         limits.radius_m * p_lidar_m.norm();
 }
 
 WallLooks MotionFilter::wall_looks() const {
   WallLooks out;
   for (const std::size_t i : near_) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
-      if (!places_[k].plane || sights_[k] == Sight::kUnknown) continue;
+      if (places_[k].wall == kNoWall || sights_[k] == Sight::kUnknown) continue;
       ++out.looks;
       if (sights_[k] == Sight::kPassed) ++out.passes;
     }
@@ -180,7 +201,8 @@ WallLooks MotionFilter::wall_looks() const {
 void MotionFilter::mark_looked_through() {
   for (const std::size_t i : near_) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
-      if (places_[k].plane && sights_[k] == Sight::kPassed) places_[k].looked_through = true;
+      if (places_[k].wall != kNoWall && sights_[k] == Sight::kPassed)
+        places_[k].looked_through = true;
     }
   }
 }
@@ -188,7 +210,7 @@ void MotionFilter::mark_looked_through() {
 std::vector<WallsMade> MotionFilter::walls_made() const {
   std::vector<WallsMade> out(keyframes_);
   for (const Place& place : places_) {
-    if (!place.plane) continue;
+    if (place.wall == kNoWall) continue;
     ++out[place.maker].places;
     if (place.looked_through) ++out[place.maker].passed;
   }
@@ -218,7 +240,7 @@ bool MotionFilter::is_empty_place(const Place& place) const {
 double MotionFilter::plane_share_lost() const {
   std::size_t on_planes = 0, lost = 0;
   for (const Place& place : places_) {
-    if (!place.plane) continue;
+    if (place.wall == kNoWall) continue;
     ++on_planes;
     if (place.removed) ++lost;
   }

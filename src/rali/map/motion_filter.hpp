@@ -66,6 +66,8 @@ class MotionFilter {
   [[nodiscard]] std::size_t doubted() const { return doubted_; }
 
  private:
+  static constexpr std::uint32_t kNoWall = 0xffffffffU;
+
   struct Place {
     VoxelKey key = kNoVoxel;
     float x_m = 0.0F, y_m = 0.0F, z_m = 0.0F;  ///< mean point, offset from the corner
@@ -75,7 +77,7 @@ class MotionFilter {
     std::uint32_t maker = 0;             ///< the keyframe that saw it first
     std::uint16_t hits = 0, passes = 0;  ///< keyframes
     float first_pass_s = 0.0F, last_pass_s = 0.0F;
-    bool plane = false;
+    std::uint32_t wall = kNoWall;  ///< its normal in `normals_map_`, if it is on a plane
     bool removed = false;
     bool looked_through = false;  ///< by a keyframe that looks through walls
   };
@@ -94,6 +96,8 @@ class MotionFilter {
   void find_seen_tiles(const geometry::SE3& T_lidar_map, const SightLimits& limits);
   [[nodiscard]] Sight look_at(const Place& place, const geometry::SE3& T_lidar_map, double pose_m2,
                               const SightLimits& limits) const;
+  [[nodiscard]] bool grazes(const Place& place, const geometry::SE3& T_lidar_map,
+                            const geometry::Vec3& p_lidar_m, const SightLimits& limits) const;
   [[nodiscard]] WallLooks wall_looks() const;
   void count(float t_s);
   void mark_looked_through();
@@ -106,7 +110,8 @@ class MotionFilter {
   std::vector<Place> places_;        ///< by first sight, by tile after the first pass
   std::vector<std::uint32_t> rank_;  ///< number by first sight -> place
   std::vector<Tile> tiles_;
-  PlaneGrid fixed_;  ///< places that were seen while no vehicle was there
+  std::vector<geometry::Vec3f> normals_map_;  ///< of the cubes that hold a plane
+  PlaneGrid fixed_;                           ///< places that were seen while no vehicle was there
   RangeImage image_;
   std::vector<std::size_t> near_;  ///< tiles that the keyframe may see
   std::vector<Sight> sights_;      ///< by place: what the keyframe says

@@ -62,13 +62,14 @@ double PlaneGrid::distance_to_planes_m(const geometry::Vec3& p_m) const {
   return nearest_m;
 }
 
-std::vector<std::uint8_t> PlaneGrid::planes() const {
-  std::vector<std::uint8_t> flags;
-  flags.reserve(voxels_.size());
+std::vector<std::optional<geometry::Vec3>> PlaneGrid::normals() const {
+  std::vector<std::optional<geometry::Vec3>> normals;
+  normals.reserve(voxels_.size());
   for (const Voxel& voxel : voxels_) {
-    flags.push_back(plane_thickness_m(voxel) >= 0.0 ? std::uint8_t{1} : std::uint8_t{0});
+    const Plane plane = plane_of(voxel);
+    normals.push_back(plane.thickness_m < 0.0 ? std::nullopt : std::optional(plane.normal));
   }
-  return flags;
+  return normals;
 }
 
 Thickness wall_thickness(const MapCloud& cloud) {

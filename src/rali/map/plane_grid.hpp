@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "rali/map/map_cloud.hpp"
@@ -26,8 +27,8 @@ class PlaneGrid {
 
   /// Root of the smallest eigenvalue of the scatter [m]; negative if the cube holds no plane.
   [[nodiscard]] static double plane_thickness_m(const Voxel& voxel);
-  /// One flag per voxel.
-  [[nodiscard]] std::vector<std::uint8_t> planes() const;
+  /// Of each voxel that holds a plane its normal.
+  [[nodiscard]] std::vector<std::optional<geometry::Vec3>> normals() const;
 
   /// From p to the nearest of the planes in its cube and up to two cubes away [m]; infinity if
   /// there is none.

@@ -16,9 +16,15 @@ struct Cylinder {
   double x_m, y_m, radius_m, height_m;
 };
 
+/// A thin wall along x, from the floor to the ceiling.
+struct Partition {
+  double x_low_m, x_high_m, y_m;
+};
+
 struct Room {
   geometry::Vec3 low_m{0.0, 0.0, 0.0}, high_m{20.0, 10.0, 3.0};
   std::vector<Cylinder> cylinders;
+  std::vector<Partition> partitions = {};
 };
 
 /// Owns what a KeyframeView points to.
@@ -72,6 +78,13 @@ inline double distance_to_cylinder(const Cylinder& c, const geometry::Vec3& p,
   return s > 0.0 && z <= c.height_m ? s : std::numeric_limits<double>::infinity();
 }
 
+inline double distance_to_partition(const Partition& w, const geometry::Vec3& p,
+                                    const geometry::Vec3& d) {
+  const double s = (w.y_m - p.y()) / d.y();
+  const double x = p.x() + s * d.x();
+  return s > 0.0 && x >= w.x_low_m && x <= w.x_high_m ? s : std::numeric_limits<double>::infinity();
+}
+
 /// One sweep from a pose; rings at -15, -13, ... +15 degrees, `columns` per turn.
 inline Sweep look_around(const Room& room, const geometry::SE3& T_map_body, double t_s,
                          int columns = 1800) {
@@ -88,6 +101,9 @@ inline Sweep look_around(const Room& room, const geometry::SE3& T_map_body, doub
       double range = distance_to_walls(room, T_map_body.p, d_map);
       for (const Cylinder& c : room.cylinders) {
         range = std::min(range, distance_to_cylinder(c, T_map_body.p, d_map));
+      }
+      for (const Partition& w : room.partitions) {
+        range = std::min(range, distance_to_partition(w, T_map_body.p, d_map));
       }
       const geometry::Vec3 p = range * d;
       out.add(p.x(), p.y(), p.z(), static_cast<std::uint16_t>(ring), 10.0F);
