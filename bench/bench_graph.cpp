@@ -1,11 +1,10 @@
-// Cost of the local pose graph: a drive in a tunnel with one keyframe per second and ranges to a
-// vehicle that stands. Arguments: keyframes in the window, ranges in the window. And of the global
-// graph: vehicles that follow each other with one node and one range to each of the others per
-// second, every fourth stretch of 20 nodes blind and inertial. Arguments: vehicles, nodes of each.
+// Cost of the pose graph: vehicles that follow each other with one node and one range to each of the
+// others per second, every fourth stretch of 20 nodes blind and inertial. Arguments: vehicles, nodes
+// of each.
 #include <benchmark/benchmark.h>
 
 #include "rali/base/rng.hpp"
-#include "rali/graph/global_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 
 namespace rali::graph {
 namespace {
@@ -27,97 +26,13 @@ InertialFactor even_second(Seq i, Rng& rng) {
   return f;
 }
 
-void add_second(LocalGraph& graph, Seq k, int ranges, Rng& rng) {
-  KeyframeState x;
-  x.T_odom_body.p = {k + 0.2 * rng.normal(), 0.02 * rng.normal(), 0.02 * rng.normal()};
-  x.v_odom_mps = {1.0, 0.0, 0.0};
-  graph.add_keyframe(k, Time::from_s(k), x);
-  if (k == 0) {
-    PriorFactor prior;
-    prior.mean = x;
-    prior.information.diagonal().setConstant(1e4);
-    graph.add(prior);
-    return;
-  }
-  graph.add(even_second(k - 1, rng));
-  RelativePoseFactor lidar;
-  lidar.i = k - 1;
-  lidar.j = k;
-  lidar.T_i_j.p = {1.0, 0.005 * rng.normal(), 0.005 * rng.normal()};
-  lidar.information.diagonal() << 8e6, 8e6, 8e6, 0.0, 4e4, 4e4;
-  graph.add(lidar);
-  for (int n = 0; n < ranges; ++n) {
-    RangeFactor f;
-    f.id = 1000ULL * k + static_cast<unsigned>(n);
-    f.i = k - 1;
-    f.j = k;
-    f.alpha = (n + 0.5) / ranges;
-    f.t = Time::from_s(k - 1 + f.alpha);
-    f.p_i_m = {f.alpha, 0.0, 0.3};
-    f.p_j_m = {f.alpha - 1.0, 0.0, 0.3};
-    f.landmark = 0;
-    f.bias = 0;
-    f.tau = 0;
-    const Vec3 p(k - 1 + f.alpha, 0.0, 0.3);
-    f.range_m = (p - Vec3(-10.0, 1.0, 0.5)).norm() + 0.1 * rng.normal();
-    graph.add(f);
-  }
-}
-
-LocalGraph drive(int keyframes, int ranges) {
-  LocalGraph graph{LocalGraphSettings{}};
-  Rng rng(1, "bench");
-  graph.add_landmark(0, {-10.0, 1.0, 0.5}, geometry::Mat3::Identity() * 1e-4);
-  graph.add_bias(0, 0.0, 0.1);
-  graph.add_tau(0, 0.0, 0.02);
-  for (int k = 0; k < keyframes; ++k) {
-    add_second(graph, static_cast<Seq>(k), ranges / keyframes, rng);
-  }
-  return graph;
-}
-
-// From a start that is 0.2 m off, to convergence.
-void solve_window(benchmark::State& state) {
-  const auto keyframes = static_cast<int>(state.range(0));
-  int iterations = 0;
-  for (auto _ : state) {
-    state.PauseTiming();
-    LocalGraph graph = drive(keyframes, static_cast<int>(state.range(1)));
-    state.ResumeTiming();
-    iterations = graph.solve(20).iterations;
-  }
-  state.counters["iterations"] = iterations;
-}
-
-// What a vehicle does at each keyframe: solve, ask for covariances, marginalise.
-void one_keyframe(benchmark::State& state) {
-  const auto keyframes = static_cast<int>(state.range(0));
-  const int ranges = static_cast<int>(state.range(1)) / keyframes;
-  LocalGraph graph = drive(keyframes, static_cast<int>(state.range(1)));
-  graph.solve(20);
-  Rng rng(2, "bench");
-  Seq k = static_cast<Seq>(keyframes);
-  for (auto _ : state) {
-    add_second(graph, k++, ranges, rng);
-    graph.solve(graph.settings().iterations);
-    benchmark::DoNotOptimize(graph.newest_covariance());
-    graph.marginalise_oldest();
-  }
-}
-
-void worst_range(benchmark::State& state) {
-  LocalGraph graph = drive(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
-  graph.solve(20);
-  for (auto _ : state) benchmark::DoNotOptimize(graph.largest_nis_range());
-}
-
 constexpr int kStretch = 20;
 constexpr int kBlindEach = 4;
 
 bool is_blind(int k) { return (k / kStretch) % kBlindEach == kBlindEach - 1; }
 
 // One vehicle's nodes: poses, and states where the next or last step is blind.
-void add_path(GlobalGraph& graph, int vehicle, int nodes, Rng& rng) {
+void add_path(PoseGraph& graph, int vehicle, int nodes, Rng& rng) {
   const double y = 3.0 * vehicle;
   KeyframeState x;
   x.T_odom_body.p = {0.0, y, 0.0};
@@ -141,8 +56,8 @@ void add_path(GlobalGraph& graph, int vehicle, int nodes, Rng& rng) {
   }
 }
 
-GlobalGraph fleet(int vehicles, int nodes) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+PoseGraph fleet(int vehicles, int nodes) {
+  PoseGraph graph{GraphSettings{}};
   Rng rng(3, "fleet");
   for (int v = 0; v < vehicles; ++v) add_path(graph, v, nodes, rng);
   std::uint64_t id = 0;
@@ -165,16 +80,16 @@ GlobalGraph fleet(int vehicles, int nodes) {
   return graph;
 }
 
-GlobalGraph fleet(const benchmark::State& state) {
+PoseGraph fleet(const benchmark::State& state) {
   return fleet(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
 }
 
 void solve_fleet(benchmark::State& state) {
   int iterations = 0;
-  const GlobalGraph start = fleet(state);
+  const PoseGraph start = fleet(state);
   for (auto _ : state) {
     state.PauseTiming();
-    GlobalGraph graph = start;
+    PoseGraph graph = start;
     state.ResumeTiming();
     iterations = graph.solve_full().iterations;
   }
@@ -182,18 +97,18 @@ void solve_fleet(benchmark::State& state) {
 }
 
 void covariances_of_all(benchmark::State& state) {
-  GlobalGraph graph = fleet(state);
+  PoseGraph graph = fleet(state);
   graph.solve_full();
   for (auto _ : state) {
     state.PauseTiming();
-    GlobalGraph fresh = graph;
+    PoseGraph fresh = graph;
     state.ResumeTiming();
     benchmark::DoNotOptimize(fresh.covariances());
   }
 }
 
 void judge_loops_of_fleet(benchmark::State& state) {
-  GlobalGraph graph = fleet(state);
+  PoseGraph graph = fleet(state);
   graph.solve_full();
   std::vector<RelativePoseFactor> loops(100);
   for (std::size_t k = 0; k < loops.size(); ++k) {
@@ -212,18 +127,6 @@ BENCHMARK(solve_fleet)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(covariances_of_all)->Args({4, 500})->Unit(benchmark::kMillisecond);
 BENCHMARK(judge_loops_of_fleet)->Args({4, 600})->Unit(benchmark::kMillisecond);
-BENCHMARK(solve_window)
-    ->Args({20, 150})
-    ->Args({40, 300})
-    ->Args({60, 1200})
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK(one_keyframe)
-    ->Args({20, 150})
-    ->Args({40, 300})
-    ->Args({60, 1200})
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK(worst_range)->Args({40, 300})->Unit(benchmark::kMillisecond);
-
 }  // namespace
 }  // namespace rali::graph
 

@@ -34,9 +34,9 @@ constexpr Row kRows[] = {{"tinyGrid3D.g2o", Start::kFile, false, "18.6162"},
                          {"torus3D.g2o", Start::kFile, true, "< 59877"}};
 
 void solve(const std::string& name, const io::G2oFile& file, const Row& row) {
-  graph::GlobalGraphSettings settings = to_the_end();
+  graph::GraphSettings settings = to_the_end();
   if (!row.rotations) settings.start_chi2_per_dof = 1e12;
-  graph::GlobalGraph graph = make_graph(file, row.start, settings);
+  graph::PoseGraph graph = make_graph(file, row.start, settings);
   const double before = bench::cpu_ms();
   const graph::SolveReport report = graph.solve_full();
   const double solved = bench::cpu_ms();

@@ -29,7 +29,7 @@ class Optimum : public testing::TestWithParam<Case> {};
 TEST_P(Optimum, is_that_of_others) {
   const auto file = read(GetParam().file);
   if (!file) GTEST_SKIP() << "NO DATA: " << GetParam().file << " is not there";
-  graph::GlobalGraph graph = make_graph(*file, Start::kFile, to_the_end());
+  graph::PoseGraph graph = make_graph(*file, Start::kFile, to_the_end());
   const graph::SolveReport report = graph.solve_full();
   EXPECT_TRUE(report.converged);
   EXPECT_NEAR(2.0 * report.cost_after, GetParam().chi2, 1e-4 * GetParam().chi2);
@@ -46,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(Public, Optimum,
 TEST(torus, ends_below_what_a_solver_without_rotations_first_reaches) {
   const auto file = read("torus3D.g2o");
   if (!file) GTEST_SKIP() << "NO DATA: torus3D.g2o is not there";
-  graph::GlobalGraph graph = make_graph(*file, Start::kFile, to_the_end());
+  graph::PoseGraph graph = make_graph(*file, Start::kFile, to_the_end());
   const graph::SolveReport report = graph.solve_full();
   EXPECT_TRUE(report.converged);
   EXPECT_NEAR(2.0 * report.cost_after, 24233.02, 2.5) << "59877 without";
@@ -55,9 +55,9 @@ TEST(torus, ends_below_what_a_solver_without_rotations_first_reaches) {
 TEST(intel, needs_rotations_first) {
   const auto file = read("input_INTEL_g2o.g2o");
   if (!file) GTEST_SKIP() << "NO DATA: input_INTEL_g2o.g2o is not there";
-  graph::GlobalGraphSettings settings = to_the_end();
+  graph::GraphSettings settings = to_the_end();
   settings.start_chi2_per_dof = 1e12;
-  graph::GlobalGraph graph = make_graph(*file, Start::kFile, settings);
+  graph::PoseGraph graph = make_graph(*file, Start::kFile, settings);
   EXPECT_GT(2.0 * graph.solve_full().cost_after, 1000.0);
 }
 
@@ -68,8 +68,8 @@ TEST(robots, files_of_each_robot_solve_jointly_as_the_file_of_all) {
     if (!file) GTEST_SKIP() << "NO DATA: multi_robot is not there";
     files.push_back(*file);
   }
-  graph::GlobalGraph joint = make_graph(joined(files), Start::kFile, to_the_end());
-  graph::GlobalGraph whole =
+  graph::PoseGraph joint = make_graph(joined(files), Start::kFile, to_the_end());
+  graph::PoseGraph whole =
       make_graph(*read("multi_robot/example_4robots/fullGraph.g2o"), Start::kFile, to_the_end());
   const double chi2 = 2.0 * whole.solve_full().cost_after;
   EXPECT_NEAR(2.0 * joint.solve_full().cost_after, chi2, 1e-6 * chi2);

@@ -35,8 +35,8 @@ std::vector<geometry::SE3> chained(const io::G2oFile& file) {
   return poses;
 }
 
-graph::GlobalGraph make_graph(const io::G2oFile& file, Start start,
-                              const graph::GlobalGraphSettings& settings) {
+graph::PoseGraph make_graph(const io::G2oFile& file, Start start,
+                              const graph::GraphSettings& settings) {
   io::G2oFile from = file;
   if (start == Start::kOdometry) {
     // Along the path only: an edge counts if it leads to the next id.
@@ -45,7 +45,7 @@ graph::GlobalGraph make_graph(const io::G2oFile& file, Start start,
       return from.ids[edge.to] - from.ids[edge.from] != 1;
     });
   }
-  graph::GlobalGraph graph(settings);
+  graph::PoseGraph graph(settings);
   for (const geometry::SE3& pose : chained(from)) graph.add_pose(pose);
   graph.fix(0);
   for (const io::GraphEdge& edge : file.graph.edges) {
@@ -81,8 +81,8 @@ io::G2oFile joined(const std::vector<io::G2oFile>& files) {
   return all;
 }
 
-graph::GlobalGraphSettings to_the_end() {
-  graph::GlobalGraphSettings settings;
+graph::GraphSettings to_the_end() {
+  graph::GraphSettings settings;
   settings.iterations = 100;
   settings.cost_change_min = 1e-9;
   settings.step_min_m = 1e-7;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "rali/graph/global_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 #include "rali/io/files/graph_files.hpp"
 
 namespace rali::posegraph {
@@ -17,13 +17,13 @@ enum class Start {
 [[nodiscard]] std::vector<geometry::SE3> chained(const io::G2oFile& file);
 
 /// One node per vertex, in their order, the first one held; one relative pose per edge.
-[[nodiscard]] graph::GlobalGraph make_graph(const io::G2oFile& file, Start start,
-                                            const graph::GlobalGraphSettings& settings);
+[[nodiscard]] graph::PoseGraph make_graph(const io::G2oFile& file, Start start,
+                                            const graph::GraphSettings& settings);
 
 /// Several files as one: vertices by id, an edge between the same two vertices once.
 [[nodiscard]] io::G2oFile joined(const std::vector<io::G2oFile>& files);
 
 /// Stops only where nothing moves: the tables compare optima to many digits.
-[[nodiscard]] graph::GlobalGraphSettings to_the_end();
+[[nodiscard]] graph::GraphSettings to_the_end();
 
 }  // namespace rali::posegraph

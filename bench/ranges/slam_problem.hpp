@@ -7,7 +7,7 @@
 
 #include "pyfg.hpp"
 #include "rali/eval/association.hpp"
-#include "rali/graph/local_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 
 namespace rali::ranges_bench {
 

@@ -12,12 +12,13 @@ namespace rali::ranges_bench {
 using geometry::SE3;
 using geometry::Vec3;
 using graph::KeyframeState;
-using graph::LocalGraph;
+using graph::PoseGraph;
 using graph::Seq;
 
 namespace {
 
 constexpr double kWide_m = 1000.0;
+constexpr int kIterations = 5;  ///< at each pose
 
 /// What is not estimated here (velocity, biases) is held; the first pose is the gauge, or open in
 /// x, y and heading where known points say where it is.
@@ -36,17 +37,16 @@ graph::PriorFactor prior_of(Seq seq, const KeyframeState& x, const SlamProblem& 
   return f;
 }
 
-void add_pose(const SlamProblem& problem, std::size_t k, const SE3& T, LocalGraph& graph) {
-  const auto seq = static_cast<Seq>(k);
+void add_pose(const SlamProblem& problem, std::size_t k, const SE3& T, PoseGraph& graph) {
   KeyframeState x;
   x.T_odom_body = T;
-  graph.add_keyframe(seq, problem.truth[k].t, x);
+  const Seq seq = graph.add_state(x);
   graph.add(prior_of(seq, x, problem));
   if (k > 0) graph.add(problem.steps[k - 1]);
 }
 
 void add_beacon(const SlamProblem& problem, int number, const Vec3& p_odom_m,
-                const geometry::Mat3& covariance_m2, LocalGraph& graph) {
+                const geometry::Mat3& covariance_m2, PoseGraph& graph) {
   geometry::Mat3 C = covariance_m2;
   if (problem.planar) {
     C.row(2).setZero();
@@ -73,10 +73,10 @@ graph::RangeFactor factor_of(const SlamProblem& problem, std::size_t index) {
   return f;
 }
 
-void read_beacons(const SlamProblem& problem, LocalGraph& graph, SlamEstimate& out) {
+void read_beacons(const SlamProblem& problem, PoseGraph& graph, SlamEstimate& out) {
   for (const auto& [number, truth] : problem.beacons_m) {
     if (!graph.contains(graph::landmark_id(number))) continue;
-    out.beacons_m.emplace(number, graph.landmark(number).p_odom_m);
+    out.beacons_m.emplace(number, graph.landmark(number).p_map_m);
     if (problem.bias_sigma_m > 0.0) out.biases_m.emplace(number, graph.bias(number).mean);
   }
 }
@@ -94,10 +94,10 @@ void note(double nu_m, double variance_m2, Innovations& out) {
 
 SlamEstimate solve_batch(const SlamProblem& problem, const eval::PoseList& initial,
                          const std::map<int, Vec3>& placed) {
-  graph::LocalGraphSettings settings;
+  graph::GraphSettings settings;
   settings.cost_change_min = 1e-6;  // a long way bends slowly
   settings.step_min_m = 1e-5;
-  LocalGraph graph(settings);
+  PoseGraph graph(settings);
   for (std::size_t k = 0; k < initial.size(); ++k) add_pose(problem, k, initial[k].T, graph);
   for (const auto& [number, p] : placed) {
     add_beacon(problem, number, p, kWide_m * kWide_m * geometry::Mat3::Identity(), graph);
@@ -107,8 +107,8 @@ SlamEstimate solve_batch(const SlamProblem& problem, const eval::PoseList& initi
   const graph::SolveReport report = graph.solve(100);
   out.iterations = report.iterations;
   out.cost = report.cost_after;
-  for (const graph::KeyframeNode& node : graph.keyframes()) {
-    out.poses.push_back({node.t, node.x.T_odom_body});
+  for (std::size_t k = 0; k < initial.size(); ++k) {
+    out.poses.push_back({problem.truth[k].t, graph.pose(static_cast<Seq>(k))});
   }
   read_beacons(problem, graph, out);
   return out;
@@ -154,7 +154,7 @@ SlamEstimate solve_batch_from(const SlamProblem& problem, const eval::PoseList& 
 }
 
 SlamEstimate solve_window(const SlamProblem& problem, const SE3& first, std::size_t window) {
-  LocalGraph graph{graph::LocalGraphSettings{}};
+  PoseGraph graph{graph::GraphSettings{}};
   SlamEstimate out;
   std::map<int, BeaconFinder> finders;
   const std::vector<double> variances = position_variances(problem);
@@ -178,9 +178,9 @@ SlamEstimate solve_window(const SlamProblem& problem, const SE3& first, std::siz
       graph.add(f);
       ranged = true;
     }
-    if (ranged) graph.solve(graph.settings().iterations);
+    if (ranged) graph.solve(kIterations);
     out.poses.push_back({problem.truth[k].t, graph.state(static_cast<Seq>(k)).T_odom_body});
-    while (graph.keyframes().size() > window) graph.marginalise_oldest();
+    while (graph.nodes().size() > window) graph.marginalise({graph.nodes().front().seq});
   }
   read_beacons(problem, graph, out);
   return out;

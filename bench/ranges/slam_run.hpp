@@ -22,7 +22,7 @@ struct SlamEstimate {
   int iterations = 0;
 };
 
-/// All poses and ranges at once in a graph::LocalGraph, nothing marginalised. Beacons begin where
+/// All poses and ranges at once in a graph::PoseGraph, nothing marginalised. Beacons begin where
 /// `placed` says with a prior of 1 km. Ranges hang on their poses.
 [[nodiscard]] SlamEstimate solve_batch(const SlamProblem& problem, const eval::PoseList& initial,
                                        const std::map<int, geometry::Vec3>& placed);

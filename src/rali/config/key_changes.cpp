@@ -77,7 +77,8 @@ class OldKeys {
     std::vector<Node> kept;
     for (Node& child : group.children) {
       const std::string key = prefix + child.key;
-      const bool was_group = child.kind == Node::Kind::kMap && !child.children.empty();
+      const bool removed = removed_key(changes_.removed, key) != nullptr;
+      const bool was_group = !removed && child.kind == Node::Kind::kMap && !child.children.empty();
       if (was_group) take(child, key + '.', moved);
       if (was_group ? child.children.empty() : is_old(child, key, moved)) continue;
       if (child.kind == Node::Kind::kSequence) {

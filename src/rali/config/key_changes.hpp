@@ -14,7 +14,7 @@ struct RenamedKey {
 };
 
 struct RemovedKey {
-  std::string_view key, reason;
+  std::string_view key, reason;  ///< a group goes with all that it has
 };
 
 /// How the keys of a file were called in an earlier version. A key of a renamed group that is not

@@ -62,9 +62,6 @@ constexpr std::array kRenamed{
     RenamedKey{"ranging.place_stay_m", "ranging.landmark_stay_m"},
     RenamedKey{"ranging.place_silent_s", "ranging.landmark_silent_s"},
     RenamedKey{"ranging.sight", "ranging.line_of_sight"},
-    RenamedKey{"vehicle.back_end.blind_min_m", "vehicle.back_end.degenerate_min_m"},
-    RenamedKey{"vehicle.back_end.graph.window_blind_s",
-               "vehicle.back_end.graph.window_degenerate_s"},
     RenamedKey{"vehicle.path.rest_s", "vehicle.path.standstill_s"},
 };
 
@@ -81,6 +78,9 @@ constexpr std::array kRemoved{
                "settings.odometry.robust.initialisation.gyro_bias_sigma_radps bounds the bias"},
     RemovedKey{"odometry.robust.map.plane.range_sigma_m", kRangeNoise},
     RemovedKey{"odometry.robust.match.range_sigma_m", kRangeNoise},
+    RemovedKey{"vehicle.back_end",
+               "Vehicles that are joined have one graph; others keep the path "
+               "of their odometry"},
 };
 
 constexpr KeyChanges kChanges{kRenamed, kRemoved, "settings."};

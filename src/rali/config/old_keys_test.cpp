@@ -37,7 +37,6 @@ TEST(OldKeys, settings_of_version_0_1_load_and_their_values_arrive) {
   EXPECT_FALSE(s.ranging.sight.use);
   EXPECT_FALSE(s.fleet.joint.sight);
   EXPECT_EQ(s.mission.rest_s, 2.0);
-  EXPECT_EQ(s.vehicle.back_end.graph.window_blind_s, 20.0);
   EXPECT_EQ(s.odometry.robust.map.voxel_m, 0.7) << "an old key that is still a key";
 }
 
@@ -46,7 +45,7 @@ TEST(OldKeys, have_one_notice_each_with_line_and_new_name) {
   ASSERT_TRUE(config) << config.error().message();
   const std::set<std::string> different(config->notices.begin(), config->notices.end());
   EXPECT_EQ(different.size(), config->notices.size());
-  EXPECT_EQ(notices_with(*config, " was removed and is ignored. "), 6U);
+  EXPECT_EQ(notices_with(*config, " was removed and is ignored. "), 7U);
   EXPECT_EQ(notices_with(*config,
                          ": settings.ranging.mixture.doubt_m is called "
                          "settings.ranging.mixture.uncertain_m now."),

@@ -1,6 +1,8 @@
 #pragma once
 
-#include "rali/graph/local_graph.hpp"
+#include <gtest/gtest.h>
+
+#include "rali/graph/pose_graph.hpp"
 
 namespace rali::graph {
 
@@ -44,11 +46,11 @@ inline RangeFactor fixed_range(std::uint64_t id, Seq seq, const geometry::Vec3& 
   return f;
 }
 
-/// Adds keyframe seq at `seq` seconds and this place.
-inline void add_keyframe_at(LocalGraph& graph, Seq seq, const geometry::Vec3& p_odom_m) {
+/// Adds the next keyframe, which is number seq, at this place.
+inline void add_keyframe_at(PoseGraph& graph, Seq seq, const geometry::Vec3& p_odom_m) {
   KeyframeState x;
   x.T_odom_body.p = p_odom_m;
-  graph.add_keyframe(seq, Time::from_s(seq), x);
+  EXPECT_EQ(graph.add_state(x), seq);
 }
 
 }  // namespace rali::graph

@@ -63,11 +63,6 @@ void check(const Window& window, const StandstillFactor& f) {
   RALI_ASSERT(positive(f.sigma_mps) && positive(f.sigma_m) && positive(f.sigma_rad));
 }
 
-void check(const Window& window, const HeightFactor& f) {
-  RALI_ASSERT(contains(window, f.i) && positive(f.sigma_m));
-  RALI_ASSERT(f.n_odom.allFinite() && f.q_odom_m.allFinite() && std::isfinite(f.h_m));
-}
-
 InertialTerm with_root(const Window& window, const InertialFactor& f) {
   RALI_ASSERT(contains(window, f.i) && contains(window, f.j) && f.i != f.j);
   RALI_ASSERT(window.node(f.i).dim == kStateDim && window.node(f.j).dim == kStateDim);

@@ -4,7 +4,7 @@
 
 namespace rali::graph {
 
-// What both graphs ask of their input (RALI_ASSERT where it is not so).
+// What the graph asks of its input (RALI_ASSERT where it is not so).
 
 [[nodiscard]] bool finite(const geometry::SE3& T);
 [[nodiscard]] bool finite(const KeyframeState& x);
@@ -16,7 +16,6 @@ namespace rali::graph {
 /// asked here.
 void check(const Window& window, const RangeFactor& f);
 void check(const Window& window, const StandstillFactor& f);
-void check(const Window& window, const HeightFactor& f);
 
 /// Checked, and with the roots of their information.
 [[nodiscard]] InertialTerm with_root(const Window& window, const InertialFactor& f);

@@ -19,6 +19,7 @@ using geometry::Vec3;
 constexpr Seq kKeyframes = 10;
 constexpr std::size_t kWindow = 5;
 constexpr int kRangesPerKeyframe = 4;
+constexpr int kIterations = 5;
 constexpr double kRangeSigmaM = 0.1;
 constexpr double kBiasSigmaM = 0.1;
 constexpr double kSpeedMps = 1.0;
@@ -112,7 +113,7 @@ KeyframeState truth_after(const KeyframeState& x, Rng& rng) {
   return y;
 }
 
-KeyframeState predicted(const LocalGraph& graph, const InertialFactor& f) {
+KeyframeState predicted(const PoseGraph& graph, const InertialFactor& f) {
   const KeyframeState& x = graph.state(f.i);
   const Mat3& R = x.T_odom_body.R;
   KeyframeState y = x;
@@ -127,7 +128,7 @@ KeyframeState predicted(const LocalGraph& graph, const InertialFactor& f) {
 }
 
 // Ranges at even times between keyframes j - 1 and j, to an antenna at the origin.
-void add_ranges(LocalGraph& graph, const KeyframeState& from, double bias_m, const Errors& errors,
+void add_ranges(PoseGraph& graph, const KeyframeState& from, double bias_m, const Errors& errors,
                 Rng& rng, Seq j) {
   for (int n = 0; n < kRangesPerKeyframe; ++n) {
     RangeFactor f;
@@ -161,23 +162,23 @@ double axial_nees(std::uint64_t run, const Errors& errors) {
   prior.information = start_sigma().cwiseAbs2().cwiseInverse().asDiagonal();
   const double bias_m = errors.true_bias_sigma_m * rng.normal();
 
-  LocalGraph graph{LocalGraphSettings{}};
+  PoseGraph graph{GraphSettings{}};
   graph.add_bias(0, 0.0, kBiasSigmaM);
-  graph.add_keyframe(0, Time{}, prior.mean);
+  graph.add_state(prior.mean);
   graph.add(prior);
   for (Seq k = 1; k < kKeyframes; ++k) {
     const KeyframeState before = truth;
     truth = truth_after(before, rng);
     const InertialFactor imu = inertial(k - 1, before, truth, graph.state(k - 1), rng);
-    graph.add_keyframe(k, Time::from_s(k), predicted(graph, imu));
+    graph.add_state(predicted(graph, imu));
     graph.add(imu);
     graph.add(lidar(k - 1, before, truth, errors, rng));
     add_ranges(graph, before, bias_m, errors, rng, k);
-    graph.solve(graph.settings().iterations);
-    if (graph.keyframes().size() > kWindow) graph.marginalise_oldest();
+    graph.solve(kIterations);
+    if (graph.nodes().size() > kWindow) graph.marginalise({graph.nodes().front().seq});
   }
   const double off = graph.state(kKeyframes - 1).T_odom_body.p.x() - truth.T_odom_body.p.x();
-  return off * off / graph.newest_covariance()(kPos, kPos);
+  return off * off / graph.covariance(kKeyframes - 1)(kPos, kPos);
 }
 
 double mean_nees(int runs, const Errors& errors) {

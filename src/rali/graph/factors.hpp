@@ -91,15 +91,6 @@ struct StandstillFactor {
   double sigma_rad = 8.7266e-4;  ///< 0.05 deg
 };
 
-/// n.(p - q) - h = 0: height of the body above a plane with unit normal n (algorithms 2.6).
-struct HeightFactor {
-  Seq i = 0;
-  geometry::Vec3 n_odom = geometry::Vec3::UnitZ();
-  geometry::Vec3 q_odom_m = geometry::Vec3::Zero();
-  double h_m = 0.0;
-  double sigma_m = 0.02;
-};
-
 /// R^T e_z - up = 0: the direction of gravity in a body at rest (algorithms_fleet 8.1).
 struct GravityFactor {
   Seq i = 0;

@@ -194,15 +194,6 @@ void linearise(const Window& window, const StandstillFactor& f, LinearFactor& ou
   out.finish();
 }
 
-void linearise(const Window& window, const HeightFactor& f, LinearFactor& out) {
-  out.start(1);
-  const int ci = append(window, f.i, kPoseDim, out);
-  const Vec3& p = value(window, f.i).T_odom_body.p;
-  out.r(0) = (f.n_odom.dot(p - f.q_odom_m) - f.h_m) / f.sigma_m;
-  out.J.block<1, 3>(0, ci + kPos) = f.n_odom.transpose() / f.sigma_m;
-  out.finish();
-}
-
 void linearise(const Window& window, const GravityFactor& f, LinearFactor& out) {
   out.start(3);
   const int c = append(window, f.i, kPoseDim, out);

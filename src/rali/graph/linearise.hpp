@@ -41,7 +41,6 @@ void linearise(const Window& window, const LoopTerm& loop, LinearFactor& out);
 /// A residual beyond huber_sd sigma gets less weight and linear cost.
 void linearise(const Window& window, const RangeFactor& f, double huber_sd, LinearFactor& out);
 void linearise(const Window& window, const StandstillFactor& f, LinearFactor& out);
-void linearise(const Window& window, const HeightFactor& f, LinearFactor& out);
 void linearise(const Window& window, const GravityFactor& f, LinearFactor& out);
 void linearise(const Window& window, const PriorTerm& term, LinearFactor& out);
 /// The prior of one landmark, bias or tau.
@@ -66,7 +65,6 @@ void for_each_factor(const Window& window, double huber_sd, const Use& use) {
   all(window.relative);
   all(window.loops);
   all(window.standstill);
-  all(window.heights);
   all(window.gravity);
   for (const RangeFactor& range : window.ranges) {
     linearise(window, range, huber_sd, factor);

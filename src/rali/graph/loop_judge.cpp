@@ -6,10 +6,10 @@
 #include <Eigen/Cholesky>
 
 #include "rali/graph/checks.hpp"
-#include "rali/graph/global_equations.hpp"
 #include "rali/graph/levenberg_marquardt.hpp"
 #include "rali/graph/loops.hpp"
 #include "rali/graph/marginals.hpp"
+#include "rali/graph/normal_equations.hpp"
 
 namespace rali::graph {
 
@@ -21,7 +21,7 @@ using geometry::Mat6;
 /// The graph without loops at its minimum, factored once for all the loops that are asked about.
 class LoopJudge {
  public:
-  LoopJudge(const Window& window, const GlobalGraphSettings& settings, StopFlag stop);
+  LoopJudge(const Window& window, const GraphSettings& settings, StopFlag stop);
 
   [[nodiscard]] LoopVerdict verdict(const RelativePoseFactor& loop);
 
@@ -29,10 +29,10 @@ class LoopJudge {
   [[nodiscard]] std::optional<double> cost_with(const RelativeTerm& loop, double rise_enough);
   [[nodiscard]] double cost_anew(const RelativeTerm& loop) const;
 
-  const GlobalGraphSettings& settings_;
+  const GraphSettings& settings_;
   StopFlag stop_;
   Window graph_;
-  GlobalEquations equations_;  ///< factored at the minimum
+  NormalEquations equations_;  ///< factored at the minimum
   double cost_ = 0.0;
   bool factored_ = false;
 };
@@ -42,12 +42,12 @@ Window without_loops(Window window) {
   return window;
 }
 
-LoopJudge::LoopJudge(const Window& window, const GlobalGraphSettings& settings, StopFlag stop)
+LoopJudge::LoopJudge(const Window& window, const GraphSettings& settings, StopFlag stop)
     : settings_(settings),
       stop_(stop),
       graph_(without_loops(window)),
       equations_(graph_, settings.huber_sd) {
-  levenberg_marquardt(graph_, equations_, steps_of(settings, stop), settings.iterations);
+  levenberg_marquardt(graph_, equations_, settings, stop, settings.iterations);
   equations_.relinearise(graph_, settings.huber_sd);
   cost_ = equations_.cost();
   factored_ = factorise_with_floor(equations_);
@@ -107,7 +107,7 @@ std::optional<double> LoopJudge::cost_with(const RelativeTerm& loop, double rise
     const Eigen::VectorXd y = solved.rightCols<1>();
     const MatrixXd S = MatrixXd::Identity(Jt.cols(), Jt.cols()) + Jt.transpose() * V;
     graph_.move(V * S.ldlt().solve(Jt.transpose() * y) - y);
-    const GlobalEquations::Slope slope = equations_.slope(graph_, settings_.huber_sd);
+    const NormalEquations::Slope slope = equations_.slope(graph_, settings_.huber_sd);
     linearise(graph_, loop, rows);
     const double fall = cost - (slope.cost + rows.cost);
     if (!(fall >= -kFallMin)) break;
@@ -122,14 +122,13 @@ std::optional<double> LoopJudge::cost_with(const RelativeTerm& loop, double rise
 double LoopJudge::cost_anew(const RelativeTerm& loop) const {
   Window with = graph_;
   with.relative.push_back(loop);
-  GlobalEquations equations(with, settings_.huber_sd);
-  return levenberg_marquardt(with, equations, steps_of(settings_, stop_), settings_.iterations)
-      .cost_after;
+  NormalEquations equations(with, settings_.huber_sd);
+  return levenberg_marquardt(with, equations, settings_, stop_, settings_.iterations).cost_after;
 }
 
 }  // namespace
 
-std::vector<LoopVerdict> judge_loops(const Window& window, const GlobalGraphSettings& settings,
+std::vector<LoopVerdict> judge_loops(const Window& window, const GraphSettings& settings,
                                      const std::vector<RelativePoseFactor>& loops, StopFlag stop) {
   std::vector<LoopVerdict> verdicts;
   if (loops.empty()) return verdicts;

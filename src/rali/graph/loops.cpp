@@ -49,16 +49,15 @@ double reweight(Window& window, const Weight& weight) {
   return change;
 }
 
-SolveReport solve_gnc(Window& window, const GlobalGraphSettings& settings,
-                      GlobalEquations& equations, StopFlag stop) {
+SolveReport solve_gnc(Window& window, const GraphSettings& settings, NormalEquations& equations,
+                      StopFlag stop) {
   SolveReport report;
   const std::vector<double> q = shares(window);
   std::optional<double> mu = gnc_first_mu(*std::max_element(q.begin(), q.end()));
   for (int round = 0; mu && round < settings.guard_rounds && !stop.raised(); ++round) {
     reweight(window, [&](double share) { return gnc_weight(share, *mu); });
     equations.relinearise(window, settings.huber_sd);
-    add(levenberg_marquardt(window, equations, steps_of(settings, stop), settings.guard_iterations),
-        report);
+    add(levenberg_marquardt(window, equations, settings, stop, settings.guard_iterations), report);
     const bool decided = std::all_of(window.loops.begin(), window.loops.end(), [](const auto& l) {
       return l.weight == 0.0 || l.weight == 1.0;
     });
@@ -71,8 +70,8 @@ SolveReport solve_gnc(Window& window, const GlobalGraphSettings& settings,
 }
 
 // Weights from the fit, the fit from the weights, until they agree.
-SolveReport solve_reweighted(Window& window, const GlobalGraphSettings& settings,
-                             GlobalEquations& equations, StopFlag stop) {
+SolveReport solve_reweighted(Window& window, const GraphSettings& settings,
+                             NormalEquations& equations, StopFlag stop) {
   SolveReport report;
   const auto weight = [&](double q) {
     if (settings.guard == LoopGuard::kHuber) return geometry::huber_weight(std::sqrt(q), 1.0);
@@ -82,8 +81,7 @@ SolveReport solve_reweighted(Window& window, const GlobalGraphSettings& settings
   for (int round = 0; round < settings.guard_rounds && !stop.raised(); ++round) {
     if (reweight(window, weight) < kWeightChangeMin) break;
     equations.relinearise(window, settings.huber_sd);
-    add(levenberg_marquardt(window, equations, steps_of(settings, stop), settings.guard_iterations),
-        report);
+    add(levenberg_marquardt(window, equations, settings, stop, settings.guard_iterations), report);
   }
   return report;
 }
@@ -119,7 +117,7 @@ double loop_chi2(const Window& window, const LoopTerm& loop) {
   return factor.r.squaredNorm();
 }
 
-SolveReport solve_with_guard(Window& window, const GlobalGraphSettings& settings, StopFlag stop) {
+SolveReport solve_with_guard(Window& window, const GraphSettings& settings, StopFlag stop) {
   const bool any = !window.loops.empty();
   const bool reweighted = settings.guard == LoopGuard::kHuber || settings.guard == LoopGuard::kDcs;
   // The robust losses need a start that no wrong loop has bent; gnc begins with all (8.4).
@@ -127,16 +125,14 @@ SolveReport solve_with_guard(Window& window, const GlobalGraphSettings& settings
   SolveReport report;
   report.cost_before = total_cost(window, settings.huber_sd);
   report.rotation_first = start_if_poor(window, settings);
-  GlobalEquations equations(window, settings.huber_sd);
-  add(levenberg_marquardt(window, equations, steps_of(settings, stop), settings.iterations),
-      report);
+  NormalEquations equations(window, settings.huber_sd);
+  add(levenberg_marquardt(window, equations, settings, stop, settings.iterations), report);
   if (!any || settings.guard == LoopGuard::kNone) return report;
   add(reweighted ? solve_reweighted(window, settings, equations, stop)
                  : solve_gnc(window, settings, equations, stop),
       report);
   equations.relinearise(window, settings.huber_sd);
-  add(levenberg_marquardt(window, equations, steps_of(settings, stop), settings.iterations),
-      report);
+  add(levenberg_marquardt(window, equations, settings, stop, settings.iterations), report);
   return report;
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "rali/base/stop_flag.hpp"
-#include "rali/graph/global_equations.hpp"
+#include "rali/graph/levenberg_marquardt.hpp"
+#include "rali/graph/normal_equations.hpp"
 #include "rali/graph/settings.hpp"
-#include "rali/graph/solver.hpp"
 
 namespace rali::graph {
 
@@ -25,8 +25,7 @@ namespace rali::graph {
 
 /// Solves with weights on the loops as the guard decides them, and leaves both in the window. All
 /// else is never switched. The window must be laid out.
-SolveReport solve_with_guard(Window& window, const GlobalGraphSettings& settings,
-                             StopFlag stop = {});
+SolveReport solve_with_guard(Window& window, const GraphSettings& settings, StopFlag stop = {});
 
 /// How a loop fits to a graph that does not contain it.
 struct LoopVerdict {
@@ -43,9 +42,9 @@ struct LoopVerdict {
   [[nodiscard]] bool vetoed() const { return chi2 > loop_chi2_veto(dof); }
 };
 
-/// GlobalGraph::judge on a window that is laid out.
+/// PoseGraph::judge on a window that is laid out.
 [[nodiscard]] std::vector<LoopVerdict> judge_loops(const Window& window,
-                                                   const GlobalGraphSettings& settings,
+                                                   const GraphSettings& settings,
                                                    const std::vector<RelativePoseFactor>& loops,
                                                    StopFlag stop = {});
 

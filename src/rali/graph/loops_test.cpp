@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/base/rng.hpp"
-#include "rali/graph/global_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 
 namespace rali::graph {
 namespace {
@@ -33,12 +33,12 @@ constexpr int kNodes = 40;
 // along and 1 cm across, with ranges between them (0.1 m) at each step. The second one's start is
 // known to 0.1 m like the first one's.
 struct Corridor {
-  GlobalGraph graph;
+  PoseGraph graph;
   std::vector<Vec3> truth;
   Rng rng{7, "corridor"};
   std::uint64_t id = 0;
 
-  explicit Corridor(const GlobalGraphSettings& settings) : graph(settings) {
+  explicit Corridor(const GraphSettings& settings) : graph(settings) {
     for (int v = 0; v < 2; ++v) {
       geometry::SE3 T;
       for (int k = 0; k < kNodes; ++k) {
@@ -103,7 +103,7 @@ struct Outcome {
 
 // 8 true loops and 12 wrong ones that agree among each other: doors that repeat every 6 m.
 Outcome outcome(LoopGuard guard) {
-  GlobalGraphSettings settings;
+  GraphSettings settings;
   settings.guard = guard;
   Corridor c(settings);
   std::vector<bool> is_true;
@@ -158,7 +158,7 @@ TEST(loop_guard, a_loop_once_rejected_returns_when_the_graph_has_learnt_better) 
 
 // Chain of one step known to 0.3 m along x; a loop that knows it to 0.4 m.
 struct OneStep {
-  GlobalGraph graph{GlobalGraphSettings{}};
+  PoseGraph graph{GraphSettings{}};
   RelativePoseFactor loop;
 
   OneStep() {
@@ -217,8 +217,8 @@ TEST(loop_veto, parts_wrong_loops_from_true_ones_in_a_corridor) {
 }
 
 /// Twice the rise of the minimum where the loop is a factor like any other.
-double rise_when_solved(const GlobalGraph& graph, const RelativePoseFactor& loop) {
-  GlobalGraph without = graph, with = graph;
+double rise_when_solved(const PoseGraph& graph, const RelativePoseFactor& loop) {
+  PoseGraph without = graph, with = graph;
   with.add(loop);
   without.solve(100);
   with.solve(100);
@@ -250,7 +250,7 @@ TEST(loop_veto, a_trial_finds_the_minimum_that_solving_with_the_loop_finds) {
 // A path of 40 m that nobody knows the heading of is turned by a radian: the curvature before says
 // little of that after.
 TEST(loop_veto, a_trial_that_goes_far_ends_at_the_same_minimum) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+  PoseGraph graph{GraphSettings{}};
   for (int k = 0; k <= 40; ++k) {
     geometry::SE3 T, step;
     T.p.x() = k;

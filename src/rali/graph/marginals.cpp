@@ -1,14 +1,25 @@
 #include "rali/graph/marginals.hpp"
 
-#include <algorithm>
 #include <limits>
 
 namespace rali::graph {
 
 namespace {
 
-// A range whose own weight makes up all of its variance has nothing to be compared with.
-constexpr double kShareMax = 1.0 - 1e-9;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Eigen::MatrixXd infinite(Eigen::Index n) {
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n, n);
+  P.diagonal().setConstant(kInfinity);
+  return P;
+}
+
+Eigen::MatrixXd rows_of(const Eigen::MatrixXd& x, const std::vector<int>& rows) {
+  Eigen::MatrixXd out(static_cast<Eigen::Index>(rows.size()), x.cols());
+  for (Eigen::Index r = 0; r < out.rows(); ++r)
+    out.row(r) = x.row(rows[static_cast<std::size_t>(r)]);
+  return out;
+}
 
 }  // namespace
 
@@ -16,56 +27,46 @@ Marginals::Marginals(const Window& window, double huber_sd) : equations_(window,
   solved_ = factorise_with_floor(equations_);
 }
 
-Eigen::MatrixXd Marginals::covariance(const std::vector<int>& columns) const {
+/// Whole columns of the covariance.
+Eigen::MatrixXd Marginals::solutions(const std::vector<int>& columns) const {
   const auto n = static_cast<Eigen::Index>(columns.size());
-  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n, n);
-  if (!solved_) {
-    P.diagonal().setConstant(std::numeric_limits<double>::infinity());
-    return P;
-  }
-  Eigen::VectorXd unit = Eigen::VectorXd::Zero(equations_.gradient().size());
-  for (Eigen::Index c = 0; c < n; ++c) {
-    unit(columns[static_cast<std::size_t>(c)]) = 1.0;
-    const Eigen::VectorXd x = equations_.solve(unit);
-    unit(columns[static_cast<std::size_t>(c)]) = 0.0;
-    for (Eigen::Index r = 0; r < n; ++r) P(r, c) = x(columns[static_cast<std::size_t>(r)]);
-  }
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(equations_.gradient().size(), n);
+  for (Eigen::Index c = 0; c < n; ++c) right(columns[static_cast<std::size_t>(c)], c) = 1.0;
+  return equations_.solve(right);
+}
+
+Eigen::MatrixXd Marginals::covariance(const std::vector<int>& columns) const {
+  if (!solved_) return infinite(static_cast<Eigen::Index>(columns.size()));
+  const Eigen::MatrixXd P = rows_of(solutions(columns), columns);
   return 0.5 * (P + P.transpose());
 }
 
-double Marginals::variance(const LinearFactor& row) const {
-  if (!solved_) return std::numeric_limits<double>::infinity();
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(equations_.gradient().size());
-  for (int b = 0; b < row.block_count; ++b) {
-    const auto& block = row.blocks[static_cast<std::size_t>(b)];
-    right.segment(block.column, block.dim) += row.J.row(0).segment(block.local, block.dim);
+Eigen::MatrixXd Marginals::between(const std::vector<int>& a, const std::vector<int>& b) {
+  if (!solved_) {
+    return Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(a.size()),
+                                 static_cast<Eigen::Index>(b.size()));
   }
-  return right.dot(equations_.solve(right));
+  if (b != last_b_) {
+    of_last_b_ = solutions(b);
+    last_b_ = b;
+  }
+  return rows_of(of_last_b_, a);
 }
 
-RangePrediction predict(const Window& window, const Marginals& marginals, const RangeFactor& f) {
-  LinearFactor row;
-  range_residual(window, f, row);
-  return {row.r(0) + f.range_m, marginals.variance(row)};
+const Eigen::MatrixXd& Marginals::own(int column) {
+  return diagonal()[static_cast<std::size_t>(equations_.variable_at(column))];
 }
 
-std::vector<RangeNis> range_nis(const Window& window, const Marginals& marginals, double huber_sd) {
-  std::vector<RangeNis> all;
-  LinearFactor row;
-  for (const RangeFactor& f : window.ranges) {
-    linearise(window, f, huber_sd, row);
-    // In units of the sigma in force (loss included): share of the posterior that is the range's.
-    const double share = std::min(marginals.variance(row), kShareMax);
-    const double nu = row.r(0) / (1.0 - share);
-    const double prediction = share / (1.0 - share);
-    // Back to the nominal sigma: the loss hides what is looked for.
-    range_residual(window, f, row);
-    const double z = row.r(0) * std::sqrt(f.weight) / f.sigma_m;
-    const double loss = z == 0.0 ? 1.0 : std::min(1.0, huber_sd / std::abs(z));
-    const double variance = prediction + loss;
-    all.push_back({f.id, nu * nu / variance});
-  }
-  return all;
+Eigen::MatrixXd Marginals::covariance(const LinearFactor& rows) const {
+  return solved_ ? equations_.covariance(rows) : infinite(rows.r.size());
+}
+
+const std::vector<Eigen::MatrixXd>& Marginals::diagonal() {
+  if (diagonal_) return *diagonal_;
+  if (solved_) return diagonal_.emplace(equations_.cholesky().inverse_diagonal());
+  diagonal_.emplace();
+  for (const int dim : equations_.matrix().dims()) diagonal_->push_back(infinite(dim));
+  return *diagonal_;
 }
 
 }  // namespace rali::graph

@@ -1,133 +1,167 @@
 #include "rali/graph/normal_equations.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace rali::graph {
 
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+BlockMatrix pattern(const Window& window) {
+  const BlockLayout layout(window);
+  return {layout.dims, block_pairs(window, layout)};
+}
+
+void add(const LinearFactor& factor, NormalEquations::Slope& to) {
+  to.cost += factor.cost;
+  for (int a = 0; a < factor.block_count; ++a) {
+    const auto& A = factor.blocks[at(a)];
+    if (A.column < 0) continue;
+    to.gradient.segment(A.column, A.dim).noalias() +=
+        factor.J.middleCols(A.local, A.dim).transpose() * factor.r;
+  }
+}
+
+void add(const LinearPrior& prior, NormalEquations::Slope& to) {
+  to.cost += prior.cost;
+  for (const auto& A : prior.blocks) {
+    if (A.column < 0) continue;
+    to.gradient.segment(A.column, A.dim) += prior.gradient.segment(A.local, A.dim);
+  }
+}
+
+}  // namespace
+
+BlockLayout::BlockLayout(const Window& window) : variable_at(at(window.columns()), -1) {
+  int column = 0;
+  const auto unknown = [&](int dim) {
+    variable_at[at(column)] = static_cast<int>(dims.size());
+    dims.push_back(dim);
+    column += dim;
+  };
+  for (const KeyframeNode& keyframe : window.keyframes) {
+    if (!keyframe.fixed) unknown(keyframe.dim);
+  }
+  for (const GlobalNode& global : window.globals) {
+    globals.push_back(static_cast<int>(dims.size()));
+    unknown(global.dim());
+  }
+}
+
+std::vector<std::pair<int, int>> block_pairs(const Window& window, const BlockLayout& layout) {
+  std::vector<std::pair<int, int>> pairs;
+  std::vector<int> together;
+  const auto touch = [&](int column) {
+    if (column >= 0) together.push_back(layout.variable_at[at(column)]);
+  };
+  const auto join = [&] {
+    for (std::size_t a = 0; a < together.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) pairs.emplace_back(together[a], together[b]);
+    }
+    together.clear();
+  };
+  for_each_factor(window, std::numeric_limits<double>::infinity(), [&](const LinearFactor& factor) {
+    for (int b = 0; b < factor.block_count; ++b) touch(factor.blocks[at(b)].column);
+    join();
+  });
+  for (const auto& block : window.dense.keyframes) touch(window.column(block.seq));
+  for (const auto& block : window.dense.globals) touch(window.column(block.id));
+  join();
+  return pairs;
+}
+
 NormalEquations::NormalEquations(const Window& window, double huber_sd)
-    : keyframe_columns_(window.keyframe_columns()),
-      border_(window.columns() - window.keyframe_columns()) {
-  // The diagonal is there even where no factor is: a keyframe that nothing holds.
-  for (int k = 0; k < keyframe_columns_ / kStateDim; ++k) block(k, k).setZero();
+    : variable_at_(BlockLayout(window).variable_at),
+      H_(pattern(window)),
+      cholesky_(H_, BlockLayout(window).globals) {
+  relinearise(window, huber_sd);
+}
+
+NormalEquations::NormalEquations(const Window& window, double huber_sd,
+                                 const std::vector<int>& kept)
+    : variable_at_(BlockLayout(window).variable_at),
+      H_(pattern(window)),
+      cholesky_(H_, kept, true) {
   relinearise(window, huber_sd);
 }
 
 void NormalEquations::relinearise(const Window& window, double huber_sd) {
-  for (auto& entry : blocks_) entry.second.setZero();
-  border_rows_.setZero(border_, keyframe_columns_);
-  corner_.setZero(border_, border_);
-  gradient_.setZero(keyframe_columns_ + border_);
-  cost_ = 0.0;
-  for_each_factor(window, huber_sd, [this](const LinearFactor& factor) { add(factor); });
-  if (window.dense.H.rows() > 0) add_prior(graph::linearise(window, window.dense));
+  H_.set_zero();
+  slope_.gradient.setZero(window.columns());
+  slope_.cost = 0.0;
+  for_each_factor(window, huber_sd, [this](const LinearFactor& factor) {
+    add(factor, slope_);
+    add_curvature(factor);
+  });
+  if (window.dense.H.rows() == 0) return;
+  const LinearPrior prior = graph::linearise(window, window.dense);
+  add(prior, slope_);
+  add_curvature(prior);
 }
 
-StateMat& NormalEquations::block(int column, int row) {
-  const auto found = blocks_.find({column, row});
-  if (found != blocks_.end()) return found->second;
-  has_pattern_ = false;
-  return blocks_.emplace(std::pair{column, row}, StateMat::Zero()).first->second;
+NormalEquations::Slope NormalEquations::slope(const Window& window, double huber_sd) {
+  Slope slope;
+  slope.gradient.setZero(window.columns());
+  for_each_factor(window, huber_sd, [&](const LinearFactor& factor) { add(factor, slope); });
+  if (window.dense.H.rows() > 0) add(graph::linearise(window, window.dense), slope);
+  return slope;
 }
 
-void NormalEquations::add(const LinearFactor& factor) {
-  cost_ += factor.cost;
+void NormalEquations::add_curvature(const LinearFactor& factor) {
   const auto& J = factor.J;
   for (int a = 0; a < factor.block_count; ++a) {
-    const auto& A = factor.blocks[static_cast<std::size_t>(a)];
+    const auto& A = factor.blocks[at(a)];
+    if (A.column < 0) continue;
     const auto Ja = J.middleCols(A.local, A.dim);
-    gradient_.segment(A.column, A.dim).noalias() += Ja.transpose() * factor.r;
-    const bool border_a = A.column >= keyframe_columns_;
     for (int b = 0; b < factor.block_count; ++b) {
-      const auto& B = factor.blocks[static_cast<std::size_t>(b)];
-      if (B.column > A.column) continue;
-      const auto Jb = J.middleCols(B.local, B.dim);
-      if (!border_a) {
-        block(B.column / kStateDim, A.column / kStateDim).topLeftCorner(A.dim, B.dim).noalias() +=
-            Ja.transpose().lazyProduct(Jb);
-      } else if (B.column < keyframe_columns_) {
-        border_rows_.block(A.column - keyframe_columns_, B.column, A.dim, B.dim).noalias() +=
-            Ja.transpose().lazyProduct(Jb);
-      } else {
-        corner_.block(A.column - keyframe_columns_, B.column - keyframe_columns_, A.dim, B.dim)
-            .noalias() += Ja.transpose().lazyProduct(Jb);
-      }
+      const auto& B = factor.blocks[at(b)];
+      if (B.column < 0 || B.column > A.column) continue;
+      H_.block(variable_at_[at(A.column)], variable_at_[at(B.column)])
+          .topLeftCorner(A.dim, B.dim)
+          .noalias() += Ja.transpose().lazyProduct(J.middleCols(B.local, B.dim));
     }
   }
 }
 
-void NormalEquations::add_prior(const LinearPrior& prior) {
-  cost_ += prior.cost;
+void NormalEquations::add_curvature(const LinearPrior& prior) {
   for (const auto& A : prior.blocks) {
-    gradient_.segment(A.column, A.dim) += prior.gradient.segment(A.local, A.dim);
+    if (A.column < 0) continue;
     for (const auto& B : prior.blocks) {
-      if (B.column > A.column) continue;
-      const auto H = prior.H.block(A.local, B.local, A.dim, B.dim);
-      if (A.column < keyframe_columns_) {
-        block(B.column / kStateDim, A.column / kStateDim) += H;
-      } else if (B.column < keyframe_columns_) {
-        border_rows_.block(A.column - keyframe_columns_, B.column, A.dim, B.dim) += H;
-      } else {
-        corner_.block(A.column - keyframe_columns_, B.column - keyframe_columns_, A.dim, B.dim) +=
-            H;
-      }
+      if (B.column < 0 || B.column > A.column) continue;
+      H_.block(variable_at_[at(A.column)], variable_at_[at(B.column)]) +=
+          prior.H.block(A.local, B.local, A.dim, B.dim);
     }
   }
 }
 
-// Lower triangle, column by column, rows growing: the order in which a compressed matrix has it.
-template <class Put>
-void NormalEquations::for_each_entry(const Put& put) const {
-  for (auto first = blocks_.begin(); first != blocks_.end();) {
-    const int column = first->first.first;
-    auto last = first;
-    while (last != blocks_.end() && last->first.first == column) ++last;
-    for (int c = 0; c < kStateDim; ++c) {
-      const int to = column * kStateDim + c;
-      for (auto it = first; it != last; ++it) {
-        const int row = it->first.second;
-        for (int r = row == column ? c : 0; r < kStateDim; ++r) {
-          put(row * kStateDim + r, to, it->second(r, c));
-        }
-      }
-      for (int r = 0; r < border_; ++r) put(keyframe_columns_ + r, to, border_rows_(r, to));
-    }
-    first = last;
+Eigen::MatrixXd NormalEquations::right_of(const LinearFactor& factor) const {
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(gradient().size(), factor.r.size());
+  for (int b = 0; b < factor.block_count; ++b) {
+    const auto& block = factor.blocks[at(b)];
+    if (block.column < 0) continue;
+    right.middleRows(block.column, block.dim) +=
+        factor.J.middleCols(block.local, block.dim).transpose();
   }
-  for (int c = 0; c < border_; ++c) {
-    for (int r = c; r < border_; ++r) {
-      put(keyframe_columns_ + r, keyframe_columns_ + c, corner_(r, c));
-    }
+  return right;
+}
+
+Eigen::MatrixXd NormalEquations::covariance(const LinearFactor& factor) const {
+  const Eigen::MatrixXd right = right_of(factor);
+  const Eigen::MatrixXd P = right.transpose() * solve(right);
+  return 0.5 * (P + P.transpose());
+}
+
+bool factorise_with_floor(NormalEquations& equations) {
+  constexpr double kFloor = 1e-12;
+  constexpr double kFloorMax = 1e-6;
+  constexpr double kFloorFactor = 100.0;
+  for (double floor = kFloor; floor <= kFloorMax; floor *= kFloorFactor) {
+    if (equations.factorise(floor, kFloor)) return true;
   }
-}
-
-void NormalEquations::make_pattern() {
-  const int n = keyframe_columns_ + border_;
-  Eigen::Index count = 0;
-  for_each_entry([&count](int, int, double) { ++count; });
-  matrix_.resize(n, n);
-  matrix_.resizeNonZeros(count);
-  int* begins = matrix_.outerIndexPtr();
-  int* rows = matrix_.innerIndexPtr();
-  int at = 0;
-  for_each_entry([&](int row, int column, double) {
-    if (row == column) begins[column] = at;  // the first of its column
-    rows[at++] = row;
-  });
-  begins[n] = at;
-  ldlt_.analyzePattern(matrix_);
-  has_pattern_ = true;
-}
-
-bool NormalEquations::factorise(double relative, double absolute) {
-  if (!has_pattern_) make_pattern();
-  double* out = matrix_.valuePtr();
-  for_each_entry([&](int row, int column, double v) {
-    *out++ = row == column ? v + relative * v + absolute : v;
-  });
-  ldlt_.factorize(matrix_);
-  return ldlt_.info() == Eigen::Success && ldlt_.vectorD().minCoeff() > 0.0;
-}
-
-Eigen::VectorXd NormalEquations::solve(const Eigen::VectorXd& right) const {
-  return ldlt_.solve(right);
+  return false;
 }
 
 }  // namespace rali::graph

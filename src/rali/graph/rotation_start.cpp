@@ -10,7 +10,6 @@
 #include "rali/graph/block_cholesky.hpp"
 #include "rali/graph/levenberg_marquardt.hpp"
 #include "rali/graph/linearise.hpp"
-#include "rali/graph/solver.hpp"
 
 namespace rali::graph {
 
@@ -297,7 +296,7 @@ int degrees_of_freedom(const Window& window) {
   return std::max(1, static_cast<int>(rows) - window.columns());
 }
 
-bool start_if_poor(Window& window, const GlobalGraphSettings& settings) {
+bool start_if_poor(Window& window, const GraphSettings& settings) {
   const double cost = total_cost(window, settings.huber_sd);
   if (2.0 * cost <= settings.start_chi2_per_dof * degrees_of_freedom(window)) return false;
   SavedValues saved;

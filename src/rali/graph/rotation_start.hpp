@@ -14,7 +14,7 @@ namespace rali::graph {
 bool start_from_rotations(Window& window);
 
 /// Does so if chi2 per degree of freedom exceeds the settings', and keeps it if the cost is less.
-bool start_if_poor(Window& window, const GlobalGraphSettings& settings);
+bool start_if_poor(Window& window, const GraphSettings& settings);
 
 /// Residuals less unknowns; at least 1.
 [[nodiscard]] int degrees_of_freedom(const Window& window);

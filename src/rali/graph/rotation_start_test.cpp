@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/base/rng.hpp"
-#include "rali/graph/global_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 #include "rali/graph/window_for_test.hpp"
 
 namespace rali::graph {
@@ -26,8 +26,8 @@ std::vector<SE3> ring(Rng& rng) {
 }
 
 // A ring whose nodes start anywhere; measurements are exact.
-GlobalGraph scattered(const std::vector<SE3>& truth, Rng& rng, bool hold) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+PoseGraph scattered(const std::vector<SE3>& truth, Rng& rng, bool hold) {
+  PoseGraph graph{GraphSettings{}};
   for (std::size_t k = 0; k < truth.size(); ++k) {
     graph.add_pose(k == 0 ? truth[0]
                           : SE3{geometry::so3_exp(random_vec3(rng, 2.0)), random_vec3(rng, 20.0)});
@@ -41,7 +41,7 @@ GlobalGraph scattered(const std::vector<SE3>& truth, Rng& rng, bool hold) {
   return graph;
 }
 
-double farthest(const GlobalGraph& graph, const std::vector<SE3>& truth) {
+double farthest(const PoseGraph& graph, const std::vector<SE3>& truth) {
   double error = 0.0;
   for (const KeyframeNode& node : graph.nodes()) {
     error = std::max(error, geometry::boxminus(node.x.T_odom_body, truth[node.seq]).norm());
@@ -52,7 +52,7 @@ double farthest(const GlobalGraph& graph, const std::vector<SE3>& truth) {
 TEST(rotation_start, finds_a_ring_from_any_start) {
   Rng rng(1, "ring");
   const std::vector<SE3> truth = ring(rng);
-  GlobalGraph graph = scattered(truth, rng, true);
+  PoseGraph graph = scattered(truth, rng, true);
   const SolveReport report = graph.solve_full();
   EXPECT_TRUE(report.rotation_first);
   EXPECT_LT(report.cost_after, 1e-12);
@@ -62,7 +62,7 @@ TEST(rotation_start, finds_a_ring_from_any_start) {
 TEST(rotation_start, leaves_the_frame_of_a_graph_that_nothing_holds_to_its_first_node) {
   Rng rng(2, "ring");
   const std::vector<SE3> truth = ring(rng);
-  GlobalGraph graph = scattered(truth, rng, false);
+  PoseGraph graph = scattered(truth, rng, false);
   graph.solve_full();
   EXPECT_LT(farthest(graph, truth), 1e-6);
 }
@@ -70,7 +70,7 @@ TEST(rotation_start, leaves_the_frame_of_a_graph_that_nothing_holds_to_its_first
 TEST(rotation_start, is_not_tried_where_the_start_is_good) {
   Rng rng(3, "ring");
   const std::vector<SE3> truth = ring(rng);
-  GlobalGraph graph = scattered(truth, rng, true);
+  PoseGraph graph = scattered(truth, rng, true);
   graph.solve_full();
   EXPECT_FALSE(graph.solve_full().rotation_first);
 }
@@ -79,7 +79,7 @@ TEST(rotation_start, is_not_tried_where_the_start_is_good) {
 TEST(rotation_start, moves_each_part_on_its_own) {
   Rng rng(4, "ring");
   const std::vector<SE3> truth = ring(rng);
-  GlobalGraph graph{GlobalGraphSettings{}};
+  PoseGraph graph{GraphSettings{}};
   for (int v = 0; v < 2; ++v) {
     for (Seq k = 0; k < 5; ++k) {
       SE3 start = truth[k];

@@ -15,7 +15,7 @@ inline constexpr int kStateDim = 15;
 using StateVec = Eigen::Matrix<double, kStateDim, 1>;
 using StateMat = Eigen::Matrix<double, kStateDim, kStateDim>;
 
-/// What is estimated of one keyframe. In a GlobalGraph `odom` of the names is the frame map. The
+/// What is estimated of one keyframe. In a PoseGraph `odom` of the names is the frame map. The
 /// velocity is that of the point the accelerometer sits in.
 struct KeyframeState {
   geometry::SE3 T_odom_body;

@@ -37,30 +37,20 @@ const KeyframeNode& Window::node(Seq seq) const {
 int Window::column(Seq seq) const {
   const int k = find(seq);
   RALI_ASSERT(k >= 0);
-  if (keyframe_column_.empty()) return kStateDim * k;
+  RALI_ASSERT(!keyframe_column_.empty());  // not laid out
   const auto at = static_cast<std::size_t>(k);
   return keyframes[at].fixed ? -1 : keyframe_column_[at];
 }
 
 int Window::column(GlobalId id) const {
   const int place = find(id);
-  RALI_ASSERT(place >= 0);
-  if (!keyframe_column_.empty()) return global_column_[static_cast<std::size_t>(place)];
-  int column = keyframe_columns();
-  for (int g = 0; g < place; ++g) column += globals[static_cast<std::size_t>(g)].dim();
-  return column;
-}
-
-int Window::keyframe_columns() const {
-  return keyframe_column_.empty() ? kStateDim * static_cast<int>(keyframes.size())
-                                  : keyframe_column_.back();
+  RALI_ASSERT(place >= 0 && !global_column_.empty());
+  return global_column_[static_cast<std::size_t>(place)];
 }
 
 int Window::columns() const {
-  if (!keyframe_column_.empty()) return global_column_.back();
-  int columns = keyframe_columns();
-  for (const GlobalNode& global : globals) columns += global.dim();
-  return columns;
+  RALI_ASSERT(!global_column_.empty());
+  return global_column_.back();
 }
 
 void Window::lay_out() {

@@ -8,7 +8,6 @@ namespace rali::graph {
 
 struct KeyframeNode {
   Seq seq = 0;
-  Time t;
   KeyframeState x;
   int dim = kStateDim;  ///< kPoseDim: velocity and biases are not estimated
   bool fixed = false;   ///< held as it is
@@ -20,7 +19,6 @@ struct GlobalNode {
   geometry::Vec3 value = geometry::Vec3::Zero();
   geometry::Vec3 prior_mean = geometry::Vec3::Zero();
   geometry::Mat3 prior_information = geometry::Mat3::Zero();  ///< zero once it is in the Prior
-  bool retired = false;                                       ///< no range will come any more
 
   [[nodiscard]] int dim() const { return dimension(id.kind); }
 };
@@ -80,7 +78,6 @@ struct Window {
   std::vector<LoopTerm> loops;
   std::vector<RangeFactor> ranges;
   std::vector<StandstillFactor> standstill;
-  std::vector<HeightFactor> heights;
   std::vector<GravityFactor> gravity;
   std::vector<PriorTerm> priors;
   DensePrior dense;
@@ -95,18 +92,16 @@ struct Window {
   /// keyframe that is fixed.
   [[nodiscard]] int column(Seq seq) const;
   [[nodiscard]] int column(GlobalId id) const;
-  [[nodiscard]] int keyframe_columns() const;
   [[nodiscard]] int columns() const;
 
-  /// Says where the columns are, which a graph needs whose keyframes are not all free and of
-  /// kStateDim, after each change of keyframes or globals. Without it they lie side by side.
+  /// Says where the columns are: needed after each change of keyframes or globals.
   void lay_out();
 
   /// Moves every value by its part of delta.
   void move(const Eigen::VectorXd& delta);
 
  private:
-  /// Where lay_out() put them, and the end; empty without it.
+  /// Where lay_out() put them, and the end.
   std::vector<int> keyframe_column_;
   std::vector<int> global_column_;
 };

@@ -20,7 +20,6 @@ inline Window random_window(Rng& rng) {
   for (Seq seq = 4; seq < 6; ++seq) {
     KeyframeNode node;
     node.seq = seq;
-    node.t = Time::from_s(seq);
     node.x.T_odom_body = {geometry::so3_exp(random_vec3(rng, 0.8)), random_vec3(rng, 2.0)};
     node.x.v_odom_mps = random_vec3(rng, 1.0);
     node.x.gyro_bias_radps = random_vec3(rng, 0.02);
@@ -35,6 +34,7 @@ inline Window random_window(Rng& rng) {
     node.prior_information = geometry::Vec3(4.0, 9.0, 1.0).asDiagonal();
     window.globals.push_back(node);
   }
+  window.lay_out();
   return window;
 }
 

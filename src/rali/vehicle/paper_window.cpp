@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "rali/graph/local_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 #include "rali/ranging/range_correction.hpp"
 
 namespace rali::vehicle {
@@ -36,9 +36,10 @@ graph::KeyframeState state_of(const PaperWindow::Node& node) {
 
 /// Of every keyframe its level. Of the oldest, and of one that no inertial data lead to, all that
 /// is known but its pose.
-graph::PriorFactor prior_of(const PaperWindow::Node& node, double level_rad, bool oldest) {
+graph::PriorFactor prior_of(const PaperWindow::Node& node, graph::Seq number, double level_rad,
+                            bool oldest) {
   graph::PriorFactor prior;
-  prior.i = node.seq;
+  prior.i = number;
   prior.mean = state_of(node);
   // What the graph made of them would be its own evidence, again with every keyframe.
   prior.mean.v_odom_mps = node.told.v_odom_imu_mps;
@@ -56,24 +57,24 @@ graph::PriorFactor prior_of(const PaperWindow::Node& node, double level_rad, boo
   return prior;
 }
 
-graph::RelativePoseFactor odometry_factor(const PaperWindow::Node& before,
-                                          const PaperWindow::Node& node,
+graph::RelativePoseFactor odometry_factor(graph::Seq before, const PaperWindow::Node& node,
+                                          graph::Seq number,
                                           const ranging::PaperRangeSettings& settings) {
   graph::RelativePoseFactor factor;
-  factor.i = before.seq;
-  factor.j = node.seq;
+  factor.i = before;
+  factor.j = number;
   factor.T_i_j = node.T_previous_this;
   factor.information.diagonal().head<3>().setConstant(information(settings.lidar_sd_deg * kDegree));
   factor.information.diagonal().tail<3>().setConstant(information(settings.lidar_sd_m));
   return factor;
 }
 
-graph::RangeFactor range_factor(const PaperWindow::Node& node,
+graph::RangeFactor range_factor(const PaperWindow::Node& node, graph::Seq number,
                                 const ranging::PaperRangeSettings& settings) {
   graph::RangeFactor factor;
   factor.id = node.seq;
   factor.t = node.t;
-  factor.i = node.seq;
+  factor.i = number;
   factor.p_i_m = node.range->p_body_m;
   factor.p_fixed_odom_m = node.range->p_odom_peer_m;
   // As printed the range is one in the plane of the vehicle.
@@ -132,25 +133,25 @@ void PaperWindow::solve() {
   const bool any =
       std::any_of(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.range.has_value(); });
   if (!any || nodes_.size() < 2) return;
-  graph::LocalGraphSettings how;
-  how.iterations = settings_.iterations;
+  graph::GraphSettings how;
   how.huber_sd = 1e6;  // the paper's factors are not robust
-  graph::LocalGraph graph(how);
+  graph::PoseGraph graph(how);
+  std::vector<graph::Seq> numbers;
+  for (const Node& node : nodes_) numbers.push_back(graph.add_state(state_of(node)));
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const Node& node = nodes_[i];
-    graph.add_keyframe(node.seq, node.t, state_of(node));
-    graph.add(prior_of(node, settings_.level_sd_deg * kDegree, i == 0));
-    if (i > 0) graph.add(odometry_factor(nodes_[i - 1], node, settings_));
+    graph.add(prior_of(node, numbers[i], settings_.level_sd_deg * kDegree, i == 0));
+    if (i > 0) graph.add(odometry_factor(numbers[i - 1], node, numbers[i], settings_));
     if (i > 0 && node.inertial) {
       graph::InertialFactor factor = *node.inertial;
-      factor.i = nodes_[i - 1].seq;
-      factor.j = node.seq;
+      factor.i = numbers[i - 1];
+      factor.j = numbers[i];
       graph.add(factor);
     }
-    if (node.range) graph.add(range_factor(node, settings_));
+    if (node.range) graph.add(range_factor(node, numbers[i], settings_));
   }
   graph.solve(settings_.iterations);
-  for (Node& node : nodes_) take(graph.state(node.seq), node);
+  for (std::size_t i = 0; i < nodes_.size(); ++i) take(graph.state(numbers[i]), nodes_[i]);
 }
 
 }  // namespace rali::vehicle

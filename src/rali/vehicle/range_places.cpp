@@ -31,7 +31,6 @@ void RangeStage::forget_moved(SideFilter& filter) {
   if (gone.empty()) return;
   for (auto& [key, pair] : pairs_) {
     pair.finder.reset();
-    pair.sought.clear();
   }
 }
 
@@ -46,8 +45,7 @@ void RangeStage::remove_states(int first, int n, SideFilter& filter) {
 }
 
 /// Ranges come and none can be used: the place, or the pose, is so wrong that linear updates do not
-/// mend it. Sought anew, the other's place at least holds the way from here on; the second look
-/// knows that it is the same place.
+/// mend it. Sought anew, the other's place at least holds the way from here on.
 void RangeStage::forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits,
                               SideFilter& filter) {
   const bool silent = !pair.t_heard || (t - *pair.t_heard).s() > settings_.ranging.place_silent_s;
@@ -56,13 +54,12 @@ void RangeStage::forget_unfit(const PlaceKey& key, Pair& pair, Time t, bool fits
   const auto found = places_.find(key);
   if (found == places_.end()) return;
   if ((t - *pair.t_fit).s() < settings_.ranging.place_lost_s) return;
-  const Place place = found->second;
-  lost_[key] = place.number;
+  const int side = found->second.side;
+  lost_.insert(key);
   places_.erase(found);
-  remove_states(place.side, 3, filter);
+  remove_states(side, 3, filter);
   pair.t_fit.reset();
   pair.finder.reset();
-  pair.sought.clear();
   pair.excess.reset();
 }
 

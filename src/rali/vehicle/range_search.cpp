@@ -81,9 +81,7 @@ bool RangeStage::place_by_side(const PairKey& key, const Moment& now, const Rang
   place.covariance_m2 += roughly_m * roughly_m * axis * axis.transpose();
   if (!add_place(place_key, place.p_odom_m, place.covariance_m2, own, filter)) return false;
   places_.at(place_key).aside_sigma_m = aside_sigma_m(seen);
-  forget_prior(sample.range_m);
   pair.finder.reset();
-  pair.sought.clear();
   return true;
 }
 
@@ -147,16 +145,6 @@ double RangeStage::height_of(const PairKey& key) const {
   return peers_.at(peer).settings.antennas_body_m[antenna].z() - settings_.antennas_body_m[own].z();
 }
 
-/// The last place was found by ranges, which are all told to the second look: besides them nothing
-/// is known of it.
-void RangeStage::forget_prior(double range_m) {
-  const ranging::FinderSettings& f = settings_.ranging.finder;
-  const double wide_m = range_m + f.passage_m;
-  place_records_.back().prior_covariance_m2 =
-      wide_m * wide_m * Mat3::Identity() +
-      (f.height_sigma_m * f.height_sigma_m - wide_m * wide_m) * up_odom_ * up_odom_.transpose();
-}
-
 /// How far aside the other is was in what found it.
 double RangeStage::aside_sigma_m(const ranging::FinderSample& seen) const {
   return ranging::aside_in_passage(settings_.ranging.finder, seen.by_walls, seen.range_m).sigma_m;
@@ -167,25 +155,14 @@ void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSa
                             double sigma_m, SideFilter& filter) {
   Pair& pair = pair_of(key);
   const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
-  pair.sought.push_back(record_of(key, pair, now, sample, sigma_m));
-  RangeRecord& record = pair.sought.back();
-  record.R_m2 *= pair.thinning.inflation(sample.t, sigma_m, now.at_rest);
-  constexpr std::size_t kSoughtMax = 20'000;
-  if (pair.sought.size() > kSoughtMax) pair.sought.pop_front();
+  // What it tells of the place, those that come soon after do not tell again.
+  static_cast<void>(pair.thinning.inflation(sample.t, sigma_m, now.at_rest));
   const ranging::FinderSample seen = finder_sample(key, now, sample, sigma_m, filter);
   const auto found = pair.finder.add(seen, height_of(key), up_odom_);
   if (!found) return;
   if (!add_found(place_key, *found, pair, now.t, filter)) return;
   places_.at(place_key).aside_sigma_m = aside_sigma_m(seen);
   pair.finder.reset();
-  // Whoever looks again begins without what these ranges told.
-  if (!lost_.contains(place_key)) forget_prior(sample.range_m);
-  for (RangeRecord& sought : pair.sought) {
-    sought.place = places_.at(place_key).number;
-    sought.used = true;
-    records_.push_back(sought);
-  }
-  pair.sought.clear();
 }
 
 /// It was found from the own way, with the pair's bias: what those are wrong by, the place is wrong
@@ -213,14 +190,7 @@ bool RangeStage::add_place(const PlaceKey& key, const Vec3& p_odom_m, const Mat3
   const SideStates::Matrix covariance = covariance_m2;
   const int side = filter.add_side(mean, covariance, from);
   if (side < 0) return false;
-  const auto lost = lost_.find(key);
-  if (lost != lost_.end()) {
-    places_.emplace(key, Place{side, lost->second, Vec3::Zero(), std::nullopt});
-    return true;
-  }
-  const int number = next_place_++;
-  places_.emplace(key, Place{side, number, Vec3::Zero(), std::nullopt});
-  place_records_.push_back({number, p_odom_m, filter.side().covariance.block<3, 3>(side, side)});
+  places_.emplace(key, Place{side, Vec3::Zero(), std::nullopt});
   return true;
 }
 

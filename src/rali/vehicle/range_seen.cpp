@@ -83,9 +83,7 @@ bool RangeStage::place_by_other(const PairKey& key, const Moment& now, const Ran
   if (!add_place(place_key, place->p_odom_m, place->covariance_m2, own_position(filter), filter)) {
     return false;
   }
-  forget_prior(sample.range_m);
   pair.finder.reset();
-  pair.sought.clear();
   return true;
 }
 

@@ -92,16 +92,12 @@ RangeStage::Pair& RangeStage::pair_of(const PairKey& key) {
   const ranging::RangingSettings& r = settings_.ranging;
   const std::optional<double> given = peers_.at(std::get<1>(key)).settings.bias_m;
   const double sigma_m = ranging::bias_sigma_m(r.bias, given.has_value());
-  Pair pair(r, given.value_or(0.0), sigma_m);
-  pair.number = static_cast<int>(pairs_.size());
-  pair_records_.push_back({pair.number, pair.bias_m, pair.bias_sigma_m});
-  return pairs_.emplace(key, std::move(pair)).first->second;
+  return pairs_.emplace(key, Pair(r, given.value_or(0.0), sigma_m)).first->second;
 }
 
 RangeEffect RangeStage::run(Time t_end, SideFilter* filter, const Vec3& g_odom_mps2,
                             const std::optional<SE3>& first_pose, OutputList& out) {
   RangeEffect effect;
-  records_.clear();
   entries_.clear();
   up_odom_ = -g_odom_mps2.normalized();
   first_pose_ = first_pose;
@@ -165,8 +161,6 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
                                       : std::min(use.p_los, r.signal.p_los_blocked);
     clear = false;
   }
-  RangeRecord record = record_of(key, pair, *now, sample, sigma_m);
-  record.rate_mps = prediction->rate_mps;
   sigma_m = std::hypot(sigma_m, prediction->bent_sigma_m);
   judge(pair, sample, *prediction, sigma_m, clear, filter, use);
   if (use.used()) {
@@ -177,11 +171,7 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
                                            : filter.apply(prediction->measurement, R_m2);
     effect.shift_m += shift.norm();
     effect.from = std::get<1>(key);
-    pair.inflation = inflation;
   }
-  record.used = use.used();
-  record.R_m2 = record.sigma_m * record.sigma_m * pair.inflation;
-  records_.push_back(record);
   forget_unfit({std::get<1>(key), std::get<2>(key)}, pair, sample.t, use.used(), filter);
 }
 
@@ -205,22 +195,6 @@ void RangeStage::judge(Pair& pair, const RangeSample& sample, Prediction& predic
   if (decision.advice == ranging::LinkAdvice::kWeAreWrong) filter.widen(decision.widen_factor);
   use.reason = decision.use ? RangeReason::kUsed : decision.reason;
   pair.R_m2 = decision.gate.R_m2;
-}
-
-RangeRecord RangeStage::record_of(const PairKey& key, const Pair& pair, const Moment& now,
-                                  const RangeSample& sample, double sigma_m) {
-  RangeRecord record;
-  record.id = next_record_++;
-  record.t = sample.t;
-  record.T_odom_body = now.T_odom_body;
-  record.p_body_antenna_m = settings_.antennas_body_m[std::get<0>(key)];
-  record.range_m = sample.range_m;
-  record.sigma_m = sigma_m;
-  record.R_m2 = sigma_m * sigma_m;
-  const auto place = places_.find(PlaceKey{std::get<1>(key), std::get<2>(key)});
-  if (place != places_.end()) record.place = place->second.number;
-  record.pair = pair.number;
-  return record;
 }
 
 /// True while the range is longer than the straight way. If the track began with such ranges the

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <tuple>
 #include <vector>
 
@@ -16,7 +17,6 @@
 #include "rali/ranging/range_thinning.hpp"
 #include "rali/vehicle/event.hpp"
 #include "rali/vehicle/peer_places.hpp"
-#include "rali/vehicle/range_record.hpp"
 #include "rali/vehicle/settings.hpp"
 
 namespace rali::vehicle {
@@ -45,16 +45,8 @@ class RangeStage {
   RangeEffect run(Time t_end, odometry::SideFilter* filter, const geometry::Vec3& g_odom_mps2,
                   const std::optional<geometry::SE3>& first_pose, OutputList& out);
 
-  /// Ranges that the last run() judged; those that found a place come when it is found.
-  [[nodiscard]] const std::vector<RangeRecord>& records() const { return records_; }
-
   /// Every sane range of the last run(), whatever became of it: for the fleet's joint estimate.
   [[nodiscard]] const std::vector<fleet::RangeEntry>& entries() const { return entries_; }
-
-  /// All since the start.
-  [[nodiscard]] const std::vector<PlaceRecord>& place_records() const { return place_records_; }
-
-  [[nodiscard]] const std::vector<PairRecord>& pair_records() const { return pair_records_; }
 
   /// Antennas of peers whose place at `t` is known to sigma_max_m, in odom: of those that stand by
   /// ranges, of those that drive by what they say. The doubt about this vehicle's place is in it.
@@ -104,12 +96,9 @@ class RangeStage {
     ranging::AnchorFinder finder;
     std::deque<std::pair<Time, geometry::Vec3>> sights;  ///< lines of sight lately, unit
     std::optional<sensor::RangeSample> glide;            ///< the last range, for steps
-    double glide_m = 0.0;            ///< sum of the ranges' changes less those predicted
-    std::deque<RangeRecord> sought;  ///< until the other's place is found
-    int number = 0;                  ///< in the records
-    double R_m2 = 0.0;               ///< as the gate said last
-    double inflation = 1.0;          ///< as thinning said last
-    int bias = -1;                   ///< side state
+    double glide_m = 0.0;  ///< sum of the ranges' changes less those predicted
+    double R_m2 = 0.0;     ///< as the gate said last
+    int bias = -1;         ///< side state
     Time t_bias;
     double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is a side state
     std::optional<Time> t_heard;
@@ -135,7 +124,6 @@ class RangeStage {
 
   struct Place {
     int side = -1;                                  ///< first of three side states
-    int number = 0;                                 ///< in the records
     geometry::Vec3 along = geometry::Vec3::Zero();  ///< line of sight when first heard, unit
     std::optional<Passage> passage;
     bool passed = false;  ///< nothing more is learned about the place across
@@ -190,7 +178,6 @@ class RangeStage {
                                                     double sigma_m,
                                                     const odometry::SideFilter& filter) const;
   [[nodiscard]] double height_of(const PairKey& key) const;
-  void forget_prior(double range_m);
 
   /// How far ahead, or aside, the other is by its word, or by a range.
   struct Told {
@@ -225,9 +212,6 @@ class RangeStage {
                                                         odometry::SideFilter& filter);
   void judge(Pair& pair, const sensor::RangeSample& sample, Prediction& prediction, double sigma_m,
              bool clear, odometry::SideFilter& filter, ranging::RangeUse& use);
-  [[nodiscard]] RangeRecord record_of(const PairKey& key, const Pair& pair,
-                                      const odometry::Moment& now,
-                                      const sensor::RangeSample& sample, double sigma_m);
   void add_pair_states(Pair& pair, Time t, odometry::SideFilter& filter);
   void walk(Pair& pair, Time t, odometry::SideFilter& filter);
   [[nodiscard]] std::optional<Prediction> predict(const odometry::Moment& now, const PairKey& key,
@@ -252,19 +236,14 @@ class RangeStage {
   std::map<VehicleId, PeerWatch> peers_;
   std::map<PairKey, Pair> pairs_;
   std::map<PlaceKey, Place> places_;
-  std::map<PlaceKey, int> lost_;  ///< numbers of places to be found again
-  bool posed_ = false;  ///< the filter has found itself: what it refuses from then on is late
-  int tau_ = -1;        ///< side state
+  std::set<PlaceKey> lost_;  ///< places to be found again
+  bool posed_ = false;       ///< the filter has found itself: what it refuses from then on is late
+  int tau_ = -1;             ///< side state
   Time t_tau_;
   std::deque<sensor::RangeSample> waiting_;
   geometry::Vec3 up_odom_ = geometry::Vec3::UnitZ();
   std::optional<geometry::SE3> first_pose_;
-  std::vector<RangeRecord> records_;
   std::vector<fleet::RangeEntry> entries_;
-  std::vector<PlaceRecord> place_records_;
-  std::vector<PairRecord> pair_records_;
-  std::uint64_t next_record_ = 0;
-  int next_place_ = 0;
 };
 
 }  // namespace rali::vehicle

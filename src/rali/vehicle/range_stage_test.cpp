@@ -212,7 +212,6 @@ TEST(RangeStage, goes_through_ranges_in_the_order_of_time_up_to_the_end_of_the_s
     EXPECT_EQ(s.filter.asked[k], Time::from_s(0.1 * static_cast<double>(k + 1)));
     EXPECT_EQ(s.uses()[k].reason, RangeReason::kUsed);
   }
-  EXPECT_EQ(s.stage.records().size(), 3U);
   s.stage.flush(s.out);  // the sweep that covers the last one never comes
   ASSERT_EQ(s.uses().size(), 4U);
   EXPECT_EQ(s.uses()[3].reason, RangeReason::kNoPose);
@@ -235,7 +234,6 @@ TEST(RangeStage, a_peer_that_drove_off_takes_its_place_with_it_and_nothing_else)
   s.tell(0.2, true);
   EXPECT_EQ(s.one(0.2, 9.8).reason, RangeReason::kNoPose);
   EXPECT_EQ(s.filter.side().size(), 2);
-  EXPECT_EQ(s.stage.place_records().size(), 1U);
 }
 
 // An anchor that was passed said for two sweeps that it drives. Its place was forgotten, found anew
@@ -256,17 +254,15 @@ TEST(RangeStage, a_peer_that_is_only_shaken_keeps_its_place) {
   }
 }
 
-TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving_and_remembers_what_told_it) {
+TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving) {
   VehicleSettings settings = settings_with_prior();
   settings.peers[0].prior.reset();
   Staged s(settings);
   s.filter.axis = Vec3::UnitX();
-  std::size_t unused = 0;
   double t_s = 0.0;
   while (s.filter.side().size() == 0 && t_s < 5.0) {
     s.tell(t_s, true);
     EXPECT_EQ(s.one(t_s, 60.0 - t_s).reason, RangeReason::kNoPose);
-    ++unused;
     t_s += 0.1;
   }
   // Stamps, bias and place. At 58 m it stands 4.9 m aside, as far as is known: along the passage it
@@ -275,11 +271,6 @@ TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving_and_remembers_what_tol
   EXPECT_NEAR(s.filter.side().mean[2], 60.0 - 0.207, 0.01);
   // It errs with the bias by which it was found: against it, metre for metre.
   EXPECT_NEAR(s.filter.side().covariance(1, 2), -s.filter.side().covariance(1, 1), 1e-9);
-  // Those who look again get all that told the place, as used.
-  EXPECT_EQ(s.stage.records().size(), unused);
-  for (const RangeRecord& r : s.stage.records()) EXPECT_TRUE(r.used);
-  ASSERT_EQ(s.stage.place_records().size(), 1U);
-  EXPECT_GT(s.stage.place_records()[0].prior_covariance_m2(0, 0), 50.0 * 50.0);
   const std::size_t before = s.uses().size();
   EXPECT_EQ(s.one(t_s, 60.0 - t_s).reason, RangeReason::kUsed);
   EXPECT_EQ(s.uses().size(), before + 1);

@@ -9,7 +9,6 @@
 #include "rali/base/settings.hpp"
 #include "rali/degeneracy/paper_settings.hpp"
 #include "rali/fleet/path/shape.hpp"
-#include "rali/graph/settings.hpp"
 #include "rali/odometry/settings.hpp"
 #include "rali/ranging/settings.hpp"
 #include "rali/sensor/calibration.hpp"
@@ -60,36 +59,6 @@ struct FactSettings {
   }
 };
 
-/// The second look at a blind stretch (back_end.hpp).
-struct BackEndSettings {
-  bool use = true;
-  int rounds = 3;
-  int iterations = 20;
-  double blind_min_m = 5.0;
-  double path_sigma_m = 0.1;
-  double start_speed_sigma_mps = 0.05;
-  double start_gyro_bias_sigma_radps = 0.002;
-  double start_accel_bias_sigma_mps2 = 0.05;
-  fleet::ShapeSettings shape;
-  graph::LocalGraphSettings graph;
-
-  template <class V>
-  void visit(V& v) {
-    v("use", use, "keyframes of degenerate stretches are corrected by all ranges");
-    v("rounds", rounds, 1, 20, "solutions, each with the ranges classified again");
-    v("iterations", iterations, 1, 1000, "of each solution");
-    v("degenerate_min_m", blind_min_m, 0.0, 1000.0,
-      "smallest degenerate distance travelled that is solved");
-    v("path_sigma_m", path_sigma_m, 0.0, 10.0,
-      "sigma of the path when ranges are classified again");
-    v("start_speed_sigma_mps", start_speed_sigma_mps, 1e-4, 100.0, "of the first variable");
-    v("start_gyro_bias_sigma_radps", start_gyro_bias_sigma_radps, 1e-6, 1.0, "of the first");
-    v("start_accel_bias_sigma_mps2", start_accel_bias_sigma_mps2, 1e-5, 10.0, "of the first");
-    v.group("shape", shape, "what ties nodes together");
-    v.group("graph", graph, "the solver");
-  }
-};
-
 /// Everything one vehicle's software needs to know before its first event.
 struct VehicleSettings {
   std::string name = "v1";
@@ -99,7 +68,6 @@ struct VehicleSettings {
   ranging::RangingSettings ranging;
   PathSettings path;
   FactSettings facts;
-  BackEndSettings back_end;
   PeerMaskSettings peer_mask;
   bool has_imu = true;  ///< false: LiDAR only, no scan waits for inertial data
   odometry::OdometrySettings odometry;
@@ -113,7 +81,6 @@ struct VehicleSettings {
     v.group("peer_mask", peer_mask, "other vehicles in view");
     v.group("path", path, "nodes of the path");
     v.group("facts", facts, "what is sent to other vehicles");
-    v.group("back_end", back_end, "second solution of degenerate stretches");
     v.group("paper_degree", paper_degree, "the paper's detector of degenerate directions");
     v("paper_degree_downsample_m", paper_degree_downsample_m, 0.02, 5.0,
       "resolution of the features behind the paper's degree, in preset robust");

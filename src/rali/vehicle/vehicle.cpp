@@ -9,7 +9,6 @@
 #include "rali/fleet/path/level.hpp"
 #include "rali/odometry/make_odometry.hpp"
 #include "rali/ranging/range_model.hpp"
-#include "rali/vehicle/back_end.hpp"
 #include "rali/vehicle/fact_writer.hpp"
 #include "rali/vehicle/noise_tally.hpp"
 #include "rali/vehicle/odom_frame.hpp"
@@ -36,7 +35,6 @@ class Vehicle::Impl {
         ranges_(self, settings),
         path_(settings),
         facts_(self, settings),
-        back_end_(self, settings),
         categories_(settings.odometry.robust.aware) {
     if (settings.odometry.preset != odometry::Preset::kPaper) return;
     paper_ranges_ = std::make_unique<PaperRangeStage>(self, settings);
@@ -70,7 +68,6 @@ class Vehicle::Impl {
     run_waiting(executor, out, true);
     if (paper_ranges_) paper_ranges_->flush(out);
     ranges_.flush(out);
-    finish_stretch(out);
     FindingList findings;
     odometry_->finish(findings);
     report(std::move(findings), out);
@@ -260,14 +257,12 @@ class Vehicle::Impl {
     // A new map begins where the old one was lost: the graph does not reach across.
     if (result.state == odometry::TrackState::kDiverged) {
       path_.cut();
-      finish_stretch(out);
       return;
     }
     const std::optional<PathNode> node =
         path_.add(result, keyframe, blind, odometry_->gravity_odom());
     facts_.add(result.t, node, result.keyframe.get(),
                paper_ranges_ ? heard_until(result) : ranges_.entries(), out);
-    if (!paper_ranges_) back_end_.add(node, ranges_.records());
   }
 
   /// One sweep that sees no way is nothing: only several in a row make the way a blind one.
@@ -297,12 +292,6 @@ class Vehicle::Impl {
                          -odometry_->gravity_odom().normalized(), mask);
   }
 
-  void finish_stretch(OutputList& out) {
-    if (paper_ranges_) return;  // it has its own graph
-    back_end_.finish(ranges_.place_records(), ranges_.pair_records(), odometry_->gravity_odom(),
-                     out);
-  }
-
   VehicleSettings settings_;
   VehicleId self_;
   std::uint32_t first_keyframe_ = 0;  ///< number of the first one of this epoch
@@ -312,7 +301,6 @@ class Vehicle::Impl {
   std::unique_ptr<PaperRangeStage> paper_ranges_;  ///< instead of it in preset `paper`
   PathRecorder path_;
   FactWriter facts_;
-  BackEnd back_end_;
   std::optional<geometry::SE3> first_pose_;
   std::optional<Time> blind_since_;  ///< the first of the sweeps in a row that saw no way
   std::optional<Time> t_blind_;      ///< the last one, if there were more than a few

@@ -127,7 +127,7 @@ void JointGraph::take_boundary() {
 }
 
 /// Those before, and those that left with their nodes.
-void JointGraph::count_ranges(std::size_t pair, const graph::GlobalGraph& left,
+void JointGraph::count_ranges(std::size_t pair, const graph::PoseGraph& left,
                               BoundaryBias& count) const {
   if (const BoundaryBias* known = known_before(pair)) {
     count.ranges = known->ranges;
@@ -162,7 +162,7 @@ const BoundaryBias* JointGraph::known_before(std::size_t pair) const {
 RoundBoundary JointGraph::boundary(Time until) {
   RoundBoundary out;
   out.until = until;
-  graph::GlobalGraph left = *graph_;
+  graph::PoseGraph left = *graph_;
   std::vector<Seq> leave;
   for (std::size_t path = 0; path < paths_.size(); ++path) {
     const auto& nodes = paths_[path].nodes();

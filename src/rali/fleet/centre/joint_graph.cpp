@@ -39,7 +39,7 @@ JointGraph::JointGraph(std::span<const VehiclePath> paths,
       ranging_(ranging),
       before_(before),
       blind_steps_(blind_steps),
-      graph_(std::make_unique<graph::GlobalGraph>(settings.graph)) {
+      graph_(std::make_unique<graph::PoseGraph>(settings.graph)) {
   begin_ = begins_of(paths_, before_);
   std::size_t nodes = 0;
   bool fixed = before_ != nullptr;

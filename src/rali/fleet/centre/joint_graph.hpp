@@ -12,7 +12,7 @@
 #include "rali/fleet/centre/settings.hpp"
 #include "rali/fleet/messages/boundary.hpp"
 #include "rali/fleet/path/vehicle_path.hpp"
-#include "rali/graph/global_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 #include "rali/ranging/settings.hpp"
 
 namespace rali::fleet {
@@ -77,7 +77,7 @@ class JointGraph {
   /// in it where the LiDAR sees.
   [[nodiscard]] geometry::Mat6 covariance(std::size_t path, std::size_t node);
 
-  [[nodiscard]] graph::GlobalGraph& graph() { return *graph_; }
+  [[nodiscard]] graph::PoseGraph& graph() { return *graph_; }
 
   [[nodiscard]] graph::Seq seq(std::size_t path, std::size_t node) const;
   /// Nothing for one before the boundary.
@@ -104,7 +104,7 @@ class JointGraph {
   [[nodiscard]] PathNode path_node(graph::Seq seq) const;
   [[nodiscard]] bool any_blind() const;
   [[nodiscard]] bool is_open(std::size_t path, std::size_t node) const;
-  void count_ranges(std::size_t pair, const graph::GlobalGraph& left, BoundaryBias& count) const;
+  void count_ranges(std::size_t pair, const graph::PoseGraph& left, BoundaryBias& count) const;
   [[nodiscard]] const BoundaryBias* known_before(std::size_t pair) const;
   void add_pairs_before();
   void take_boundary();
@@ -127,7 +127,7 @@ class JointGraph {
   const RoundBoundary* before_ = nullptr;
   BlindSteps blind_steps_ = BlindSteps::kInertial;
   StopFlag stop_;
-  std::unique_ptr<graph::GlobalGraph> graph_;
+  std::unique_ptr<graph::PoseGraph> graph_;
   std::vector<std::size_t> begin_;  ///< index of the first node of each path
   std::vector<std::size_t> first_;  ///< its number in the graph; the last one is the end
   std::vector<AntennaPair> pairs_;

@@ -79,7 +79,7 @@ struct JointSettings {
   double path_sigma_m = 0.1;
   double stretch_sd = 2.0;
   ShapeSettings shape;
-  graph::GlobalGraphSettings graph;
+  graph::GraphSettings graph;
 
   template <class V>
   void visit(V& v) {

@@ -1,8 +1,8 @@
-// What GlobalGraph tells of how well it knows things.
+// What PoseGraph tells of how well it knows things.
 #include <numeric>
 
 #include "rali/base/assert.hpp"
-#include "rali/graph/global_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 
 namespace rali::graph {
 
@@ -18,24 +18,24 @@ const GlobalNode& value(const Window& window, GlobalId id) {
 
 }  // namespace
 
-GlobalMarginals& GlobalGraph::marginals() {
-  if (!marginals_) marginals_ = std::make_unique<GlobalMarginals>(window(), settings_.huber_sd);
+Marginals& PoseGraph::marginals() {
+  if (!marginals_) marginals_ = std::make_unique<Marginals>(window(), settings_.huber_sd);
   return *marginals_;
 }
 
-std::vector<int> GlobalGraph::pose_columns(Seq seq) const {
+std::vector<int> PoseGraph::pose_columns(Seq seq) const {
   const int first = window().column(seq);
   std::vector<int> columns(first < 0 ? 0 : kPoseDim);
   std::iota(columns.begin(), columns.end(), first);
   return columns;
 }
 
-Mat6 GlobalGraph::covariance(Seq seq) {
+Mat6 PoseGraph::covariance(Seq seq) {
   const std::vector<int> columns = pose_columns(seq);
   return columns.empty() ? Mat6(Mat6::Zero()) : Mat6(marginals().covariance(columns));
 }
 
-std::vector<Mat6> GlobalGraph::covariances() {
+std::vector<Mat6> PoseGraph::covariances() {
   std::vector<Mat6> all;
   for (const KeyframeNode& node : window().keyframes) {
     all.push_back(Mat6::Zero());
@@ -46,7 +46,7 @@ std::vector<Mat6> GlobalGraph::covariances() {
   return all;
 }
 
-Eigen::Matrix<double, 12, 12> GlobalGraph::covariance(Seq a, Seq b) {
+Eigen::Matrix<double, 12, 12> PoseGraph::covariance(Seq a, Seq b) {
   RALI_ASSERT(a != b);
   const std::vector<int> of_a = pose_columns(a), of_b = pose_columns(b);
   Eigen::Matrix<double, 12, 12> P = Eigen::Matrix<double, 12, 12>::Zero();
@@ -60,44 +60,35 @@ Eigen::Matrix<double, 12, 12> GlobalGraph::covariance(Seq a, Seq b) {
   return P;
 }
 
-LandmarkEstimate GlobalGraph::landmark(int number) {
+LandmarkEstimate PoseGraph::landmark(int number) {
   const GlobalId id = landmark_id(number);
   const int column = window().column(id);
   return {value(window(), id).value, marginals().covariance({column, column + 1, column + 2})};
 }
 
-ScalarEstimate GlobalGraph::scalar(GlobalId id) {
+ScalarEstimate PoseGraph::scalar(GlobalId id) {
   const int column = window().column(id);
   return {value(window(), id).value.x(), marginals().covariance(std::vector<int>{column})(0, 0)};
 }
 
-ScalarEstimate GlobalGraph::bias(int number) { return scalar(bias_id(number)); }
+ScalarEstimate PoseGraph::bias(int number) { return scalar(bias_id(number)); }
 
-ScalarEstimate GlobalGraph::tau(int number) { return scalar(tau_id(number)); }
+ScalarEstimate PoseGraph::tau(int number) { return scalar(tau_id(number)); }
 
-double GlobalGraph::residual(const RangeFactor& factor) const {
+double PoseGraph::residual(const RangeFactor& factor) const {
   LinearFactor row;
   range_residual(window(), factor, row);
   return row.r(0);
 }
 
-RangePrediction GlobalGraph::predict(const RangeFactor& factor) {
+RangePrediction PoseGraph::predict(const RangeFactor& factor) {
   LinearFactor row;
   range_residual(window(), factor, row);
   return {row.r(0) + factor.range_m, marginals().covariance(row)(0, 0)};
 }
 
-std::vector<LoopVerdict> GlobalGraph::judge(
-    const std::vector<RelativePoseFactor>& candidates) const {
+std::vector<LoopVerdict> PoseGraph::judge(const std::vector<RelativePoseFactor>& candidates) const {
   return judge_loops(window(), settings_, candidates, stop_);
-}
-
-geometry::Mat3 blind_information(const geometry::Vec3& e, double sigma_seen_m,
-                                 double sigma_blind_m) {
-  RALI_ASSERT(sigma_seen_m > 0.0 && sigma_blind_m > 0.0);
-  const geometry::Mat3 along = e * e.transpose();
-  return (geometry::Mat3::Identity() - along) / (sigma_seen_m * sigma_seen_m) +
-         along / (sigma_blind_m * sigma_blind_m);
 }
 
 }  // namespace rali::graph

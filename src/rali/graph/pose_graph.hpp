@@ -7,11 +7,28 @@
 #include <utility>
 #include <vector>
 
-#include "rali/graph/global_marginals.hpp"
-#include "rali/graph/local_graph.hpp"
 #include "rali/graph/loops.hpp"
+#include "rali/graph/marginals.hpp"
 
 namespace rali::graph {
+
+/// Mean and covariance of a landmark.
+struct LandmarkEstimate {
+  geometry::Vec3 p_map_m = geometry::Vec3::Zero();
+  geometry::Mat3 covariance = geometry::Mat3::Zero();
+};
+
+/// Mean and variance of a bias [m, m^2] or tau [s, s^2].
+struct ScalarEstimate {
+  double mean = 0.0;
+  double variance = 0.0;
+};
+
+/// A range as the graph expects it without having seen it.
+struct RangePrediction {
+  double range_m = 0.0;      ///< bias and time offset included
+  double variance_m2 = 0.0;  ///< of that, without the noise of the measurement
+};
 
 /// A loop as the graph has it.
 struct LoopState {
@@ -31,14 +48,14 @@ struct LoopState {
 /// What the caller does wrong is an internal error (RALI_ASSERT): an unknown node, landmark, bias
 /// or tau, a number that is not finite, an id that was there before (algorithms_fleet 8.3). Ask
 /// contains_range() first where a range may come twice.
-class GlobalGraph {
+class PoseGraph {
  public:
-  explicit GlobalGraph(const GlobalGraphSettings& settings);
-  GlobalGraph(const GlobalGraph& other);
-  GlobalGraph& operator=(const GlobalGraph& other);
-  GlobalGraph(GlobalGraph&&) = default;
-  GlobalGraph& operator=(GlobalGraph&&) = default;
-  ~GlobalGraph() = default;
+  explicit PoseGraph(const GraphSettings& settings);
+  PoseGraph(const PoseGraph& other);
+  PoseGraph& operator=(const PoseGraph& other);
+  PoseGraph(PoseGraph&&) = default;
+  PoseGraph& operator=(PoseGraph&&) = default;
+  ~PoseGraph() = default;
 
   Seq add_pose(const geometry::SE3& T_map_body);
   Seq add_state(const KeyframeState& initial);
@@ -50,14 +67,11 @@ class GlobalGraph {
   void fix(Seq seq, bool fixed = true);
   /// Another start for a node. Priors keep their mean.
   void set_pose(Seq seq, const geometry::SE3& T_map_body);
-  void set_state(Seq seq, const KeyframeState& x);
 
   void add(const InertialFactor& factor);
-  void replace(const InertialFactor& factor);
   void add(const RelativePoseFactor& factor);
   void add(const RangeFactor& factor);
   void add(const StandstillFactor& factor);
-  void add(const HeightFactor& factor);
   void add(const GravityFactor& factor);
   void add(const PriorFactor& factor);
   /// A pose known with this covariance of geometry::boxplus; velocity and biases stay open.
@@ -78,12 +92,6 @@ class GlobalGraph {
   bool remove_range(std::uint64_t id);
   /// Says anew how well live ranges are known. @param sigma_m by id, ascending; the rest stay
   void set_range_sigmas(std::span<const std::pair<std::uint64_t, double>> sigma_m);
-  /// Takes a loop out; its id may come again. @return false if it is not there.
-  bool remove_loop(std::uint64_t id);
-  /// Lets a landmark, bias or tau wander by this variance [m^2, s^2].
-  void relax(GlobalId id, double variance);
-  /// Says that no range will use it any more: it leaves with the last node that knows it.
-  void retire(GlobalId id);
 
   /// Where the flag is raised, solve(), solve_full() and judge() end early, with what they have.
   void stop_on(StopFlag stop) { stop_ = stop; }
@@ -112,7 +120,7 @@ class GlobalGraph {
   /// By number.
   [[nodiscard]] const std::vector<KeyframeNode>& nodes() const { return window_.keyframes; }
 
-  [[nodiscard]] const GlobalGraphSettings& settings() const { return settings_; }
+  [[nodiscard]] const GraphSettings& settings() const { return settings_; }
 
   [[nodiscard]] std::size_t range_count() const { return window_.ranges.size(); }
 
@@ -139,7 +147,8 @@ class GlobalGraph {
   [[nodiscard]] ScalarEstimate tau(int number);
   /// What this range would read less what it read [m], at the present values.
   [[nodiscard]] double residual(const RangeFactor& factor) const;
-  /// What this range would read; see LocalGraph::predict.
+  /// What this range would read, and how well that is known, all correlations included. The
+  /// measured value is not used; the id may be new.
   [[nodiscard]] RangePrediction predict(const RangeFactor& factor);
 
   /// Judges each candidate against the graph without any loop, in the directions it claims
@@ -151,7 +160,7 @@ class GlobalGraph {
  private:
   Seq add_node(const KeyframeState& x, int dim);
   ScalarEstimate scalar(GlobalId id);
-  GlobalMarginals& marginals();
+  Marginals& marginals();
   KeyframeNode& node(Seq seq);
   [[nodiscard]] std::vector<int> pose_columns(Seq seq) const;
 
@@ -160,18 +169,13 @@ class GlobalGraph {
 
   void changed() { marginals_.reset(); }
 
-  GlobalGraphSettings settings_;
+  GraphSettings settings_;
   mutable Window window_;  ///< mutable: where its columns are is found when it is asked
   mutable bool laid_out_ = false;
   StopFlag stop_;
   Seq next_ = 0;
   std::set<std::uint64_t> used_ranges_;
-  std::unique_ptr<GlobalMarginals> marginals_;
+  std::unique_ptr<Marginals> marginals_;
 };
-
-/// Information on a translation that a scan knows to `sigma_seen_m` but along the unit vector e,
-/// where it is blind and something else knows it to `sigma_blind_m` (algorithms_fleet 8.2, T17).
-[[nodiscard]] geometry::Mat3 blind_information(const geometry::Vec3& e, double sigma_seen_m,
-                                               double sigma_blind_m);
 
 }  // namespace rali::graph

@@ -1,11 +1,10 @@
-#include "rali/graph/global_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "rali/base/assert.hpp"
 #include "rali/graph/checks.hpp"
-#include "rali/graph/global_marginalise.hpp"
 #include "rali/graph/levenberg_marquardt.hpp"
 #include "rali/graph/marginalise.hpp"
 #include "rali/graph/rotation_start.hpp"
@@ -18,26 +17,26 @@ constexpr double kUnitSlack = 1e-6;
 
 }  // namespace
 
-GlobalGraph::GlobalGraph(const GlobalGraphSettings& settings) : settings_(settings) {}
+PoseGraph::PoseGraph(const GraphSettings& settings) : settings_(settings) {}
 
-GlobalGraph::GlobalGraph(const GlobalGraph& other)
+PoseGraph::PoseGraph(const PoseGraph& other)
     : settings_(other.settings_),
       window_(other.window_),
       next_(other.next_),
       used_ranges_(other.used_ranges_) {}
 
-GlobalGraph& GlobalGraph::operator=(const GlobalGraph& other) {
-  if (this != &other) *this = GlobalGraph(other);
+PoseGraph& PoseGraph::operator=(const PoseGraph& other) {
+  if (this != &other) *this = PoseGraph(other);
   return *this;
 }
 
-const Window& GlobalGraph::window() const {
+const Window& PoseGraph::window() const {
   if (!laid_out_) window_.lay_out();
   laid_out_ = true;
   return window_;
 }
 
-Seq GlobalGraph::add_node(const KeyframeState& x, int dim) {
+Seq PoseGraph::add_node(const KeyframeState& x, int dim) {
   RALI_ASSERT(finite(x));
   KeyframeNode node;
   node.seq = next_++;
@@ -49,77 +48,62 @@ Seq GlobalGraph::add_node(const KeyframeState& x, int dim) {
   return node.seq;
 }
 
-Seq GlobalGraph::add_pose(const geometry::SE3& T_map_body) {
+Seq PoseGraph::add_pose(const geometry::SE3& T_map_body) {
   KeyframeState x;
   x.T_odom_body = T_map_body;
   return add_node(x, kPoseDim);
 }
 
-Seq GlobalGraph::add_state(const KeyframeState& initial) { return add_node(initial, kStateDim); }
+Seq PoseGraph::add_state(const KeyframeState& initial) { return add_node(initial, kStateDim); }
 
-void GlobalGraph::add_landmark(int number, const geometry::Vec3& p_map_m,
-                               const geometry::Mat3& covariance) {
+void PoseGraph::add_landmark(int number, const geometry::Vec3& p_map_m,
+                             const geometry::Mat3& covariance) {
   insert_landmark(window_, number, p_map_m, covariance);
   laid_out_ = false;
   changed();
 }
 
-void GlobalGraph::add_bias(int number, double mean_m, double sigma_m) {
+void PoseGraph::add_bias(int number, double mean_m, double sigma_m) {
   insert_scalar(window_, bias_id(number), mean_m, sigma_m);
   laid_out_ = false;
   changed();
 }
 
-void GlobalGraph::add_tau(int number, double mean_s, double sigma_s) {
+void PoseGraph::add_tau(int number, double mean_s, double sigma_s) {
   insert_scalar(window_, tau_id(number), mean_s, sigma_s);
   laid_out_ = false;
   changed();
 }
 
-KeyframeNode& GlobalGraph::node(Seq seq) {
+KeyframeNode& PoseGraph::node(Seq seq) {
   const int k = window_.find(seq);
   RALI_ASSERT(k >= 0);
   return window_.keyframes[static_cast<std::size_t>(k)];
 }
 
-void GlobalGraph::fix(Seq seq, bool fixed) {
+void PoseGraph::fix(Seq seq, bool fixed) {
   node(seq).fixed = fixed;
   laid_out_ = false;
   changed();
 }
 
-void GlobalGraph::set_pose(Seq seq, const geometry::SE3& T_map_body) {
+void PoseGraph::set_pose(Seq seq, const geometry::SE3& T_map_body) {
   RALI_ASSERT(finite(T_map_body));
   node(seq).x.T_odom_body = T_map_body;
   changed();
 }
 
-void GlobalGraph::set_state(Seq seq, const KeyframeState& x) {
-  RALI_ASSERT(finite(x));
-  node(seq).x = x;
-  changed();
-}
-
-void GlobalGraph::add(const InertialFactor& factor) {
+void PoseGraph::add(const InertialFactor& factor) {
   window_.inertial.push_back(with_root(window_, factor));
   changed();
 }
 
-void GlobalGraph::replace(const InertialFactor& factor) {
-  const auto old =
-      std::find_if(window_.inertial.begin(), window_.inertial.end(),
-                   [&](const auto& term) { return term.f.i == factor.i && term.f.j == factor.j; });
-  RALI_ASSERT(old != window_.inertial.end());
-  *old = with_root(window_, factor);
-  changed();
-}
-
-void GlobalGraph::add(const RelativePoseFactor& factor) {
+void PoseGraph::add(const RelativePoseFactor& factor) {
   window_.relative.push_back(with_root(window_, factor));
   changed();
 }
 
-void GlobalGraph::add(const RangeFactor& factor) {
+void PoseGraph::add(const RangeFactor& factor) {
   RALI_ASSERT(!contains_range(factor.id));  // one measurement, one use
   check(window_, factor);
   used_ranges_.insert(factor.id);
@@ -127,32 +111,26 @@ void GlobalGraph::add(const RangeFactor& factor) {
   changed();
 }
 
-void GlobalGraph::add(const StandstillFactor& factor) {
+void PoseGraph::add(const StandstillFactor& factor) {
   check(window_, factor);
   window_.standstill.push_back(factor);
   changed();
 }
 
-void GlobalGraph::add(const HeightFactor& factor) {
-  check(window_, factor);
-  window_.heights.push_back(factor);
-  changed();
-}
-
-void GlobalGraph::add(const GravityFactor& factor) {
+void PoseGraph::add(const GravityFactor& factor) {
   RALI_ASSERT(contains(factor.i) && positive(factor.sigma_rad));
   RALI_ASSERT(std::abs(factor.up_body.norm() - 1.0) < kUnitSlack);
   window_.gravity.push_back(factor);
   changed();
 }
 
-void GlobalGraph::add(const PriorFactor& factor) {
+void PoseGraph::add(const PriorFactor& factor) {
   window_.priors.push_back(with_root(window_, factor));
   changed();
 }
 
-void GlobalGraph::add_pose_prior(Seq seq, const geometry::SE3& mean,
-                                 const geometry::Mat6& information) {
+void PoseGraph::add_pose_prior(Seq seq, const geometry::SE3& mean,
+                               const geometry::Mat6& information) {
   PriorFactor prior;
   prior.i = seq;
   prior.mean = state(seq);
@@ -161,7 +139,7 @@ void GlobalGraph::add_pose_prior(Seq seq, const geometry::SE3& mean,
   add(prior);
 }
 
-void GlobalGraph::add(const LoopFactor& factor) {
+void PoseGraph::add(const LoopFactor& factor) {
   RALI_ASSERT(!contains_loop(factor.id));
   LoopTerm loop;
   loop.id = factor.id;
@@ -172,17 +150,17 @@ void GlobalGraph::add(const LoopFactor& factor) {
   changed();
 }
 
-bool GlobalGraph::contains_loop(std::uint64_t id) const {
+bool PoseGraph::contains_loop(std::uint64_t id) const {
   return std::any_of(window_.loops.begin(), window_.loops.end(),
                      [id](const LoopTerm& loop) { return loop.id == id; });
 }
 
-bool GlobalGraph::remove_range(std::uint64_t id) {
+bool PoseGraph::remove_range(std::uint64_t id) {
   changed();
   return std::erase_if(window_.ranges, [id](const RangeFactor& f) { return f.id == id; }) > 0;
 }
 
-void GlobalGraph::set_range_sigmas(std::span<const std::pair<std::uint64_t, double>> sigma_m) {
+void PoseGraph::set_range_sigmas(std::span<const std::pair<std::uint64_t, double>> sigma_m) {
   for (RangeFactor& f : window_.ranges) {
     const auto said = std::lower_bound(sigma_m.begin(), sigma_m.end(), f.id,
                                        [](const std::pair<std::uint64_t, double>& entry,
@@ -192,36 +170,20 @@ void GlobalGraph::set_range_sigmas(std::span<const std::pair<std::uint64_t, doub
   changed();
 }
 
-bool GlobalGraph::remove_loop(std::uint64_t id) {
-  changed();
-  return std::erase_if(window_.loops, [id](const LoopTerm& loop) { return loop.id == id; }) > 0;
-}
-
-void GlobalGraph::relax(GlobalId id, double variance) {
-  graph::relax(window_, id, variance);
-  changed();
-}
-
-void GlobalGraph::retire(GlobalId id) {
-  const int g = window_.find(id);
-  RALI_ASSERT(g >= 0);
-  window_.globals[static_cast<std::size_t>(g)].retired = true;
-}
-
-SolveReport GlobalGraph::solve(int iterations_max) {
+SolveReport PoseGraph::solve(int iterations_max) {
   changed();
   if (window().columns() == 0) return {};
-  GlobalEquations equations(window_, settings_.huber_sd);
-  return levenberg_marquardt(window_, equations, steps_of(settings_, stop_), iterations_max);
+  NormalEquations equations(window_, settings_.huber_sd);
+  return levenberg_marquardt(window_, equations, settings_, stop_, iterations_max);
 }
 
-SolveReport GlobalGraph::solve_full() {
+SolveReport PoseGraph::solve_full() {
   changed();
   if (window().columns() == 0) return {};
   return solve_with_guard(window_, settings_, stop_);
 }
 
-void GlobalGraph::marginalise(std::vector<Seq> nodes) {
+void PoseGraph::marginalise(std::vector<Seq> nodes) {
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   RALI_ASSERT(nodes.size() < window_.keyframes.size());
@@ -230,7 +192,7 @@ void GlobalGraph::marginalise(std::vector<Seq> nodes) {
   changed();
 }
 
-void GlobalGraph::set_boundary(DensePrior prior) {
+void PoseGraph::set_boundary(DensePrior prior) {
   RALI_ASSERT(window_.dense.H.size() == 0);
   Eigen::Index size = 0;
   for (const DensePrior::KeyframeBlock& block : prior.keyframes) {
@@ -254,16 +216,16 @@ void GlobalGraph::set_boundary(DensePrior prior) {
   changed();
 }
 
-std::vector<LoopState> GlobalGraph::loops() const {
+std::vector<LoopState> PoseGraph::loops() const {
   std::vector<LoopState> states;
   for (const LoopTerm& loop : window_.loops) {
-    states.push_back({loop.id, loop_chi2(window_, loop), loop.dof, loop.weight});
+    states.push_back({loop.id, loop_chi2(window(), loop), loop.dof, loop.weight});
   }
   return states;
 }
 
-double GlobalGraph::cost() const { return total_cost(window(), settings_.huber_sd); }
+double PoseGraph::cost() const { return total_cost(window(), settings_.huber_sd); }
 
-int GlobalGraph::degrees_of_freedom() const { return graph::degrees_of_freedom(window()); }
+int PoseGraph::degrees_of_freedom() const { return graph::degrees_of_freedom(window()); }
 
 }  // namespace rali::graph

@@ -1,4 +1,4 @@
-#include "rali/graph/global_graph.hpp"
+#include "rali/graph/pose_graph.hpp"
 
 #include <limits>
 
@@ -18,8 +18,8 @@ using geometry::Vec3;
 SE3 at(double x, double y = 0.0, double z = 0.0) { return {geometry::Mat3::Identity(), {x, y, z}}; }
 
 // Settings that stop only where nothing moves.
-GlobalGraphSettings to_the_end() {
-  GlobalGraphSettings settings;
+GraphSettings to_the_end() {
+  GraphSettings settings;
   settings.cost_change_min = 0.0;
   settings.step_min_m = 1e-9;
   return settings;
@@ -43,8 +43,8 @@ RangeFactor range_to(std::uint64_t id, Seq i, const Vec3& p_map_m, double range_
 }
 
 // T19 of algorithms_fleet.md: a boundary is not a fixed node.
-TEST(global_graph, boundary_of_a_round_gives_way_as_worked_by_hand) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+TEST(pose_graph, boundary_of_a_round_gives_way_as_worked_by_hand) {
+  PoseGraph graph{GraphSettings{}};
   for (int k = 0; k < 3; ++k) graph.add_pose(at(k));
   graph.fix(0);
   graph.add(step(0, 1, 1.0, 100.0));
@@ -59,8 +59,8 @@ TEST(global_graph, boundary_of_a_round_gives_way_as_worked_by_hand) {
 }
 
 // T20: odometry 0.5 m, range 0.1 m.
-TEST(global_graph, counts_a_range_once_and_refuses_it_the_second_time) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+TEST(pose_graph, counts_a_range_once_and_refuses_it_the_second_time) {
+  PoseGraph graph{GraphSettings{}};
   graph.fix(graph.add_pose(at(0)));
   graph.add_pose(at(1));
   graph.add(step(0, 1, 1.0, 4.0));
@@ -73,19 +73,9 @@ TEST(global_graph, counts_a_range_once_and_refuses_it_the_second_time) {
   EXPECT_THROW(graph.add(range), InternalError) << "removed, but used";
 }
 
-// T17.
-TEST(blind_information, agrees_with_the_numbers_worked_by_hand) {
-  const double a = 20.0 * M_PI / 180.0;
-  const geometry::Mat3 I = blind_information({std::cos(a), std::sin(a), 0.0}, 0.02, 1.0);
-  EXPECT_NEAR(I(0, 0), 293.327, 1e-3);
-  EXPECT_NEAR(I(0, 1), -803.163, 1e-3);
-  EXPECT_NEAR(I(1, 1), 2207.673, 1e-3);
-  EXPECT_NEAR(I(2, 2), 2500.0, 1e-9);
-}
-
 // Node 1 is known to 1 m, the range to 1 m: they meet halfway, and the bias takes its share.
-TEST(global_graph, range_between_two_vehicles_shares_its_error_with_the_bias) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+TEST(pose_graph, range_between_two_vehicles_shares_its_error_with_the_bias) {
+  PoseGraph graph{GraphSettings{}};
   graph.fix(graph.add_pose(at(0)));
   graph.add_pose(at(10));
   geometry::Vec6 information;
@@ -106,8 +96,8 @@ TEST(global_graph, range_between_two_vehicles_shares_its_error_with_the_bias) {
   EXPECT_NEAR(graph.covariance(1)(3, 3), 2.0 / 3.0, 1e-6);
 }
 
-TEST(global_graph, gravity_levels_a_pose_and_leaves_its_heading_open) {
-  GlobalGraph graph{to_the_end()};
+TEST(pose_graph, gravity_levels_a_pose_and_leaves_its_heading_open) {
+  PoseGraph graph{to_the_end()};
   const Seq seq = graph.add_pose({geometry::so3_exp({0.05, -0.03, 0.7}), {1.0, 2.0, 3.0}});
   GravityFactor gravity;
   gravity.i = seq;
@@ -121,7 +111,7 @@ TEST(global_graph, gravity_levels_a_pose_and_leaves_its_heading_open) {
 
 // A fleet of two: 20 nodes each, ranges between them, one loop, one bias.
 struct Fleet {
-  GlobalGraph graph{GlobalGraphSettings{}};
+  PoseGraph graph{GraphSettings{}};
 
   explicit Fleet(int seed) {
     Rng rng(static_cast<std::uint64_t>(seed), "fleet");
@@ -155,7 +145,7 @@ struct Fleet {
   }
 };
 
-TEST(global_graph, covariances_of_all_nodes_are_those_of_each) {
+TEST(pose_graph, covariances_of_all_nodes_are_those_of_each) {
   Fleet fleet(1);
   const std::vector<Mat6> all = fleet.graph.covariances();
   ASSERT_EQ(all.size(), 40U);
@@ -164,7 +154,7 @@ TEST(global_graph, covariances_of_all_nodes_are_those_of_each) {
   }
 }
 
-TEST(global_graph, joint_covariance_of_two_nodes_holds_their_own_and_what_they_share) {
+TEST(pose_graph, joint_covariance_of_two_nodes_holds_their_own_and_what_they_share) {
   Fleet fleet(2);
   const auto P = fleet.graph.covariance(7, 30);
   EXPECT_LT((P.topLeftCorner<6, 6>() - fleet.graph.covariance(7)).norm(), 1e-12);
@@ -176,12 +166,12 @@ TEST(global_graph, joint_covariance_of_two_nodes_holds_their_own_and_what_they_s
   EXPECT_LT(held(10, 10), P(10, 10)) << "what is tied to a fixed node is known better";
 }
 
-TEST(global_graph, marginalised_nodes_leave_means_and_covariances_of_the_others) {
+TEST(pose_graph, marginalised_nodes_leave_means_and_covariances_of_the_others) {
   Fleet fleet(3);
-  GlobalGraph& graph = fleet.graph;
+  PoseGraph& graph = fleet.graph;
   graph.solve(50);
-  const GlobalGraph full = graph;
-  GlobalGraph before = full;
+  const PoseGraph full = graph;
+  PoseGraph before = full;
   std::vector<Seq> round;
   for (Seq k = 0; k < 40; ++k) {
     if (k % 20 < 15 && k != 23) round.push_back(k);
@@ -200,8 +190,8 @@ TEST(global_graph, marginalised_nodes_leave_means_and_covariances_of_the_others)
 }
 
 // The later half of the graph again, in another one: as if the earlier rounds were still there.
-TEST(global_graph, goes_on_from_the_boundary_of_another_graph) {
-  GlobalGraph before{to_the_end()};
+TEST(pose_graph, goes_on_from_the_boundary_of_another_graph) {
+  PoseGraph before{to_the_end()};
   for (int k = 0; k < 3; ++k) before.add_pose(at(k));
   before.fix(0);
   before.add_bias(4, 0.0, 0.2);
@@ -211,10 +201,10 @@ TEST(global_graph, goes_on_from_the_boundary_of_another_graph) {
   range.bias = 4;
   before.add(range);
   before.solve(50);
-  GlobalGraph whole = before;
+  PoseGraph whole = before;
   before.marginalise({0, 1});
 
-  GlobalGraph after{to_the_end()};
+  PoseGraph after{to_the_end()};
   after.add_pose(at(77.0));  // where the boundary has it counts
   after.add_bias(4, 0.0, 0.2);
   DensePrior prior = before.boundary();
@@ -235,13 +225,13 @@ TEST(global_graph, goes_on_from_the_boundary_of_another_graph) {
   EXPECT_NEAR(after.covariance(0)(3, 3), whole.covariance(2)(3, 3), 1e-9);
   EXPECT_NEAR(after.bias(4).mean, whole.bias(4).mean, 1e-7);
   prior.H(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  GlobalGraph other{to_the_end()};
+  PoseGraph other{to_the_end()};
   other.add_pose(at(0.0));
   EXPECT_THROW(other.set_boundary(prior), InternalError) << "its bias is not there";
 }
 
-TEST(global_graph, marginalises_what_is_left_of_a_blind_path_without_inventing_knowledge) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+TEST(pose_graph, marginalises_what_is_left_of_a_blind_path_without_inventing_knowledge) {
+  PoseGraph graph{GraphSettings{}};
   for (int k = 0; k < 3; ++k) graph.add_pose(at(k));
   graph.fix(0);
   graph.add(step(0, 1, 1.0, 0.0));
@@ -251,53 +241,9 @@ TEST(global_graph, marginalises_what_is_left_of_a_blind_path_without_inventing_k
   EXPECT_LT(graph.covariance(2)(4, 4), 0.1);
 }
 
-// The same window in both graphs: nodes with velocity and biases, held by a prior of all 15.
-TEST(global_graph, gives_what_the_graph_of_one_vehicle_gives) {
-  Rng rng(5, "both");
-  LocalGraphSettings local_settings;
-  local_settings.cost_change_min = 0.0;
-  local_settings.step_min_m = 1e-9;
-  LocalGraph local{local_settings};
-  GlobalGraph global{to_the_end()};
-  const auto both = [&](const auto& factor) {
-    local.add(factor);
-    global.add(factor);
-  };
-  for (Seq k = 0; k < 12; ++k) {
-    KeyframeState x;
-    x.T_odom_body.p = Vec3(k, 0.0, 0.0) + random_vec3(rng, 0.1);
-    x.v_odom_mps = {1.0, 0.0, 0.0};
-    local.add_keyframe(k, Time::from_s(k), x);
-    ASSERT_EQ(global.add_state(x), k);
-    if (k == 0) {
-      both(pose_prior(0, x, 0.01, Vec3::Constant(0.01)));
-      continue;
-    }
-    InertialFactor inertial;
-    inertial.i = k - 1;
-    inertial.j = k;
-    inertial.duration_s = 1.0;
-    inertial.dv_mps = Vec3(0.0, 0.0, 9.81) + random_vec3(rng, 0.01);
-    inertial.dp_m = Vec3(0.0, 0.0, 4.905) + random_vec3(rng, 0.01);
-    inertial.d_velocity_d_accel = -geometry::Mat3::Identity();
-    inertial.d_position_d_accel = -0.5 * geometry::Mat3::Identity();
-    inertial.covariance *= 1e-4;
-    both(inertial);
-    both(relative(k - 1, k, {1.0, 0.0, 0.0}, {0.0, 0.01, 0.01}));
-    both(fixed_range(k, k, {-20.0, 3.0, 1.0}, 20.3 + k, 0.1));
-  }
-  local.solve(50);
-  global.solve(50);
-  for (Seq k = 0; k < 12; ++k) {
-    EXPECT_LT(boxminus(local.state(k), global.state(k)).norm(), 1e-6) << k;
-    const Mat6 P = local.covariance(k);
-    EXPECT_LT((global.covariance(k) - P).norm(), 1e-4 * P.norm()) << k;
-  }
-}
-
 // A node with velocity on its way between two poses.
-TEST(global_graph, mixes_poses_with_nodes_that_have_a_velocity) {
-  GlobalGraph graph{to_the_end()};
+TEST(pose_graph, mixes_poses_with_nodes_that_have_a_velocity) {
+  PoseGraph graph{to_the_end()};
   graph.fix(graph.add_pose(at(0)));
   KeyframeState x;
   x.T_odom_body = at(1);
@@ -321,7 +267,7 @@ TEST(global_graph, mixes_poses_with_nodes_that_have_a_velocity) {
   EXPECT_THROW(graph.add(inertial), InternalError) << "a pose has no velocity";
 }
 
-TEST(global_graph, same_calls_give_the_same_bytes) {
+TEST(pose_graph, same_calls_give_the_same_bytes) {
   Fleet a(4);
   Fleet b(4);
   for (Seq k = 0; k < 40; ++k) {
@@ -331,8 +277,8 @@ TEST(global_graph, same_calls_give_the_same_bytes) {
   EXPECT_EQ(a.graph.covariances(), b.graph.covariances());
 }
 
-TEST(global_graph, refuses_what_would_be_silently_wrong) {
-  GlobalGraph graph{GlobalGraphSettings{}};
+TEST(pose_graph, refuses_what_would_be_silently_wrong) {
+  PoseGraph graph{GraphSettings{}};
   graph.add_pose(at(0));
   graph.add_pose(at(1));
   EXPECT_THROW(graph.add(step(0, 7, 1.0, 1.0)), InternalError);
@@ -349,7 +295,7 @@ TEST(global_graph, refuses_what_would_be_silently_wrong) {
   graph.add(loop);
   EXPECT_THROW(graph.add(loop), InternalError);
   EXPECT_THROW(graph.marginalise({0, 1}), InternalError) << "nothing would be left";
-  EXPECT_EQ(GlobalGraph(GlobalGraphSettings{}).solve_full().iterations, 0) << "nothing to solve";
+  EXPECT_EQ(PoseGraph(GraphSettings{}).solve_full().iterations, 0) << "nothing to solve";
 }
 
 }  // namespace
