@@ -1,9 +1,13 @@
-// Cost of the pose graph: vehicles that follow each other with one node and one range to each of the
-// others per second, every fourth stretch of 20 nodes blind and inertial. Arguments: vehicles, nodes
-// of each.
+// Cost of the pose graph: vehicles that follow each other with one node and one range to each of
+// the others per second, every fourth stretch of 20 nodes blind and inertial. Arguments: vehicles,
+// nodes of each.
+#include <numeric>
+
+#include <Eigen/SparseCholesky>
 #include <benchmark/benchmark.h>
 
 #include "rali/base/rng.hpp"
+#include "rali/graph/block_cholesky.hpp"
 #include "rali/graph/pose_graph.hpp"
 
 namespace rali::graph {
@@ -120,6 +124,109 @@ void judge_loops_of_fleet(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(graph.judge(loops));
 }
 
+/// The pattern of such a fleet: paths, a range between each two vehicles at each node, and the
+/// biases of the pairs. Diagonally dominant, so that every solver can factor it.
+BlockMatrix matrix_of_fleet(int vehicles, int nodes) {
+  std::vector<int> dims;
+  std::vector<std::pair<int, int>> pairs;
+  for (int v = 0; v < vehicles; ++v) {
+    for (int k = 0; k < nodes; ++k) {
+      dims.push_back(is_blind(k) || is_blind(k + 1) ? kStateDim : kPoseDim);
+      if (k > 0) pairs.emplace_back(v * nodes + k, v * nodes + k - 1);
+    }
+  }
+  for (int a = 0; a < vehicles; ++a) {
+    for (int b = 0; b < a; ++b) {
+      const auto bias = static_cast<int>(dims.size());
+      dims.push_back(1);
+      for (int k = 0; k < nodes; ++k) {
+        pairs.emplace_back(a * nodes + k, b * nodes + k);
+        pairs.emplace_back(bias, a * nodes + k);
+        pairs.emplace_back(bias, b * nodes + k);
+      }
+    }
+  }
+  BlockMatrix H(dims, pairs);
+  Rng rng(4, "matrix");
+  for (const BlockMatrix::Entry& e : H.entries()) {
+    BlockMatrix::Block block = H.block(e.row, e.column);
+    for (Eigen::Index c = 0; c < block.cols(); ++c) {
+      for (Eigen::Index r = 0; r < block.rows(); ++r) block(r, c) = rng.normal();
+    }
+    if (e.row != e.column) continue;
+    block = (0.5 * (block + block.transpose())).eval();
+    block.diagonal().array() += 1e5;
+  }
+  return H;
+}
+
+BlockMatrix matrix_of_fleet(const benchmark::State& state) {
+  return matrix_of_fleet(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+}
+
+std::vector<int> biases_of(const BlockMatrix& H) {
+  std::vector<int> biases;
+  for (int v = 0; v < H.variables(); ++v) {
+    if (H.dim(v) == 1) biases.push_back(v);
+  }
+  return biases;
+}
+
+void factorise_blocks(benchmark::State& state) {
+  const BlockMatrix H = matrix_of_fleet(state);
+  BlockCholesky cholesky(H, biases_of(H));
+  const Eigen::VectorXd right =
+      Eigen::VectorXd::Ones(std::accumulate(H.dims().begin(), H.dims().end(), Eigen::Index{0}));
+  for (auto _ : state) {
+    if (!cholesky.factorise(H, 0.0, 0.0)) state.SkipWithError("not positive");
+    benchmark::DoNotOptimize(cholesky.solve(right));
+  }
+  state.counters["factor"] = static_cast<double>(cholesky.stored());
+}
+
+Eigen::SparseMatrix<double> sparse_of(const BlockMatrix& H) {
+  std::vector<int> first(1, 0);
+  for (const int dim : H.dims()) first.push_back(first.back() + dim);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const BlockMatrix::Entry& e : H.entries()) {
+    const auto block = H.block(e);
+    for (int c = 0; c < block.cols(); ++c) {
+      for (int r = e.row == e.column ? c : 0; r < block.rows(); ++r) {
+        entries.emplace_back(first[static_cast<std::size_t>(e.row)] + r,
+                             first[static_cast<std::size_t>(e.column)] + c, block(r, c));
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> sparse(first.back(), first.back());
+  sparse.setFromTriplets(entries.begin(), entries.end());
+  return sparse;
+}
+
+/// The same by Eigen's SimplicialLLT, its pattern analysed before.
+void factorise_simplicial(benchmark::State& state) {
+  const Eigen::SparseMatrix<double> H = sparse_of(matrix_of_fleet(state));
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower> cholesky;
+  cholesky.analyzePattern(H);
+  const Eigen::VectorXd right = Eigen::VectorXd::Ones(H.rows());
+  for (auto _ : state) {
+    cholesky.factorize(H);
+    if (cholesky.info() != Eigen::Success) state.SkipWithError("not positive");
+    benchmark::DoNotOptimize(cholesky.solve(right).eval());
+  }
+  state.counters["factor"] =
+      static_cast<double>(Eigen::SparseMatrix<double>(cholesky.matrixL()).nonZeros());
+}
+
+BENCHMARK(factorise_blocks)
+    ->Args({2, 400})
+    ->Args({4, 600})
+    ->Args({4, 3200})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(factorise_simplicial)
+    ->Args({2, 400})
+    ->Args({4, 600})
+    ->Args({4, 3200})
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(solve_fleet)
     ->Args({4, 200})
     ->Args({4, 600})
