@@ -56,15 +56,26 @@ graph::PriorFactor prior_of(const PaperWindow::Node& node, double level_rad, boo
   return prior;
 }
 
+/// Held so much more firmly is what the LiDAR constrains.
+constexpr double kFirm = 10.0;
+
+/// Constant sd, in all directions or along the degenerate one alone.
 graph::RelativePoseFactor odometry_factor(const PaperWindow::Node& before,
-                                          const PaperWindow::Node& node,
+                                          const PaperWindow::Node& node, PaperSteps steps,
                                           const ranging::PaperRangeSettings& settings) {
   graph::RelativePoseFactor factor;
   factor.i = before.seq;
   factor.j = node.seq;
   factor.T_i_j = node.T_previous_this;
-  factor.information.diagonal().head<3>().setConstant(information(settings.lidar_sd_deg * kDegree));
-  factor.information.diagonal().tail<3>().setConstant(information(settings.lidar_sd_m));
+  const bool all = steps == PaperSteps::kIsotropic || (node.degenerate && !node.e3_odom);
+  const double firm = all ? 1.0 : kFirm;
+  factor.information.diagonal().head<3>().setConstant(
+      information(settings.lidar_sd_deg * kDegree / firm));
+  factor.information.diagonal().tail<3>().setConstant(information(settings.lidar_sd_m / firm));
+  if (all || !node.e3_odom) return factor;
+  const Vec3 e3 = before.T_odom_body.R.transpose() * *node.e3_odom;
+  const double less = information(settings.lidar_sd_m / firm) - information(settings.lidar_sd_m);
+  factor.information.bottomRightCorner<3, 3>() -= less * e3 * e3.transpose();
   return factor;
 }
 
@@ -97,6 +108,7 @@ void take(const graph::KeyframeState& x, PaperWindow::Node& node) {
 }  // namespace
 
 void PaperWindow::add(Node node, bool degenerate) {
+  node.degenerate = degenerate;
   node.room_m2 = degenerate ? settings_.lidar_sd_m * settings_.lidar_sd_m : 0.0;
   node.told = node.motion;
   if (nodes_.empty()) {
@@ -140,7 +152,7 @@ void PaperWindow::solve() {
     const Node& node = nodes_[i];
     graph.add_keyframe(node.seq, node.t, state_of(node));
     graph.add(prior_of(node, settings_.level_sd_deg * kDegree, i == 0));
-    if (i > 0) graph.add(odometry_factor(nodes_[i - 1], node, settings_));
+    if (i > 0) graph.add(odometry_factor(nodes_[i - 1], node, steps_, settings_));
     if (i > 0 && node.inertial) {
       graph::InertialFactor factor = *node.inertial;
       factor.i = nodes_[i - 1].seq;
