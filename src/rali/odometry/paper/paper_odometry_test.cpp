@@ -173,47 +173,6 @@ TEST(PaperOdometry, goes_on_from_where_a_keyframe_and_the_map_were_moved) {
   EXPECT_GT(corrector.asked, 2);
 }
 
-/// Calls the first scans degenerate, and counts keyframes that it is asked about.
-class DegenerateAtFirst final : public KeyframeCorrector {
- public:
-  int scans = 0;
-  mutable int seen = 0;
-  std::vector<int> asked_at;
-
-  std::optional<Vec3> degenerate_direction(std::span<const Vec3> /*normals_body*/,
-                                           const Vec3& /*up_body*/) const override {
-    return seen++ < scans ? std::optional<Vec3>(Vec3::UnitX()) : std::nullopt;
-  }
-
-  std::optional<KeyframeMove> at_keyframe(const ScanResult& /*scan*/,
-                                          const KeyframeInertia& /*inertia*/) override {
-    asked_at.push_back(seen);
-    return std::nullopt;
-  }
-};
-
-TEST(PaperOdometry, makes_a_keyframe_where_a_degenerate_stretch_ends) {
-  Bench b;
-  b.end_s = 4.0;
-  b.settings.paper.keyframe_s = 1.0;
-  const auto odometry = odometry_of(b);
-  DegenerateAtFirst corrector;
-  corrector.scans = 24;
-  odometry->correct_keyframes_by(&corrector);
-  Rng rng(b.seed);
-  SerialExecutor executor;
-  FindingList findings;
-  double imu_s = 0.0;
-  for (double t_s = 0.1; t_s < b.end_s; t_s += 0.1) {
-    for (; imu_s <= t_s + 0.0051; imu_s += 0.005) {
-      odometry->add_imu(b.imu.sample(b.drive, imu_s, rng));
-    }
-    odometry->process(sweep(b.room, b.drive, b.lidar, t_s, rng), executor, findings);
-  }
-  EXPECT_TRUE(
-      std::count(corrector.asked_at.begin(), corrector.asked_at.end(), corrector.scans + 1) == 1);
-}
-
 // Sixteen rings see hardly any floor: without gravity the height wandered by metres in corridors.
 TEST(PaperOdometry, keeps_height_and_level_with_sixteen_rings) {
   Bench b;
