@@ -19,6 +19,7 @@ odometry:
     Preset{"paper", R"(
 odometry:
   preset: paper
+  paper: {keyframe_overlap: 0.96}
 fleet:
   init:
     bias_sigma_m: 0
@@ -31,7 +32,6 @@ fleet:
   solve: rounds
   separator_prior: {reopen: any, kept: 0}
   joint:
-    steps: isotropic
     bias: false
     line_of_sight: false
     common_error_sd: 0

@@ -37,13 +37,19 @@ RangeEffect PaperRangeStage::after_sweep(const ScanResult& result, OutputList& o
   const SE3 T_end = T_uncorrected_.value_or(result.T_odom_body);
   for (auto& [key, pair] : pairs_) {
     predict(key, pair, result.t, T_end);
+    calibrate(key, pair, result, T_end);
     seek(key, pair, result, T_end);
     tell_ranges(pair, result.t, out);
   }
   tell_keyframes(out);
+  const degeneracy::PaperDegree degree = degree_of(result);
+  const bool degenerate = degree.degenerate && degree.direction_known;
+  degenerate_odom_ =
+      degenerate ? std::optional<Vec3>(result.T_odom_body.R * degree.direction_body) : std::nullopt;
   if (!first_pose_) first_pose_ = result.T_odom_body;
   t_last_ = result.t;
   T_last_ = result.T_odom_body;
+  covariance_m2_ = result.covariance.bottomRightCorner<3, 3>();
   T_uncorrected_.reset();
   const RangeEffect effect = effect_;
   effect_ = {};
@@ -63,9 +69,9 @@ void PaperRangeStage::predict(const PairKey& key, Pair& pair, Time t_end, const 
     RangeUse& use = pending.use;
     if (!std::isnan(use.predicted_m)) continue;
     const Vec3 p = pose_at(use.sample.t, t_end, T_end) * own_end(key);
-    use.predicted_m = (p - *pair.p_odom_peer_m).norm() + pair.bias_m;
+    use.bias_m = pair.bias_m + (pair.calibration ? pair.calibration->constant_m() : 0.0);
+    use.predicted_m = (p - *pair.p_odom_peer_m).norm() + use.bias_m;
     use.residual_m = use.sample.range_m - use.predicted_m;
-    use.bias_m = pair.bias_m;
   }
 }
 

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "rali/degeneracy/paper_degree.hpp"
 #include "rali/ranging/range_model.hpp"
+#include "rali/ranging/signal_quality.hpp"
 #include "rali/vehicle/inertial_factor.hpp"
 
 namespace rali::vehicle {
@@ -61,8 +62,9 @@ PaperRangeStage::PaperRangeStage(VehicleId self, const VehicleSettings& settings
       settings_(settings),
       paper_(settings.ranging.paper.resolved(settings.odometry.paper.literal)),
       degree_(settings.paper_degree.resolved(settings.odometry.paper.literal)),
+      literal_(settings.odometry.paper.literal),
       peers_(watch_peers(settings)),
-      window_(paper_) {}
+      window_(paper_, literal_ ? PaperSteps::kIsotropic : PaperSteps::kDegenerate) {}
 
 void PaperRangeStage::add(const RangeSample& sample, OutputList& out) {
   if (!settings_.ranging.use || !understand(sample)) {
@@ -91,6 +93,7 @@ void PaperRangeStage::forget_place(Pair& pair) {
   pair.finder.reset();
   pair.newest.reset();
   pair.p_odom_peer_m.reset();
+  if (pair.calibration) pair.calibration->end_stay();
   pair.sought.clear();
 }
 
@@ -153,6 +156,9 @@ void PaperRangeStage::take(const RangeSample& sample, OutputList& out) {
     return;
   }
   pair.newest = pair.smoother.add(sample.t, sample.range_m - pair.bias_m);
+  if (!ranging::signal_quality(sample, settings_.ranging.signal).clear()) {
+    pair.t_unclear = sample.t;
+  }
   know_place(key, pair);
   if (!pair.p_odom_peer_m) {
     pair.sought.push_back(sample);
@@ -164,16 +170,6 @@ void PaperRangeStage::take(const RangeSample& sample, OutputList& out) {
   pair.pending.push_back(pending);
 }
 
-/// What was measured by hand before the start, and what the peer said of its way since.
-void PaperRangeStage::know_place(const PairKey& key, Pair& pair) {
-  if (pair.p_odom_peer_m || !first_pose_) return;
-  const PeerWatch& peer = peers_.at(std::get<1>(key));
-  const std::optional<KnownPlace> place = place_of(peer, peers_end(key), *first_pose_, kUpOdom);
-  if (!place) return;
-  pair.p_odom_peer_m = place->p_odom_m;
-  pair.place_covariance_m2 = place->covariance_m2;
-}
-
 std::optional<Vec3> PaperRangeStage::degenerate_direction(std::span<const Vec3> normals_body,
                                                           const Vec3& up_body) const {
   const degeneracy::PaperDegree degree = degeneracy::paper_degree(normals_body, up_body, degree_);
@@ -181,21 +177,40 @@ std::optional<Vec3> PaperRangeStage::degenerate_direction(std::span<const Vec3> 
   return degree.direction_body;
 }
 
+degeneracy::PaperDegree PaperRangeStage::degree_of(const ScanResult& scan) const {
+  const Vec3 up_body = scan.T_odom_body.R.transpose() * kUpOdom;
+  return degeneracy::paper_degree(scan.feature_normals_body, up_body, degree_);
+}
+
+/// With the first scan after a degenerate stretch the position still hangs on what was predicted
+/// along it: it counts as the stretch's last.
+degeneracy::PaperDegree PaperRangeStage::degree_until(const ScanResult& scan) const {
+  degeneracy::PaperDegree degree = degree_of(scan);
+  const bool next = degenerate_odom_ && seconds_between(t_last_, scan.t) <= paper_.smoother_s;
+  if (literal_ || degree.degenerate || !next) return degree;
+  degree.degenerate = true;
+  degree.direction_known = true;
+  degree.direction_body = scan.T_odom_body.R.transpose() * *degenerate_odom_;
+  return degree;
+}
+
 std::optional<KeyframeMove> PaperRangeStage::at_keyframe(const ScanResult& scan,
                                                          const KeyframeInertia& inertia) {
-  const Vec3 up_body = scan.T_odom_body.R.transpose() * kUpOdom;
-  const degeneracy::PaperDegree degree =
-      degeneracy::paper_degree(scan.feature_normals_body, up_body, degree_);
+  const degeneracy::PaperDegree degree = degree_until(scan);
   const bool lost = scan.state == odometry::TrackState::kDiverged;
   if (lost) window_.clear();  // a new map: nothing ties it to the old one
   const std::uint32_t seq = next_seq_++;
-  window_.add(node_of(seq, scan, inertia), degree.degenerate);
-  told_[seq] = scan.T_odom_body;
   const Vec3 e3_odom = scan.T_odom_body.R * degree.direction_body;
   const bool blind = degree.degenerate && degree.direction_known;
+  PaperWindow::Node node = node_of(seq, scan, inertia);
+  if (blind) node.e3_odom = e3_odom;
+  window_.add(std::move(node), degree.degenerate);
+  told_[seq] = scan.T_odom_body;
   passage_odom_ = blind ? std::optional(e3_odom) : std::nullopt;
+  // What stands does not slip: a gap is the place's error, or the pair's.
+  if (lost || (scan.at_rest && !literal_)) return std::nullopt;
   const std::optional<Candidate> candidate = best_candidate(scan, e3_odom);
-  if (lost || !candidate) return std::nullopt;
+  if (!candidate) return std::nullopt;
   const Correction done = correct(*candidate, scan, degree, inertia.T_odom_body_predicted);
   count(done);
   const bool moved = apply(done, *candidate, wants_factor(done, blind, candidate->along));
@@ -238,6 +253,7 @@ std::optional<PaperRangeStage::Candidate> PaperRangeStage::best_candidate(const 
     const double along = std::abs(sight.normalized().dot(e3_odom));
     if (!(along > best_along)) continue;
     best = found;
+    best->p_odom_m = scan.T_odom_body * found->p_body_m;
     best->along = along;
     best_along = along;
   }
@@ -271,7 +287,7 @@ Correction PaperRangeStage::correct(const Candidate& candidate, const ScanResult
   ranging::CorrectionInput in;
   in.p_m = scan.T_odom_body * candidate.p_body_m;
   in.anchor_m = *candidate.pair->p_odom_peer_m;
-  in.range_m = candidate.pair->newest->range_m;
+  in.range_m = candidate.pair->smoothed_m();
   in.e3 = scan.T_odom_body.R * degree.direction_body;
   in.degenerate = degree.degenerate;
   const Vec3 step = T_odom_body_predicted * candidate.p_body_m - in.p_m;
@@ -310,7 +326,7 @@ bool PaperRangeStage::apply(const Correction& done, const Candidate& candidate, 
   range.t = candidate.pair->newest->t;
   range.p_body_m = candidate.p_body_m;
   range.p_odom_peer_m = *candidate.pair->p_odom_peer_m;
-  range.range_m = candidate.pair->newest->range_m;
+  range.range_m = candidate.pair->smoothed_m();
   window_.set_range(range);
   window_.solve();
   return true;
@@ -334,18 +350,6 @@ void PaperRangeStage::judge(CorrectionOutcome outcome, bool used, Pair& pair) co
     pending.use.sigma_m = std::sqrt(pair.newest->variance_m2);
     pending.decided = true;
   }
-}
-
-/// With the sigma of a single range: smoothed ones share their errors.
-odometry::KnownAlong PaperRangeStage::known_along(const Candidate& candidate, const Vec3& e3_odom,
-                                                  const Vec3& shift_odom_m) const {
-  odometry::KnownAlong known;
-  known.e_odom = e3_odom;
-  known.shift_m = shift_odom_m.dot(e3_odom);
-  known.sigma_m = paper_.range_sigma_m / std::max(candidate.along, 0.1);
-  known.place_sigma_m =
-      std::sqrt(std::max(0.0, e3_odom.dot(candidate.pair->place_covariance_m2 * e3_odom)));
-  return known;
 }
 
 KeyframeMove PaperRangeStage::move_of_window() const {

@@ -8,8 +8,10 @@
 #include <tuple>
 #include <vector>
 
+#include "rali/degeneracy/paper_degree.hpp"
 #include "rali/odometry/odometry.hpp"
 #include "rali/ranging/anchor_finder.hpp"
+#include "rali/ranging/pair_calibration.hpp"
 #include "rali/ranging/paper_smoother.hpp"
 #include "rali/ranging/range_correction.hpp"
 #include "rali/ranging/range_sanity.hpp"
@@ -24,8 +26,9 @@ namespace rali::vehicle {
 /// The paper's use of ranges (section "Range Constraints for Degenerate Correction"; algorithms
 /// 4.2, 5.2, 6.1): ranges to a peer that stands are smoothed; at a keyframe, where the paper's
 /// detector finds a blind direction and the range disagrees, the pose is moved along that direction
-/// onto the circle of the range, and the smoothed range becomes a factor of the local graph. Every
-/// range handed in comes out as one RangeUse.
+/// onto the circle of the range, and the smoothed range becomes a factor of the local graph. Where
+/// the own position is known without it, a smoothed range calibrates its pair's constant error and
+/// the peer's place instead. Every range handed in comes out as one RangeUse.
 class PaperRangeStage final : public odometry::KeyframeCorrector {
  public:
   PaperRangeStage(VehicleId self, const VehicleSettings& settings);
@@ -74,8 +77,16 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
     std::optional<ranging::SmoothedRange> newest;
     std::optional<geometry::Vec3> p_odom_peer_m;  ///< of antenna or body, as setting range_point
     geometry::Mat3 place_covariance_m2 = geometry::Mat3::Zero();
+    /// Of constant and place; nothing where no start pose was measured.
+    std::optional<ranging::PairCalibration> calibration;
+    std::optional<Time> t_unclear;  ///< of the last range whose signal shows an obstacle
     std::deque<Pending> pending;
     std::vector<sensor::RangeSample> sought;  ///< of this sweep, while the place is not known
+
+    /// The newest smoothed range without the pair's constant; only if there is one.
+    [[nodiscard]] double smoothed_m() const {
+      return newest->range_m - (calibration ? calibration->constant_m() : 0.0);
+    }
   };
 
   /// A pair whose smoothed range can be compared with the pose at a keyframe.
@@ -83,6 +94,7 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
     Pair* pair = nullptr;
     VehicleId peer;
     geometry::Vec3 p_body_m = geometry::Vec3::Zero();  ///< own end at the time of the range
+    geometry::Vec3 p_odom_m = geometry::Vec3::Zero();  ///< the same in odom
     double along = 0.0;  ///< cosine between line of sight and degenerate direction, without sign
   };
 
@@ -91,8 +103,12 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
   void forget_place(Pair& pair);
   void take(const sensor::RangeSample& sample, OutputList& out);
   void know_place(const PairKey& key, Pair& pair);
+  void calibrate(const PairKey& key, Pair& pair, const odometry::ScanResult& result,
+                 const geometry::SE3& T_end);
   [[nodiscard]] geometry::Vec3 own_end(const PairKey& key) const;
   [[nodiscard]] geometry::Vec3 peers_end(const PairKey& key) const;
+  [[nodiscard]] degeneracy::PaperDegree degree_of(const odometry::ScanResult& scan) const;
+  [[nodiscard]] degeneracy::PaperDegree degree_until(const odometry::ScanResult& scan) const;
   [[nodiscard]] PaperWindow::Node node_of(std::uint32_t seq, const odometry::ScanResult& scan,
                                           const odometry::KeyframeInertia& inertia) const;
   [[nodiscard]] std::optional<Candidate> candidate_of(const PairKey& key, Pair& pair,
@@ -125,6 +141,7 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
   VehicleSettings settings_;
   ranging::PaperRangeSettings paper_;
   degeneracy::PaperDegreeSettings degree_;
+  bool literal_;  ///< as printed: nothing is calibrated, steps give way in all directions
   std::map<VehicleId, PeerWatch> peers_;
   std::map<PairKey, Pair> pairs_;
   std::deque<sensor::RangeSample> waiting_;
@@ -133,7 +150,9 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
   std::uint32_t next_seq_ = 0;
 
   std::optional<geometry::SE3> first_pose_;
-  std::optional<geometry::Vec3> passage_odom_;  ///< blind direction of the last keyframe
+  std::optional<geometry::Vec3> passage_odom_;             ///< blind direction of the last keyframe
+  std::optional<geometry::Vec3> degenerate_odom_;          ///< the same of the last sweep
+  geometry::Mat3 covariance_m2_ = geometry::Mat3::Zero();  ///< of the last position
   Time t_last_;
   geometry::SE3 T_last_;
   std::optional<geometry::SE3> T_uncorrected_;  ///< of this sweep, if it was moved

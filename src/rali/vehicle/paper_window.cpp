@@ -57,15 +57,24 @@ graph::PriorFactor prior_of(const PaperWindow::Node& node, graph::Seq number, do
   return prior;
 }
 
-graph::RelativePoseFactor odometry_factor(graph::Seq before, const PaperWindow::Node& node,
-                                          graph::Seq number,
+/// Held so much more firmly is what the LiDAR constrains.
+constexpr double kFirm = 10.0;
+
+/// Constant sd, in all directions or along the degenerate one alone.
+graph::RelativePoseFactor odometry_factor(const PaperWindow::Node& before,
+                                          const PaperWindow::Node& node, PaperSteps steps,
                                           const ranging::PaperRangeSettings& settings) {
   graph::RelativePoseFactor factor;
-  factor.i = before;
-  factor.j = number;
   factor.T_i_j = node.T_previous_this;
-  factor.information.diagonal().head<3>().setConstant(information(settings.lidar_sd_deg * kDegree));
-  factor.information.diagonal().tail<3>().setConstant(information(settings.lidar_sd_m));
+  const bool all = steps == PaperSteps::kIsotropic || (node.degenerate && !node.e3_odom);
+  const double firm = all ? 1.0 : kFirm;
+  factor.information.diagonal().head<3>().setConstant(
+      information(settings.lidar_sd_deg * kDegree / firm));
+  factor.information.diagonal().tail<3>().setConstant(information(settings.lidar_sd_m / firm));
+  if (all || !node.e3_odom) return factor;
+  const Vec3 e3 = before.T_odom_body.R.transpose() * *node.e3_odom;
+  const double less = information(settings.lidar_sd_m / firm) - information(settings.lidar_sd_m);
+  factor.information.bottomRightCorner<3, 3>() -= less * e3 * e3.transpose();
   return factor;
 }
 
@@ -98,6 +107,7 @@ void take(const graph::KeyframeState& x, PaperWindow::Node& node) {
 }  // namespace
 
 void PaperWindow::add(Node node, bool degenerate) {
+  node.degenerate = degenerate;
   node.room_m2 = degenerate ? settings_.lidar_sd_m * settings_.lidar_sd_m : 0.0;
   node.told = node.motion;
   if (nodes_.empty()) {
@@ -141,7 +151,12 @@ void PaperWindow::solve() {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const Node& node = nodes_[i];
     graph.add(prior_of(node, numbers[i], settings_.level_sd_deg * kDegree, i == 0));
-    if (i > 0) graph.add(odometry_factor(numbers[i - 1], node, numbers[i], settings_));
+    if (i > 0) {
+      graph::RelativePoseFactor step = odometry_factor(nodes_[i - 1], node, steps_, settings_);
+      step.i = numbers[i - 1];
+      step.j = numbers[i];
+      graph.add(step);
+    }
     if (i > 0 && node.inertial) {
       graph::InertialFactor factor = *node.inertial;
       factor.i = numbers[i - 1];

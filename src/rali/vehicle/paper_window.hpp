@@ -21,11 +21,18 @@ struct PaperRangeFactor {
   double range_m = 0.0;
 };
 
+/// In which directions a LiDAR step of the local graph may give way to a range.
+enum class PaperSteps {
+  kDegenerate,  ///< along the degenerate direction; all else is held ten times as firmly
+  kIsotropic    ///< in all alike, as the paper seems to do
+};
+
 /// The paper's local pose graph over the last keyframes: between each two the corrected LiDAR
 /// odometry with constant sd and the inertial deltas, at each at most one smoothed range (paper,
-/// section "System Overview"; algorithms 6.1). The oldest keyframe is held: the paper says nothing
-/// of marginalisation. The odometry's poses hang on inertial data already, which count twice here
-/// as they do in the paper.
+/// section "System Overview"; algorithms 6.1). A step gives way along the degenerate direction
+/// only: walls hold the heading of a vehicle that slips along them. The oldest keyframe is held:
+/// the paper says nothing of marginalisation. The odometry's poses hang on inertial data already,
+/// which count twice here as they do in the paper.
 class PaperWindow {
  public:
   struct Node {
@@ -36,13 +43,19 @@ class PaperWindow {
     geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< as the odometry told
     double room_m2 = 0.0;  ///< variance it added along the blind direction; 0 where nothing was
     bool corrected = false;
+    bool degenerate = false;
+    /// Along which the step before gives way; nothing: in no direction, or, where the keyframe is
+    /// degenerate, in all.
+    std::optional<geometry::Vec3> e3_odom;
     odometry::KeyframeMotion motion;                ///< as known now
     odometry::KeyframeMotion told;                  ///< as the odometry told
     std::optional<graph::InertialFactor> inertial;  ///< from the keyframe before
     std::optional<PaperRangeFactor> range;
   };
 
-  explicit PaperWindow(const ranging::PaperRangeSettings& settings) : settings_(settings) {}
+  explicit PaperWindow(const ranging::PaperRangeSettings& settings,
+                       PaperSteps steps = PaperSteps::kDegenerate)
+      : settings_(settings), steps_(steps) {}
 
   /// Appends a keyframe where the odometry has it; the oldest may leave. `T_previous_this` and
   /// `room_m2` are worked out here.
@@ -64,6 +77,7 @@ class PaperWindow {
 
  private:
   ranging::PaperRangeSettings settings_;
+  PaperSteps steps_;
   std::deque<Node> nodes_;
 };
 

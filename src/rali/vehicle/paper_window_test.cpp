@@ -52,6 +52,38 @@ TEST(PaperWindow, corrects_the_speed_with_the_place) {
   EXPECT_NEAR(window.nodes()[0].T_odom_body.p.x(), 0.0, 1e-5);
 }
 
+/// One step of 1 m along x, degenerate along x, and a range 0.1 m too long in the direction
+/// (3, 4)/5 from the peer.
+Vec3 pulled_aside(PaperSteps steps) {
+  PaperWindow window{ranging::PaperRangeSettings{}, steps};
+  window.add(node_at(0, 0.0), false);
+  PaperWindow::Node second = node_at(1, 1.0);
+  second.e3_odom = Vec3::UnitX();
+  window.add(second, true);
+  PaperRangeFactor range;
+  range.p_odom_peer_m = {-2.0, -4.0, 0.0};
+  range.range_m = 5.1;
+  range.t = second.t;
+  window.set_range(range);
+  window.solve();
+  return window.nodes()[1].T_odom_body.p - Vec3::UnitX();
+}
+
+// Variances along x 0.05^2, across 0.005^2, of the range 0.1^2: S = 0.36 * 25e-4 + 0.64 * 25e-6 +
+// 0.01 = 0.010916; x takes 0.6 * 25e-4 / S of 0.1 m, y takes 0.8 * 25e-6 / S.
+TEST(PaperWindow, gives_way_along_the_degenerate_direction_only) {
+  const Vec3 moved = pulled_aside(PaperSteps::kDegenerate);
+  EXPECT_NEAR(moved.x(), 0.01374, 2e-4);
+  EXPECT_NEAR(moved.y(), 0.00018, 2e-5);
+}
+
+// As printed: 0.05^2 / (0.05^2 + 0.1^2) of 0.1 m in the direction of the range.
+TEST(PaperWindow, gives_way_in_all_directions_where_steps_are_isotropic) {
+  const Vec3 moved = pulled_aside(PaperSteps::kIsotropic);
+  EXPECT_NEAR(moved.x(), 0.012, 2e-4);
+  EXPECT_NEAR(moved.y(), 0.016, 2e-4);
+}
+
 TEST(PaperWindow, moves_nothing_without_ranges) {
   PaperWindow window{ranging::PaperRangeSettings{}};
   window.add(node_at(0, 0.0), true);

@@ -185,7 +185,8 @@ void PaperOdometry::find_degenerate_direction() {
     if (direction && has_imu_) guess_.let_accel_bias_wander(kLevelWalk);
   }
   registration_.hold_along(degenerate_odom_);
-  if (before && !degenerate_odom_) remember_open_error(before);
+  degenerate_ended_ = before && !degenerate_odom_;
+  if (degenerate_ended_) remember_open_error(before);
 }
 
 // The registration that follows says where the vehicle is in the map, not how far the map went

@@ -60,6 +60,7 @@ class PaperOdometry final : public Odometry {
   void tell_if_lost(Time t, FindingList& findings);
   void keep_prediction(const sensor::LidarScan& scan, FindingList& findings, ScanResult& out);
   void restart(const sensor::LidarScan& scan, FindingList& findings, ScanResult& out);
+  [[nodiscard]] double keyframe_due_s() const;
   void keyframe_if_wanted(const sensor::LidarScan& scan, FindingList& findings, ScanResult& out);
   void take_move(const KeyframeMove& move, ScanResult& out);
   void note(FindingList& findings, bool& said, const char* id, Time t, std::string text,
@@ -86,6 +87,7 @@ class PaperOdometry final : public Odometry {
   std::vector<geometry::Vec3> normals_body_;
   /// Of this scan, unit, in odom at the predicted pose.
   std::optional<geometry::Vec3> degenerate_odom_;
+  bool degenerate_ended_ = false;                       ///< with this scan
   geometry::Mat6 covariance_ = geometry::Mat6::Zero();  // of this scan, the map's error in it
   MapError map_error_;
   Standing standing_;

@@ -13,12 +13,19 @@ using geometry::SE3;
 using geometry::Vec3;
 using sensor::LidarScan;
 
+/// Where a degenerate stretch ends, a keyframe lets the ranges since the last one count. It need
+/// not wait so long.
+double PaperOdometry::keyframe_due_s() const {
+  constexpr double kAtEnd = 0.25;
+  if (degenerate_ended_) return kAtEnd * settings_.keyframe_s;
+  return degenerate_odom_ ? settings_.keyframe_s : 0.0;
+}
+
 void PaperOdometry::keyframe_if_wanted(const LidarScan& scan, FindingList& findings,
                                        ScanResult& out) {
   if (features_.size() < 3) return;
   const double overlap = keyframer_.overlap(cloud_lidar_, extractor_.thinned(), out.T_odom_body);
-  const double due_s = degenerate_odom_ ? settings_.keyframe_s : 0.0;
-  const bool due = keyframer_.is_due(scan.t_end, out.T_odom_body, due_s);
+  const bool due = keyframer_.is_due(scan.t_end, out.T_odom_body, keyframe_due_s());
   if (!keyframer_.wants(overlap) && !due) return;
   if (corrector_ != nullptr) {
     const KeyframeInertia inertia{predicted_, guess_.motion(),
