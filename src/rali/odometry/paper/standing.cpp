@@ -1,6 +1,7 @@
 #include "rali/odometry/paper/standing.hpp"
 
 #include <array>
+#include <limits>
 #include <numbers>
 
 #include "rali/geometry/so3.hpp"
@@ -11,6 +12,8 @@ namespace {
 /// Farther than a single registration errs where the LiDAR constrains the pose.
 constexpr double kLeaves_m = 0.1;
 constexpr double kLeaves_rad = 1.0 * std::numbers::pi / 180.0;
+/// Whether it stands on is decided here: where the detector holds longer, a start is missed.
+constexpr double kFalseStartsPerHour = std::numeric_limits<double>::infinity();
 
 /// The LiDAR sees the vehicle away from its place.
 bool has_left(const geometry::SE3& T_odom_body, const geometry::SE3& T_odom_body_held,
@@ -45,7 +48,7 @@ FilterState filter_state(Time t, const InertialGuess& guess) {
 }  // namespace
 
 Standing::Standing(const RobustSettings& settings, double gyro_radps_rthz)
-    : detector_(settings.constraints, settings.initialisation.rest),
+    : detector_(settings.constraints, settings.initialisation.rest, kFalseStartsPerHour),
       gyro_radps_rthz_(gyro_radps_rthz) {}
 
 void Standing::add(const sensor::ImuSample& sample) {

@@ -20,11 +20,10 @@ namespace {
 constexpr double kSpeedMax_mps = 0.05;
 constexpr double kSpeedSigmaMax_mps = 0.1;
 constexpr double kTravelMax_m = 0.01;
-constexpr double kDrives_mps = 0.3;          // the LiDAR sees the vehicle drive
-constexpr double kChanceToBegin = 0.01;      // of a window of standing that one test refuses
-constexpr double kFalseStartsPerHour = 1.0;  // of standing
-constexpr double kTests = 3.0;               // quiet, turns, pushed
-constexpr double kBlock_s = 0.1;             // stillness.hpp
+constexpr double kDrives_mps = 0.3;      // the LiDAR sees the vehicle drive
+constexpr double kChanceToBegin = 0.01;  // of a window of standing that one test refuses
+constexpr double kTests = 3.0;           // quiet, turns, pushed
+constexpr double kBlock_s = 0.1;         // stillness.hpp
 
 /// Noise alone is that large with less than this chance, or the figure is none.
 bool beyond(double chi2, int dof, double chance) {
@@ -47,7 +46,7 @@ std::optional<imu::NoiseDensity> StandstillDetector::rest_density() const {
 double StandstillDetector::chance(Time now) const {
   if (!stands_since_ || recent_.empty()) return kChanceToBegin;
   const double between_s = std::clamp((now - recent_.back().t).s(), 0.0, constraints_.rest_after_s);
-  return std::min(kChanceToBegin, kFalseStartsPerHour * between_s / 3600.0 / kTests);
+  return std::min(kChanceToBegin, false_starts_per_hour_ * between_s / 3600.0 / kTests);
 }
 
 /// No more than the noise of the sensor, as its spread over a window varies by chance.

@@ -21,11 +21,13 @@ namespace rali::odometry {
 /// Each test asks whether noise alone explains what the sensor measures. How often it may say no of
 /// a vehicle that stands depends on what that costs. Before the vehicle is taken for standing it is
 /// a window lost: one in a hundred. Afterwards it is a false start, which lets the pose drift: one
-/// in an hour of standing, all tests and scans together.
+/// in an hour of standing, all tests and scans together, unless somebody else decides the end.
 class StandstillDetector {
  public:
-  StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest)
-      : constraints_(constraints), rest_(rest) {}
+  /// @param false_starts_per_hour of standing, by chance
+  StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest,
+                     double false_starts_per_hour = 1.0)
+      : constraints_(constraints), rest_(rest), false_starts_per_hour_(false_starts_per_hour) {}
 
   /// What the sensor measures while the wheels stand.
   void learn(const imu::ImuStatistics& at_rest);
@@ -73,6 +75,7 @@ class StandstillDetector {
 
   ConstraintSettings constraints_;
   imu::RestSettings rest_;
+  double false_starts_per_hour_ = 1.0;
   std::optional<imu::ImuStatistics> at_rest_;
   /// Spread that most windows of driving exceed, accelerometer and gyro, norms.
   double driving_accel_mps2_ = 0.0, driving_gyro_radps_ = 0.0;
