@@ -30,9 +30,10 @@ config::Overrides overrides_of(const LoadOptions& options) {
   api::throw_error(error);
 }
 
-FleetConfig config_of(Result<config::FleetConfig> fleet) {
-  if (!fleet) throw_config_error(fleet.error());
-  return FleetConfig(std::make_shared<const FleetConfig::Impl>(FleetConfig::Impl{*fleet}));
+FleetConfig config_of(const Result<jobs::MapInputs>& inputs) {
+  if (!inputs) throw_config_error(inputs.error());
+  return FleetConfig(
+      std::make_shared<const FleetConfig::Impl>(FleetConfig::Impl{inputs->fleet, inputs->facts}));
 }
 
 }  // namespace
@@ -70,7 +71,10 @@ std::vector<std::string> FleetConfig::vehicles() const {
 std::string FleetConfig::yaml() const { return config::dump_fleet(impl_->fleet, ""); }
 
 FleetConfig load_fleet(const std::string& path, const LoadOptions& options) {
-  return config_of(config::load_fleet(path, overrides_of(options)));
+  return config_of(
+      config::load_fleet(path, overrides_of(options)).map([](config::FleetConfig fleet) {
+        return jobs::MapInputs{std::move(fleet), nullptr};
+      }));
 }
 
 FleetConfig load_inputs(const std::vector<std::string>& inputs, const LoadOptions& options) {

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <memory>
+
 #include "rali/config.hpp"
 #include "rali/config/fleet_config.hpp"
+#include "rali/drive/state/fleet_facts.hpp"
 #include "rali/vehicle/settings.hpp"
 
 namespace rali {
@@ -9,6 +12,7 @@ namespace rali {
 /// What the public, opaque configuration holds.
 struct FleetConfig::Impl {
   config::FleetConfig fleet;
+  std::shared_ptr<const drive::FleetFacts> facts;  ///< of state folders; null: recordings
 };
 
 namespace api_io {

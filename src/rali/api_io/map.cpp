@@ -120,7 +120,9 @@ MapSummary public_summary(const drive::MapSummary& run) {
 MapSummary map_recordings(const FleetConfig& config, const MapOptions& options,
                           const MapCallbacks& callbacks) {
   const config::FleetConfig& fleet = config.impl().fleet;
-  const drive::MapJob job = api::value_or_throw(jobs::make_map_job(fleet, inner_options(options)));
+  jobs::MapOptions inner = inner_options(options);
+  inner.facts = config.impl().facts;
+  const drive::MapJob job = api::value_or_throw(jobs::make_map_job(fleet, inner));
   api::check(jobs::check_recordings(fleet));
   CallbackSink sink(callbacks);
   const Result<drive::MapSummary> run = drive::run_map(job, sink, sink.stop());

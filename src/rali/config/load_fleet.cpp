@@ -247,6 +247,16 @@ Result<FleetConfig> fleet_of_recordings(const std::vector<std::string>& inputs,
   return build(std::move(root), where, "", overrides);
 }
 
+Result<FleetConfig> fleet_of_names(const std::vector<std::string>& names,
+                                   const Overrides& overrides) {
+  const std::string where = "command line";
+  Node root = map_node("", where);
+  Node vehicles = map_node("vehicles", where);
+  for (const std::string& name : names) vehicles.children.push_back(map_node(name, where));
+  root.children.push_back(std::move(vehicles));
+  return build(std::move(root), where, "", overrides);
+}
+
 std::string dump_fleet(const FleetConfig& config, const std::string& dir) {
   FleetConfig copy = config;
   return dump_yaml(fleet_fields(copy, dir), copy.origins);

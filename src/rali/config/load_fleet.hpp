@@ -31,6 +31,11 @@ struct Overrides {
 [[nodiscard]] Result<FleetConfig> fleet_of_recordings(const std::vector<std::string>& inputs,
                                                       const Overrides& overrides);
 
+/// The configuration of vehicles of which no more than the names is known.
+/// Errors: as load_fleet.
+[[nodiscard]] Result<FleetConfig> fleet_of_names(const std::vector<std::string>& names,
+                                                 const Overrides& overrides);
+
 /// A fleet.yaml that loads to the same configuration, each value with its origin. For a file in
 /// folder `dir`: paths are written relative to it.
 [[nodiscard]] std::string dump_fleet(const FleetConfig& config, const std::string& dir);

@@ -57,6 +57,14 @@ fleet::FleetEstimate estimate_by_rounds(std::span<const ToldByVehicle> vehicles,
   return centre.estimate(executor);
 }
 
+fleet::FleetEstimate estimate_told(std::span<const ToldByVehicle> vehicles, const MapJob& job,
+                                   Executor& executor) {
+  std::vector<Time> ends;
+  if (job.fleet.solve == fleet::SolveWhat::kRounds) ends = round_ends(vehicles, job.rounds);
+  fleet::RoundCentre centre(job.fleet, job.known);
+  return estimate_by_rounds(vehicles, ends, centre, executor);
+}
+
 fleet::FleetEstimate estimate_fleet(const std::vector<VehicleRun>& runs, const MapJob& job,
                                     Executor& executor) {
   std::vector<ToldByVehicle> told;
@@ -65,10 +73,7 @@ fleet::FleetEstimate estimate_fleet(const std::vector<VehicleRun>& runs, const M
     told.push_back({VehicleId{static_cast<std::uint16_t>(i)}, runs[i].facts(), end,
                     job.vehicles[i].settings.path.rest_s});
   }
-  std::vector<Time> ends;
-  if (job.fleet.solve == fleet::SolveWhat::kRounds) ends = round_ends(told, job.rounds);
-  fleet::RoundCentre centre(job.fleet, job.known);
-  return estimate_by_rounds(told, ends, centre, executor);
+  return estimate_told(told, job, executor);
 }
 
 }  // namespace rali::drive

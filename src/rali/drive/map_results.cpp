@@ -76,7 +76,8 @@ Status MapRun::check_results() {
 
 Status MapRun::write_ranges() {
   const RangeOptions& ranges = job_.ranges;
-  if (ranges.files.empty() && ranges.topics.empty() && ranges.serial_logs.empty()) return {};
+  const bool named = !ranges.files.empty() || !ranges.topics.empty() || !ranges.serial_logs.empty();
+  if (!named && range_log_.empty()) return {};
   summary_.ranges = range_log_.tally();
   std::vector<InputReport> reports;
   for (const VehicleSummary& v : summary_.vehicles) reports.push_back(v.input);

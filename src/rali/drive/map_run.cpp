@@ -12,6 +12,7 @@
 #include "rali/drive/output/joint_path.hpp"
 #include "rali/drive/output/out_dir.hpp"
 #include "rali/drive/run_findings.hpp"
+#include "rali/drive/told_path.hpp"
 
 namespace rali::drive {
 namespace internal {
@@ -23,6 +24,10 @@ void MapRun::report(Finding finding) {
 }
 
 Status MapRun::open_sources() {
+  for (std::size_t i = 0; job_.facts && i < job_.vehicles.size(); ++i) {
+    sources_.push_back(told_source(*job_.facts, i));
+  }
+  if (job_.facts) return {};
   for (std::size_t i = 0; i < job_.vehicles.size(); ++i) {
     Result<std::unique_ptr<ReportedSource>> source = open_events(member_job(job_, i, ranges_));
     if (!source) return tl::make_unexpected(source.error());
@@ -38,7 +43,7 @@ Status MapRun::open_sources() {
 /// Estimates what is asked for and opens the source once more with it.
 Status MapRun::find_time_offset(std::size_t index) {
   VehicleJob job = member_job(job_, index, ranges_);
-  if (!job.find_time_offset || !sources_[index]->report().has_imu) return {};
+  if (job_.facts || !job.find_time_offset || !sources_[index]->report().has_imu) return {};
   Progress progress;
   progress.vehicle = job.input.vehicle;
   progress.stage = "time offset";
@@ -130,7 +135,7 @@ Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
   VehicleSummary vehicle;
   vehicle.input = sources_[index]->report();
   vehicle.name = vehicle.input.vehicle;
-  take_measured(vehicles_[index], job_.vehicles[index].settings, vehicle);
+  if (!job_.facts) take_measured(vehicles_[index], job_.vehicles[index].settings, vehicle);
   const FindingList& all = vehicle.input.findings;
   for (std::size_t k = findings_told_[index]; k < all.size(); ++k) report(all[k]);
   const std::size_t posed = runs_[index].poses().size();
@@ -188,7 +193,7 @@ Result<MapSummary> MapRun::run_in_folder() {
   for (std::size_t i = 0; status && i < sources_.size(); ++i) status = find_time_offset(i);
   log_.stage("time offset");
   if (status) status = open_session();
-  if (status) status = run_vehicles();
+  if (status) status = job_.facts ? run_facts() : run_vehicles();
   if (status) status = write_results();
   if (status && session_) status = session_->finish();
   if (status) forget_keyframes();

@@ -24,6 +24,8 @@
 
 namespace rali::drive {
 
+struct FleetFacts;
+
 /// One vehicle of a mapping job: where its data is and how to read it.
 struct VehicleJob {
   std::vector<std::string> inputs;  ///< recordings in order, or one folder of scans
@@ -44,6 +46,8 @@ enum class OutputPoint : std::uint8_t { kBody, kLidar, kImu };
 /// What `rali map` was asked to do.
 struct MapJob {
   std::vector<VehicleJob> vehicles;
+  /// What the vehicles told each other, in place of recordings: member by member the vehicles.
+  std::shared_ptr<const FleetFacts> facts;
   std::string out_dir = "out";
   bool overwrite = false;
   bool strict = false;          ///< the first gap ends the run

@@ -48,16 +48,19 @@ Result<VehicleRun> VehicleRun::start(const std::string& name, const std::string&
   if (!odometry) return tl::make_unexpected(odometry.error());
   Result<LiveFiles> live = LiveFiles::create(out_dir, name);
   if (!live) return tl::make_unexpected(live.error());
-  return VehicleRun(name, out_dir, std::move(*odometry), std::move(*live), session);
+  VehicleRun run(name, out_dir, session);
+  run.odometry_ = std::move(*odometry);
+  run.live_ = std::move(*live);
+  return run;
 }
 
-VehicleRun::VehicleRun(std::string name, std::string out_dir, PoseFiles odometry, LiveFiles live,
-                       SessionFile* session)
-    : name_(std::move(name)),
-      out_dir_(std::move(out_dir)),
-      odometry_(std::move(odometry)),
-      live_(std::move(live)),
-      session_(session) {}
+VehicleRun VehicleRun::of_facts(const std::string& name, const std::string& out_dir,
+                                SessionFile* session) {
+  return {name, out_dir, session};
+}
+
+VehicleRun::VehicleRun(std::string name, std::string out_dir, SessionFile* session)
+    : name_(std::move(name)), out_dir_(std::move(out_dir)), session_(session) {}
 
 Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& findings) {
   for (const vehicle::Output& output : outputs) {
@@ -88,7 +91,8 @@ Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& finding
 
 Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
   PoseRecord record = pose_record(pose);
-  record.held_by = hold_.see(pose, t_imu_.has_value());
+  // A path that was told with gravity has inertial data.
+  record.held_by = hold_.see(pose, odometry_ ? t_imu_.has_value() : knows_gravity_);
   const bool good = record.quality != vehicle::PoseQuality::kDiverged;
   if (!poses_.empty() && good && poses_.back().quality != vehicle::PoseQuality::kDiverged) {
     const geometry::SE3 step = poses_.back().T_local_body.inverse() * record.T_local_body;
@@ -105,14 +109,16 @@ Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
   poses_.push_back(record);
   const geometry::Mat6 covariance =
       vehicle::odom_covariance(record.covariance, record.T_local_body, record.T_odom_body);
-  if (good) keep(record.t, record.T_odom_body, covariance, odometry_track_);
-  if (Status s = odometry_.add(record.t, record.T_odom_body, covariance); !s) return s;
+  if (odometry_) {
+    if (good) keep(record.t, record.T_odom_body, covariance, odometry_track_);
+    if (Status s = odometry_->add(record.t, record.T_odom_body, covariance); !s) return s;
+  }
   return session_ != nullptr ? session_->add_pose(name_, record) : Status{};
 }
 
 Status VehicleRun::take_live(const LivePose& pose, const std::optional<FrameStep>& step) {
   keep(pose.t, pose.T_map_body, pose.covariance, live_track_);
-  return live_.add(pose, step);
+  return live_->add(pose, step);
 }
 
 Status VehicleRun::take_keyframe(const vehicle::KeyframeAdded& added) {
@@ -169,12 +175,12 @@ Status VehicleRun::finish() {
     const geometry::Vec3 down = g_odom.normalized();
     const geometry::Mat3 across = geometry::Mat3::Identity() - down * down.transpose();
     const double variance = (across * gravity_->covariance * across).trace();
-    tilt_sigma_rad_ = std::sqrt(std::max(0.0, variance)) / g_odom.norm();
+    tilt_sigma_rad_ = std::sqrt(std::max(variance, 0.0)) / g_odom.norm();  // NaN stays NaN
   }
   // What was told live is closed whatever the session says: it is kept when the disk is full.
   Status shown = session_ != nullptr ? session_->add_path(name_, poses_, T_map_local_) : Status{};
-  Status closed = odometry_.close();
-  if (Status live = live_.close(); closed) closed = live;
+  Status closed = odometry_ ? odometry_->close() : Status{};
+  if (Status live = live_ ? live_->close() : Status{}; closed) closed = live;
   return closed ? shown : closed;
 }
 
@@ -210,7 +216,7 @@ void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.blind_share = path_m_ > 0.0 ? blind_m_ / path_m_ : 0.0;
   summary.blind_held_share = blind_m_ > 0.0 ? held_m_ / blind_m_ : 0.0;
   summary.T_map_odom = T_map_local_;
-  summary.live = live_.tally();
+  if (live_) summary.live = live_->tally();
   summary.levelled = levelled_;
   summary.tilt_sigma_rad = tilt_sigma_rad_;
   summary.keyframes = static_cast<std::size_t>(std::count_if(

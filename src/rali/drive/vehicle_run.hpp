@@ -30,6 +30,16 @@ class VehicleRun {
   [[nodiscard]] static Result<VehicleRun> start(const std::string& name, const std::string& out_dir,
                                                 SessionFile* session);
 
+  /// A run whose outputs are made of what the vehicle told the fleet: nothing is known of how it
+  /// was told, so that there is neither odometry/ nor live/.
+  [[nodiscard]] static VehicleRun of_facts(const std::string& name, const std::string& out_dir,
+                                           SessionFile* session);
+
+  /// The last pose hangs on the one before without a gap, however long ago that was.
+  void tie_last_pose() {
+    if (poses_.size() > 1) poses_.back().tied = true;
+  }
+
   /// Takes what followed from one event; findings go to `findings`. Errors: kMachine.
   [[nodiscard]] Status take(const vehicle::OutputList& outputs, FindingList& findings);
 
@@ -114,8 +124,7 @@ class VehicleRun {
   void summarise(VehicleSummary& summary) const;
 
  private:
-  VehicleRun(std::string name, std::string out_dir, PoseFiles odometry, LiveFiles live,
-             SessionFile* session);
+  VehicleRun(std::string name, std::string out_dir, SessionFile* session);
 
   void see_imu(const sensor::ImuSample& sample);
   [[nodiscard]] geometry::SE3 frame_so_far() const;
@@ -125,8 +134,8 @@ class VehicleRun {
   [[nodiscard]] Status take_keyframe(const vehicle::KeyframeAdded& added);
 
   std::string name_, out_dir_;
-  PoseFiles odometry_;
-  LiveFiles live_;
+  std::optional<PoseFiles> odometry_;  ///< none: a run of facts
+  std::optional<LiveFiles> live_;      ///< the same
   SessionFile* session_ = nullptr;
   std::vector<PoseRecord> poses_;
   std::vector<KeyframeRecord> keyframes_;

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/assert.hpp"
 #include "rali/base/finding_of.hpp"
 #include "rali/factlog/scan.hpp"
 
@@ -46,12 +47,6 @@ Result<std::set<std::uint32_t>> numbers_in(const std::string& folder) {
   return numbers;
 }
 
-Finding damaged(const std::string& path, std::uint64_t bytes, std::uint64_t offset) {
-  return finding_of("log.damaged", Severity::kWarning,
-                    fmt::format("{}: {} bytes from offset {} on are damaged", path, bytes, offset),
-                    "the facts in them are missing here and requested from other vehicles");
-}
-
 }  // namespace
 
 Result<std::unique_ptr<DiskLog>> DiskLog::open(const std::string& folder,
@@ -64,9 +59,29 @@ Result<std::unique_ptr<DiskLog>> DiskLog::open(const std::string& folder,
     return fail(ErrorCode::kUsage, folder, "is in use by another process",
                 "Stop that one, or give this one a folder of its own.");
   }
-  std::unique_ptr<DiskLog> log(new DiskLog(std::move(*opened), settings));
+  std::unique_ptr<DiskLog> log(new DiskLog(std::move(*opened), settings, Use::kKeep));
+  if (const Status read = log->read_segments(); !read) return tl::make_unexpected(read.error());
+  // A program that was killed leaves names in the machine's memory: here they count as synced.
+  if (const Status synced = log->folder_.sync(); !synced) {
+    return tl::make_unexpected(synced.error());
+  }
+  return log;
+}
+
+Result<std::unique_ptr<FactLog>> DiskLog::open_to_read(const std::string& folder) {
+  auto opened = File::open(folder, File::Mode::kFolder);
+  if (!opened) return tl::make_unexpected(opened.error());
+  std::unique_ptr<DiskLog> log(new DiskLog(std::move(*opened), {}, Use::kRead));
   if (const Status read = log->read_segments(); !read) return tl::make_unexpected(read.error());
   return log;
+}
+
+Finding DiskLog::damaged(const std::string& path, std::uint64_t bytes, std::uint64_t offset) const {
+  return finding_of("log.damaged", Severity::kWarning,
+                    fmt::format("{}: {} bytes from offset {} on are damaged", path, bytes, offset),
+                    use_ == Use::kRead
+                        ? "the facts in them are missing"
+                        : "the facts in them are missing here and requested from other vehicles");
 }
 
 std::string DiskLog::path_of(std::uint32_t number) const {
@@ -81,16 +96,19 @@ Status DiskLog::read_segments() {
     if (number != expected) {
       report(finding_of("log.missing", Severity::kWarning,
                         fmt::format("{} is missing", path_of(expected)),
-                        "the facts in it are requested from other vehicles"));
+                        use_ == Use::kRead
+                            ? "the facts in it are missing"
+                            : "the facts in it are requested from other vehicles"));
     }
     expected = number + 1;
     if (auto status = read_segment(number, number == *numbers->rbegin()); !status) return status;
   }
-  return folder_.sync();
+  return {};
 }
 
 Status DiskLog::read_segment(std::uint32_t number, bool last) {
-  auto file = File::open(path_of(number), File::Mode::kExisting);
+  const bool keep = use_ == Use::kKeep;
+  auto file = File::open(path_of(number), keep ? File::Mode::kExisting : File::Mode::kRead);
   if (!file) return tl::make_unexpected(file.error());
   const auto size = file->size();
   if (!size) return tl::make_unexpected(size.error());
@@ -109,24 +127,31 @@ Status DiskLog::read_segment(std::uint32_t number, bool last) {
   }
   for (const SegmentScan::Damage& d : scan.damages) report(damaged(path, d.bytes, d.offset));
   for (const SegmentScan::Record& r : scan.records) index({r.head, {number, r.offset}});
-  if (bytes->size() > scan.whole_end) {
-    const std::uint64_t rest = bytes->size() - scan.whole_end;
-    if (last) {
-      report(finding_of(
-          "log.torn", Severity::kInfo,
-          fmt::format("{}: the last {} bytes are no whole record and were cut", path, rest),
-          "the fact that was being written when the program stopped is missing"));
-      if (auto status = segment.file.cut(scan.whole_end); !status) return status;
-    } else {
-      report(damaged(path, rest, scan.whole_end));
-    }
+  const std::uint64_t rest = bytes->size() - std::min<std::uint64_t>(bytes->size(), scan.whole_end);
+  if (rest > 0 && last) {
+    if (auto status = end_at(segment, rest); !status) return status;
+  } else if (rest > 0) {
+    report(damaged(path, rest, scan.whole_end));
   }
   // A file that was made, but not even its head is whole.
   if (scan.whole_end == 0) segment.closed = true;
   // A program that was killed leaves records in the machine's memory: here they count as synced.
-  if (auto status = segment.file.sync(); !status) return status;
+  if (keep) {
+    if (auto status = segment.file.sync(); !status) return status;
+  }
   segments_.emplace(number, std::move(segment));
   return {};
+}
+
+/// The log ends within a record: behind the last whole one nothing holds.
+Status DiskLog::end_at(Segment& segment, std::uint64_t rest) {
+  const bool keep = use_ == Use::kKeep;
+  report(finding_of("log.torn", Severity::kInfo,
+                    fmt::format("{}: the last {} bytes are no whole record and were {}",
+                                segment.file.path(), rest, keep ? "cut" : "left out"),
+                    keep ? "the fact that was being written when the program stopped is missing"
+                         : "the fact that was being written is missing"));
+  return keep ? segment.file.cut(segment.end) : Status{};
 }
 
 Result<DiskLog::Segment*> DiskLog::segment_for(std::uint64_t bytes) {
@@ -150,6 +175,7 @@ Result<DiskLog::Segment*> DiskLog::segment_for(std::uint64_t bytes) {
 
 Result<std::optional<RecordPlace>> DiskLog::write(const RecordKey& key, std::uint8_t kind,
                                                   std::span<const std::byte> body) {
+  RALI_ASSERT(use_ == Use::kKeep);
   const auto segment = segment_for(kRecordHeadBytes + body.size());
   if (!segment) return tl::make_unexpected(segment.error());
   if (*segment == nullptr) return std::optional<RecordPlace>{};

@@ -24,6 +24,11 @@ class DiskLog final : public FactLog {
   [[nodiscard]] static Result<std::unique_ptr<DiskLog>> open(const std::string& folder,
                                                              const DiskLogSettings& settings = {});
 
+  /// The same for a reader who changes nothing: no lock is taken, nothing is cut, synced or made,
+  /// and nothing can be appended. A program may be writing meanwhile: what it has not finished
+  /// counts as torn. Errors: kInput for segments of a newer program; kMachine.
+  [[nodiscard]] static Result<std::unique_ptr<FactLog>> open_to_read(const std::string& folder);
+
   [[nodiscard]] Status sync() override;
 
   [[nodiscard]] std::uint64_t free_bytes() const override { return folder_.free_bytes(); }
@@ -36,14 +41,19 @@ class DiskLog final : public FactLog {
     bool closed = false;       ///< takes no more records
   };
 
-  DiskLog(File folder, const DiskLogSettings& settings)
-      : folder_(std::move(folder)), settings_(settings) {}
+  enum class Use { kKeep, kRead };
+
+  DiskLog(File folder, const DiskLogSettings& settings, Use use)
+      : folder_(std::move(folder)), settings_(settings), use_(use) {}
 
   [[nodiscard]] Result<std::optional<RecordPlace>> write(const RecordKey& key, std::uint8_t kind,
                                                          std::span<const std::byte> body) override;
   [[nodiscard]] Result<Bytes> body_of(const Entry& entry) const override;
   [[nodiscard]] Status read_segments();
   [[nodiscard]] Status read_segment(std::uint32_t number, bool last);
+  [[nodiscard]] Status end_at(Segment& segment, std::uint64_t rest);
+  [[nodiscard]] Finding damaged(const std::string& path, std::uint64_t bytes,
+                                std::uint64_t offset) const;
   /// A segment with room for so many bytes, a new one if need be. Null: no room on the disk.
   [[nodiscard]] Result<Segment*> segment_for(std::uint64_t bytes);
   [[nodiscard]] std::string path_of(std::uint32_t number) const;
@@ -52,6 +62,7 @@ class DiskLog final : public FactLog {
 
   File folder_;
   DiskLogSettings settings_;
+  Use use_;
   std::map<std::uint32_t, Segment> segments_;
   bool names_dirty_ = false;  ///< a segment was made whose name is not on the disk yet
 };

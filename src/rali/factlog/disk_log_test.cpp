@@ -59,6 +59,42 @@ TEST(DiskLog, a_second_process_gets_one_sentence) {
                 "own.");
 }
 
+std::size_t records_in(const TestFolder& folder, std::vector<std::string>& found) {
+  const auto log = DiskLog::open_to_read(folder.path());
+  EXPECT_TRUE(log.has_value());
+  found = ids_of((*log)->take_findings());
+  std::size_t records = 0;
+  (*log)->for_each([&](const RecordKey& key, std::uint8_t, std::span<const std::byte> body) {
+    EXPECT_EQ(Bytes(body.begin(), body.end()), body_of(key.seq, 50));
+    return ++records > 0;
+  });
+  return records;
+}
+
+TEST(DiskLog, a_reader_reads_beside_the_program_that_writes) {
+  const TestFolder folder;
+  const auto log = opened(folder, 300);
+  append(*log, 0, 7);
+  std::vector<std::string> found;
+  EXPECT_EQ(records_in(folder, found), 7U);
+  EXPECT_TRUE(found.empty());
+  append(*log, 7, 9);
+  EXPECT_EQ(records_in(folder, found), 9U);
+}
+
+TEST(DiskLog, a_reader_leaves_a_torn_end_and_damage_as_they_are) {
+  const TestFolder folder;
+  append(*opened(folder), 0, 5);
+  Bytes torn = bytes_in(folder.path(kFirst));
+  torn.resize(torn.size() - 7);
+  torn[kSegmentHeadBytes + kRecordHeadBytes] ^= std::byte{1};  // of the first body
+  write_bytes(folder.path(kFirst), torn);
+  std::vector<std::string> found;
+  EXPECT_EQ(records_in(folder, found), 3U);
+  EXPECT_EQ(found, (std::vector<std::string>{"log.damaged", "log.torn"}));
+  EXPECT_EQ(bytes_in(folder.path(kFirst)), torn) << "not one byte is changed";
+}
+
 TEST(DiskLog, the_lock_ends_with_the_log) {
   const TestFolder folder;
   opened(folder).reset();

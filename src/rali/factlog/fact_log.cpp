@@ -64,7 +64,7 @@ void FactLog::for_each(const Visit& visit) {
     finding.id = "log.damaged";
     finding.severity = Severity::kWarning;
     finding.text = body.error().message();
-    finding.effect = "the fact is left out and requested from other vehicles";
+    finding.effect = "the fact is left out";
     report(std::move(finding));
   }
 }

@@ -23,6 +23,8 @@ int flags_of(File::Mode mode) {
       return O_RDONLY | O_DIRECTORY | O_CLOEXEC;
     case File::Mode::kExisting:
       return O_RDWR | O_CLOEXEC;
+    case File::Mode::kRead:
+      return O_RDONLY | O_CLOEXEC;
     case File::Mode::kCreate:
       return O_RDWR | O_CREAT | O_CLOEXEC;
     case File::Mode::kCreateNew:

@@ -16,6 +16,7 @@ class File {
   enum class Mode {
     kFolder,     ///< a directory, for its lock and to sync the names in it
     kExisting,   ///< to read and write
+    kRead,       ///< to read alone
     kCreate,     ///< likewise; made if it is not there
     kCreateNew,  ///< likewise; must not be there yet
   };

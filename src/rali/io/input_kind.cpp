@@ -34,6 +34,7 @@ bool is_recording_name(const std::string& name) {
 struct Contents {
   std::size_t clouds = 0, recordings = 0;
   bool metadata = false;
+  bool state = false;  ///< that of a live vehicle, room factlog
 };
 
 Result<Contents> contents_of(const std::string& folder) {
@@ -45,6 +46,7 @@ Result<Contents> contents_of(const std::string& folder) {
     std::error_code ignored;
     if (name.starts_with('.') || at->is_directory(ignored)) continue;
     if (name == "metadata.yaml") found.metadata = true;
+    if (name == "role.slots") found.state = true;
     if (is_cloud_name(name)) ++found.clouds;
     if (is_recording_name(lower_case(name))) ++found.recordings;
   }
@@ -68,6 +70,10 @@ Result<InputKind> kind_of_folder(const std::string& path) {
   }
   if (found->clouds > 0) return InputKind::kScanFolder;
   if (found->recordings > 0) return InputKind::kRecording;
+  if (found->state) {
+    return fail(ErrorCode::kInput, path, "is the state folder of a live vehicle, not a recording",
+                "Make a map of it first: rali map " + path);
+  }
   return fail(ErrorCode::kInput, path,
               "holds neither a recording (*.bag, *.mcap, *.db3) nor scans (*.pcd, *.ply, *.bin)");
 }

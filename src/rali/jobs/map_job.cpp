@@ -178,6 +178,7 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   job.write_mcap = options.mcap;
   job.write_keyframes = options.keyframes;
   job.command_line = options.command_line;
+  job.facts = options.facts;
   job.settings_text = [fleet,
                        dir = options.out_dir](const std::vector<drive::InputReport>& reports) {
     return config::dump_fleet(with_findings(fleet, reports), dir);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct MapOptions {
   bool imu_rate = false;
   int threads = 0;
   std::string command_line;
+  std::shared_ptr<const drive::FleetFacts> facts;  ///< of load_inputs; null: recordings
 };
 
 /// The job that the room drive runs. settings.yaml of the job names what was found in the data

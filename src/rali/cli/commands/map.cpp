@@ -31,11 +31,12 @@ class MapCommand final : public Command {
   [[nodiscard]] std::string name() const override { return "map"; }
 
   [[nodiscard]] std::string summary() const override {
-    return "map recordings: trajectories, covariances, cloud, grid, report";
+    return "map recordings or a live mission: trajectories, cloud, grid, report";
   }
 
   [[nodiscard]] std::vector<std::string> examples() const override {
-    return {"rali map run1.bag", "rali map fleet.yaml --preset paper -o out_paper"};
+    return {"rali map run1.bag", "rali map fleet.yaml --preset paper -o out_paper",
+            "rali map fleet.yaml state/v1 state/v2"};
   }
 
   [[nodiscard]] std::string exit_codes() const override {
@@ -47,9 +48,14 @@ class MapCommand final : public Command {
   [[nodiscard]] bool json() const override { return true; }
 
   [[nodiscard]] Positional positional() override {
-    return {"INPUT",  "recordings (.bag .mcap .db3, scan folders) or one fleet.yaml",
-            &inputs_, 1,
-            64,       {}};
+    return {
+        "INPUT",
+        "recordings (.bag .mcap .db3, scan folders) or one fleet.yaml; or state folders of rali "
+        "run, with or without their fleet.yaml",
+        &inputs_,
+        1,
+        65,
+        {}};
   }
 
   [[nodiscard]] std::vector<Option> options() override;
@@ -57,7 +63,8 @@ class MapCommand final : public Command {
 
  private:
   [[nodiscard]] std::vector<Shortcut> shortcuts() const;
-  [[nodiscard]] Result<config::FleetConfig> load_with_shortcuts() const;
+  [[nodiscard]] Result<jobs::MapInputs> load_with_shortcuts() const;
+  [[nodiscard]] Status check_of_facts() const;
   [[nodiscard]] Status read_formats();
   [[nodiscard]] Status check_words(bool json) const;
   [[nodiscard]] std::optional<std::string> judge(Session& session) const;
@@ -132,7 +139,8 @@ std::vector<Shortcut> MapCommand::shortcuts() const {
 }
 
 /// The vehicles' names are known only after loading, so shortcuts load a second time.
-Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
+Result<jobs::MapInputs> MapCommand::load_with_shortcuts() const {
+  if (Status s = check_of_facts(); !s) return tl::make_unexpected(s.error());
   config::Overrides overrides{preset_, assignments_};
   if (!map_voxel_m_.empty()) overrides.assignments.push_back("output.map_voxel_m=" + map_voxel_m_);
   if (!ranges_.empty()) {
@@ -142,25 +150,43 @@ Result<config::FleetConfig> MapCommand::load_with_shortcuts() const {
   if (!radio_.empty()) {
     overrides.assignments.push_back("radio.file=" + config::yaml_quoted(radio_));
   }
-  Result<config::FleetConfig> fleet = jobs::load_inputs(inputs_, overrides);
-  if (!fleet) return fleet;
+  Result<jobs::MapInputs> loaded = jobs::load_inputs(inputs_, overrides);
+  if (!loaded) return loaded;
+  const config::FleetConfig& fleet = loaded->fleet;
   const std::size_t before = overrides.assignments.size();
   for (const Shortcut& shortcut : shortcuts()) {
     if (shortcut.value.empty()) continue;
-    if (shortcut.single_only && fleet->vehicles.size() > 1) {
+    if (shortcut.single_only && fleet.vehicles.size() > 1) {
       return fail(ErrorCode::kUsage, shortcut.option,
-                  fmt::format("there are {} vehicles", fleet->vehicles.size()),
+                  fmt::format("there are {} vehicles", fleet.vehicles.size()),
                   fmt::format("Write vehicles.NAME.{} into a fleet.yaml.", shortcut.key));
     }
-    for (const config::VehicleConfig& vehicle : fleet->vehicles) {
+    for (const config::VehicleConfig& vehicle : fleet.vehicles) {
       const std::string value =
           shortcut.number ? shortcut.value : config::yaml_quoted(shortcut.value);
       overrides.assignments.push_back(
           fmt::format("vehicles.{}.{}={}", vehicle.name, shortcut.key, value));
     }
   }
-  return overrides.assignments.size() == before ? std::move(fleet)
+  return overrides.assignments.size() == before ? std::move(loaded)
                                                 : jobs::load_inputs(inputs_, overrides);
+}
+
+/// What is about sensors' data has no meaning for what vehicles told each other.
+Status MapCommand::check_of_facts() const {
+  if (std::none_of(inputs_.begin(), inputs_.end(), drive::is_state_folder)) return {};
+  std::vector<std::pair<std::string, bool>> given = {{"--ranges", !ranges_.empty()},
+                                                     {"--imu-rate", map_.imu_rate}};
+  for (const Shortcut& shortcut : shortcuts()) {
+    given.emplace_back(shortcut.option, !shortcut.value.empty());
+  }
+  for (const auto& [option, is_given] : given) {
+    if (!is_given) continue;
+    return fail(ErrorCode::kUsage, option,
+                "is for recordings; state folders are mapped as they are",
+                "Leave it out, or give recordings.");
+  }
+  return {};
 }
 
 Status MapCommand::read_formats() {
@@ -238,12 +264,15 @@ Result<int> MapCommand::run(Session& session) {
   map_.mcap = !no_mcap_;
   map_.keyframes = !no_keyframes_;
   map_.command_line = session.command_line;
-  const Result<config::FleetConfig> fleet = load_with_shortcuts();
-  if (!fleet) return tl::make_unexpected(fleet.error());
+  const Result<jobs::MapInputs> loaded = load_with_shortcuts();
+  if (!loaded) return tl::make_unexpected(loaded.error());
+  const config::FleetConfig* const fleet = &loaded->fleet;
+  map_.facts = loaded->facts;
   const Result<drive::MapJob> job = jobs::make_map_job(*fleet, map_);
   if (!job) return tl::make_unexpected(job.error());
-  if (Status status = jobs::check_recordings(*fleet); !status)
+  if (Status status = jobs::check_recordings(*fleet); !status) {
     return tl::make_unexpected(status.error());
+  }
   warn_fleet(*fleet, session);
   if (dry_run_) return plan(*fleet, *job, session);
 
@@ -262,6 +291,9 @@ Result<int> MapCommand::run(Session& session) {
   }
   for (const drive::VehicleSummary& vehicle : summary->vehicles) {
     session.note(input_text(vehicle.input));
+  }
+  for (const Finding& finding : summary->findings) {
+    if (finding.id == "state.left_out") session.note(printable(finding_line(finding)));
   }
   const std::string page = map_.out_dir + (no_report_ ? "" : "/report.html");
   session.result(session.options.json ? summary->metrics_json

@@ -16,7 +16,8 @@
 namespace rali::drive::internal {
 
 /// One run of `rali map`: the stages in their order. Each stage adds to `summary_`. Reading and
-/// estimating are in map_run.cpp, what is written at the end in map_results.cpp.
+/// estimating are in map_run.cpp, the same from facts in map_facts.cpp, what is written at the end
+/// in map_results.cpp.
 class MapRun {
  public:
   MapRun(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop)
@@ -44,6 +45,8 @@ class MapRun {
   Status start_vehicles();
   Status run_vehicles();
   void join_fleet();
+  Status run_facts();
+  Status tell_paths();
   Status finish_vehicle(std::size_t index, const FleetMember& member);
   Status judge_ends(const std::vector<FleetMember>& members);
   Status write_results();
@@ -66,7 +69,7 @@ class MapRun {
   std::shared_ptr<const RangeOptions> ranges_;
   RangeList range_list_;
   RangeLog range_log_;
-  std::vector<vehicle::Vehicle> vehicles_;
+  std::vector<vehicle::Vehicle> vehicles_;  ///< none: a run of facts
   std::vector<VehicleRun> runs_;
   std::vector<std::size_t> findings_told_;  ///< of each source, before its events
   std::vector<map::KeyframeLooks> looks_;   ///< of the map's keyframes

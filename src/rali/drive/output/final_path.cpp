@@ -24,7 +24,7 @@ std::optional<geometry::SE3> FinalPath::at(Time t) const {
   if (a.t == t) return T_map_local_ * a.T_local_body;
   if (after == poses_->end() || !is_good(*after)) return std::nullopt;
   const double span_s = seconds_between(a.t, after->t);
-  if (span_s > kGap_s) return std::nullopt;
+  if (span_s > kGap_s && !after->tied) return std::nullopt;
   const double share = seconds_between(a.t, t) / span_s;
   return T_map_local_ * geometry::interpolate(a.T_local_body, after->T_local_body, share);
 }

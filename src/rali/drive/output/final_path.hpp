@@ -15,7 +15,8 @@ class FinalPath {
       : poses_(&poses), T_map_local_(T_map_local) {}
 
   /// T_map_body between the two sweeps around t, at constant speed. Nothing before the first and
-  /// after the last sweep, where one of the two diverged, and in gaps above 1 s.
+  /// after the last sweep, where one of the two diverged, and in gaps above 1 s, unless it is known
+  /// that the vehicle's path has none there.
   [[nodiscard]] std::optional<geometry::SE3> at(Time t) const;
 
   /// The last sweep up to t; null before the first.

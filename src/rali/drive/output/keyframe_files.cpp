@@ -51,6 +51,7 @@ Result<KeyframeRecord> write_keyframe(const std::string& out_dir, const std::str
   record.information_relative = keyframe.information_relative;
   record.T_body_lidar = keyframe.T_body_lidar;
   record.points = keyframe.cloud.size();
+  record.has_rings = !keyframe.cloud.ring.empty();
   record.file = fmt::format("keyframes/{}/{:06d}.pcd", vehicle, added.id.seq);
 
   const std::string path = out_dir + '/' + record.file;
@@ -85,7 +86,7 @@ map::KeyframeStream keyframe_stream(const std::string& out_dir,
       view.y_m = cloud.y_m;
       view.z_m = cloud.z_m;
       view.intensity = cloud.intensity;
-      view.ring = cloud.ring;
+      if (record.has_rings) view.ring = cloud.ring;
       visit(view);
     }
     return {};

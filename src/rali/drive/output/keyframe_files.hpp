@@ -19,6 +19,7 @@ struct KeyframeRecord {
   geometry::Mat6 information_relative = geometry::Mat6::Zero();
   geometry::SE3 T_body_lidar;
   std::size_t points = 0;
+  bool has_rings = true;  ///< false: which laser measured a point is not known
   bool diverged = false;  ///< cut from the map
   std::string file;       ///< relative to the output folder
 };

@@ -28,6 +28,7 @@ struct PoseRecord {
   double correction_m = 0.0;            ///< what ranges moved the pose since the last sweep
   std::optional<VehicleId> range_from;  ///< whose range did
   HeldBy held_by = HeldBy::kLidar;
+  bool tied = false;  ///< known to hang on the pose before, however long ago that was
 };
 
 /// Root of the expected squared 3-D position error; 0 where it is no number.

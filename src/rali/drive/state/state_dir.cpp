@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "rali/base/finding_of.hpp"
+#include "rali/drive/state/fact_record.hpp"
 #include "rali/drive/state/role_record.hpp"
 #include "rali/fleet/facts/keyframe_number.hpp"
 #include "rali/fleet/facts/told.hpp"
@@ -21,18 +22,6 @@ namespace {
 /// Starts whose epoch may be on no disk after the role was lost: each is on the disk before its
 /// first fact is sent, but that fact need not be.
 constexpr std::uint32_t kEpochsSkipped = 16;
-
-factlog::RecordKey record_key(const fleet::FactKey& key) {
-  return {key.vehicle, key.epoch, key.seq};
-}
-
-Result<fleet::FactPtr> decode_fact(std::span<const std::byte> bytes) {
-  const auto envelope = wire::decode_envelope(bytes);
-  if (!envelope) return tl::make_unexpected(envelope.error());
-  const auto* message = std::get_if<fleet::FactMessage>(&envelope->message);
-  if (message == nullptr) return fail(ErrorCode::kInput, "log", "a record is not a fact");
-  return message->fact;
-}
 
 /// The newest epoch of a vehicle's own facts in a log.
 std::optional<std::uint32_t> last_epoch(const std::vector<fleet::FactPtr>& facts, VehicleId self) {
@@ -87,17 +76,15 @@ void StateDir::read_facts(const std::vector<VehicleId>& fleet) {
   std::size_t strangers = 0;
   log_->for_each(
       [&](const factlog::RecordKey& key, std::uint8_t, std::span<const std::byte> bytes) {
-        const auto fact = decode_fact(bytes);
-        const bool right = fact && record_key((*fact)->key) == key;
-        if (right && std::find(fleet.begin(), fleet.end(), key.vehicle) == fleet.end()) {
+        const auto fact = decode_record(key, bytes);
+        if (fact && std::find(fleet.begin(), fleet.end(), key.vehicle) == fleet.end()) {
           ++strangers;
-        } else if (right) {
+        } else if (fact) {
           start_.facts.push_back(*fact);
         } else {
           findings_.push_back(finding_of(
               "log.unreadable", Severity::kWarning,
-              fmt::format("a fact of the log cannot be read: {}",
-                          fact ? "it has another name than its record" : fact.error().message()),
+              fmt::format("a fact of the log cannot be read: {}", fact.error().message()),
               "it is left out and requested from other vehicles", ""));
         }
         return true;

@@ -1,0 +1,227 @@
+#include "rali/drive/told_path.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+
+#include "rali/fleet/path/shape.hpp"
+
+namespace rali::drive {
+namespace {
+
+using geometry::Mat6;
+using geometry::SE3;
+using geometry::Vec3;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// A node of a vehicle's path, of whichever start.
+struct Node {
+  Time t;
+  std::uint32_t epoch = 0;
+  const fleet::Increment* step = nullptr;
+};
+
+/// Nothing is missing between two nodes, and they are in one map.
+bool is_next(const Node& a, const Node& b) {
+  return a.epoch == b.epoch && !b.step->begins && b.step->node == a.step->node + 1;
+}
+
+std::vector<Node> nodes_of(const FleetFacts::Member& member) {
+  std::vector<Node> nodes;
+  for (const fleet::FactPtr& fact : member.facts) {
+    const auto* step = std::get_if<fleet::Increment>(&fact->body);
+    if (step != nullptr) nodes.push_back({fact->t, fact->key.epoch, step});
+  }
+  std::stable_sort(nodes.begin(), nodes.end(),
+                   [](const Node& a, const Node& b) { return a.t < b.t; });
+  return nodes;
+}
+
+/// The finest points of each keyframe.
+std::map<std::uint32_t, const fleet::KeyframePoints*> points_of(const FleetFacts::Member& member) {
+  std::map<std::uint32_t, const fleet::KeyframePoints*> points;
+  for (const fleet::FactPtr& fact : member.facts) {
+    const auto* seen = std::get_if<fleet::KeyframePoints>(&fact->body);
+    if (seen == nullptr) continue;
+    const fleet::KeyframePoints*& best = points[seen->keyframe];
+    if (best == nullptr || (seen->refinement && !best->refinement)) best = seen;
+  }
+  return points;
+}
+
+/// When the vehicle measured a range that it held for sane, and to whom; by time.
+std::vector<std::pair<Time, VehicleId>> ranges_of(const FleetFacts::Member& member, VehicleId id) {
+  std::vector<std::pair<Time, VehicleId>> ranges;
+  for (const fleet::FactPtr& fact : member.facts) {
+    const auto* block = std::get_if<fleet::RangeBlock>(&fact->body);
+    if (block == nullptr) continue;
+    for (const fleet::RangeEntry& range : block->ranges) {
+      ranges.emplace_back(range.t, range.from == id ? range.to : range.from);
+    }
+  }
+  std::sort(ranges.begin(), ranges.end());
+  return ranges;
+}
+
+/// The direction of travel that the LiDAR of a degenerate node tells least about, in odom.
+Vec3 least_known_odom(const fleet::Increment& step) {
+  const Eigen::SelfAdjointEigenSolver<geometry::Mat3> eigen(
+      step.lidar_information.bottomRightCorner<3, 3>());
+  return eigen.info() == Eigen::Success ? Vec3(eigen.eigenvectors().col(0)) : Vec3::Zero();
+}
+
+/// Walks along a path and makes of it what the vehicle's software would have put out.
+class Teller {
+ public:
+  Teller(const FleetFacts::Member& member, VehicleId id, const StartFrames& frames)
+      : id_(id), frames_(frames), points_(points_of(member)), ranges_(ranges_of(member, id)) {
+    for (const auto& [keyframe, points] : points_) {
+      if (T_body_lidar_) break;
+      T_body_lidar_ = points->T_body_lidar;
+    }
+  }
+
+  /// Empty for a node of a start that is left out.
+  vehicle::OutputList outputs_of(const Node& node) {
+    vehicle::OutputList out;
+    const auto frame = frames_.find(node.epoch);
+    if (frame == frames_.end()) return out;
+    const vehicle::PoseEstimate pose = pose_of(node, frame->second);
+    if (node.step->keyframe) out.emplace_back(keyframe_of(node, pose));
+    out.insert(out.begin(), pose);
+    if (node.step->levelled) {
+      gravity_ = vehicle::GravityEstimate{id_, node.t, frame->second.R * node.step->g_odom_mps2,
+                                          geometry::Mat3::Constant(kUnknown)};
+    }
+    return out;
+  }
+
+  /// As it was last known; a fact does not say how well.
+  [[nodiscard]] const std::optional<vehicle::GravityEstimate>& gravity() const { return gravity_; }
+
+ private:
+  vehicle::PoseEstimate pose_of(const Node& node, const SE3& T_local_odom) {
+    const fleet::Increment& step = *node.step;
+    vehicle::PoseEstimate pose;
+    pose.vehicle = id_;
+    pose.t = node.t;
+    pose.T_local_body = pose.T_odom_body = T_local_odom * step.T_odom_body;
+    pose.v_odom_mps = T_local_odom.R * step.v_odom_mps;
+    // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
+    Mat6 turn = Mat6::Identity();
+    turn.bottomRightCorner<3, 3>() = T_local_odom.R;
+    pose.covariance = turn * step.covariance * turn.transpose();
+    pose.at_rest = step.at_rest;
+    pose.degeneracy.blind = step.blind;
+    pose.degeneracy.sigma_blind_m = kUnknown;
+    if (step.blind) pose.degeneracy.blind_odom = T_local_odom.R * least_known_odom(step);
+    for (; next_range_ < ranges_.size() && ranges_[next_range_].first <= node.t; ++next_range_) {
+      pose.range_from = ranges_[next_range_].second;
+    }
+    return pose;
+  }
+
+  vehicle::KeyframeAdded keyframe_of(const Node& node, const vehicle::PoseEstimate& pose) {
+    auto keyframe = std::make_shared<odometry::Keyframe>();
+    keyframe->t = node.t;
+    keyframe->T_odom_body = pose.T_local_body;
+    keyframe->covariance = pose.covariance;
+    if (before_ && epoch_before_ == node.epoch && !node.step->begins) {
+      keyframe->T_previous_this = before_->T_odom_body.inverse() * keyframe->T_odom_body;
+      fleet::tie_by_filter(keyframe->information_relative, before_->covariance,
+                           keyframe->covariance, {});
+    }
+    keyframe->T_body_lidar = T_body_lidar_.value_or(SE3{});
+    if (const auto seen = points_.find(*node.step->keyframe); seen != points_.end()) {
+      T_body_lidar_ = keyframe->T_body_lidar = seen->second->T_body_lidar;
+      keyframe->cloud.x_m = seen->second->x_m;
+      keyframe->cloud.y_m = seen->second->y_m;
+      keyframe->cloud.z_m = seen->second->z_m;
+      keyframe->cloud.intensity.assign(seen->second->intensity.begin(),
+                                       seen->second->intensity.end());
+    }
+    keyframe->cloud.intensity.resize(keyframe->cloud.size());
+    before_ = keyframe;
+    epoch_before_ = node.epoch;
+    return {{id_, *node.step->keyframe}, keyframe};
+  }
+
+  VehicleId id_;
+  const StartFrames& frames_;
+  std::map<std::uint32_t, const fleet::KeyframePoints*> points_;
+  std::vector<std::pair<Time, VehicleId>> ranges_;
+  std::size_t next_range_ = 0;
+  std::optional<SE3> T_body_lidar_;
+  std::shared_ptr<const odometry::Keyframe> before_;
+  std::uint32_t epoch_before_ = 0;
+  std::optional<vehicle::GravityEstimate> gravity_;
+};
+
+/// What the facts of one vehicle are, as other inputs are reported.
+class ToldSource final : public ReportedSource {
+ public:
+  explicit ToldSource(InputReport report) : report_(std::move(report)) {}
+
+  [[nodiscard]] const InputReport& report() const override { return report_; }
+
+  [[nodiscard]] Result<std::optional<vehicle::Event>> next() override {
+    return std::optional<vehicle::Event>();
+  }
+
+  [[nodiscard]] double progress() const override { return 1.0; }
+
+ private:
+  InputReport report_;
+};
+
+}  // namespace
+
+std::unique_ptr<ReportedSource> told_source(const FleetFacts& facts, std::size_t member) {
+  const FleetFacts::Member& told = facts.members[member];
+  InputReport report;
+  report.vehicle = told.name;
+  report.files = facts.folders;
+  report.T_body_lidar_origin = "the vehicle's facts";
+  const std::vector<Node> nodes = nodes_of(told);
+  report.sweeps = nodes.size();
+  if (!nodes.empty()) {
+    report.t_begin = nodes.front().t;
+    report.t_end = nodes.back().t;
+  }
+  report.has_imu =
+      std::any_of(nodes.begin(), nodes.end(), [](const Node& node) { return node.step->levelled; });
+  if (const auto points = points_of(told); !points.empty()) {
+    report.T_body_lidar = points.begin()->second->T_body_lidar;
+  }
+  for (const Node& node : nodes) {
+    if (node.step->inertial) report.T_body_imu = node.step->inertial->T_body_imu;
+  }
+  report.gaps.damaged = told.missing > 0;
+  return std::make_unique<ToldSource>(std::move(report));
+}
+
+Status tell_path(const FleetFacts& facts, VehicleId id, const StartFrames& frames,
+                 VehicleRun& run) {
+  const FleetFacts::Member& member = facts.members[id.value];
+  FindingList none;
+  for (const fleet::FactPtr& fact : member.facts) {
+    if (Status s = run.take({vehicle::FactMade{fact}}, none); !s) return s;
+  }
+  Teller teller(member, id, frames);
+  const Node* before = nullptr;
+  const std::vector<Node> nodes = nodes_of(member);
+  for (const Node& node : nodes) {
+    const vehicle::OutputList outputs = teller.outputs_of(node);
+    if (outputs.empty()) continue;
+    if (Status s = run.take(outputs, none); !s) return s;
+    if (before != nullptr && is_next(*before, node)) run.tie_last_pose();
+    before = &node;
+  }
+  return teller.gravity() ? run.take({*teller.gravity()}, none) : Status{};
+}
+
+}  // namespace rali::drive
