@@ -131,7 +131,8 @@ std::uint32_t newest_epoch(const std::vector<fleet::FactPtr>& facts, VehicleId v
 
 Result<std::unique_ptr<net::FleetLink>> open_fleet_link(const config::FleetConfig& fleet,
                                                         std::size_t index,
-                                                        const fleet::NodeStart& start) {
+                                                        const fleet::NodeStart& start,
+                                                        std::span<const std::byte> seen) {
   if (fleet.vehicles.size() < 2) return std::unique_ptr<net::FleetLink>();
   if (fleet.live.key_file.empty()) {
     return fail(ErrorCode::kUsage, "live.key_file", "a fleet needs a key",
@@ -144,6 +145,7 @@ Result<std::unique_ptr<net::FleetLink>> open_fleet_link(const config::FleetConfi
   options.epoch = start.epoch;
   options.domain = fleet.live.fleet_domain;
   options.key = *key;
+  options.seen = net::decode_seen(seen).value_or(std::vector<net::SeenCounter>{});
   for (std::size_t i = 0; i < fleet.vehicles.size(); ++i) {
     const std::string address = address_of(fleet, i);
     if (address.empty()) {

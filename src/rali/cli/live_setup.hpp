@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "rali/config/fleet_config.hpp"
@@ -38,9 +39,11 @@ void restore(LiveSetup& setup, drive::StateDir& state);
 /// The link to the other vehicles; null for a vehicle alone. Messages of epochs older than those of
 /// the facts on the disk are old ones that somebody sends again.
 /// @param start  what the vehicle's disk holds
+/// @param seen  what earlier starts have accepted (StateDir::seen)
 /// Errors: kUsage (no key, no address), those of net::open_dds_fleet_link
 [[nodiscard]] Result<std::unique_ptr<net::FleetLink>> open_fleet_link(
-    const config::FleetConfig& fleet, std::size_t index, const fleet::NodeStart& start);
+    const config::FleetConfig& fleet, std::size_t index, const fleet::NodeStart& start,
+    std::span<const std::byte> seen);
 
 /// The first word of a file; "" for no file. Errors: kInput.
 [[nodiscard]] Result<std::string> read_token(const std::string& path);

@@ -96,9 +96,8 @@ Status DiskLog::read_segments() {
     if (number != expected) {
       report(finding_of("log.missing", Severity::kWarning,
                         fmt::format("{} is missing", path_of(expected)),
-                        use_ == Use::kRead
-                            ? "the facts in it are missing"
-                            : "the facts in it are requested from other vehicles"));
+                        use_ == Use::kRead ? "the facts in it are missing"
+                                           : "the facts in it are requested from other vehicles"));
     }
     expected = number + 1;
     if (auto status = read_segment(number, number == *numbers->rbegin()); !status) return status;

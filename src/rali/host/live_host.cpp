@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "rali/host/internal/live_host_impl.hpp"
+#include "rali/net/seen_counters.hpp"
 
 // What runs on the caller's thread: agent, fleet link and view.
 namespace rali::host {
@@ -123,6 +124,9 @@ HostFacts LiveHost::Impl::facts(HostTime now) {
 }
 
 void LiveHost::Impl::each_second(HostTime now, HostListener& listener) {
+  if (parts_.link != nullptr && parts_.state != nullptr) {
+    seen_to_disk_.put(net::encode_seen(parts_.link->seen()));
+  }
   const HostFacts host = facts(now);
   if (host.queue_refused > refused_told_) {
     note(finding_of("live.queue_full", Severity::kError,

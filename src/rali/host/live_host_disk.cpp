@@ -12,6 +12,9 @@ void LiveHost::Impl::disk_loop(const std::atomic<bool>& end) {
     for (const fleet::NodeOutput& output : to_disk_.take(all ? Duration{} : kDiskWait)) {
       parts_.state->take(output);
     }
+    for (std::vector<std::byte>& seen : seen_to_disk_.take()) {
+      parts_.state->keep_seen(std::move(seen));
+    }
     for (fleet::NodeEvent& event : parts_.state->sync(host_now().boot, all)) {
       from_disk_.put(std::move(event));
     }

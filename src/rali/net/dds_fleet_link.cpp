@@ -65,6 +65,12 @@ std::vector<KnownSender> senders_of(const FleetLinkOptions& options) {
   return out;
 }
 
+EnvelopeOpener opener_of(const FleetLinkOptions& options) {
+  EnvelopeOpener opener(options.self, options.key, senders_of(options));
+  opener.recall(options.seen);
+  return opener;
+}
+
 std::vector<VehicleId> peers_of(const FleetLinkOptions& options) {
   std::vector<VehicleId> out;
   for (const FleetPeer& peer : options.peers) out.push_back(peer.id);
@@ -77,8 +83,7 @@ class DdsFleetLink final : public FleetLink {
       : options_(std::move(options)),
         sealer_(options_.self, options_.epoch, options_.key),
         blob_counts_(std::make_shared<BlobCounts>()),
-        inbox_(EnvelopeOpener(options_.self, options_.key, senders_of(options_)),
-               peers_of(options_), options_.queue_bytes_max) {
+        inbox_(opener_of(options_), peers_of(options_), options_.queue_bytes_max) {
     for (const FleetPeer& peer : options_.peers) sent_[peer.id].peer = peer.id;
   }
 
@@ -92,6 +97,8 @@ class DdsFleetLink final : public FleetLink {
   bool wait(Duration timeout) override { return inbox_.wait(timeout); }
 
   [[nodiscard]] std::vector<LinkCounts> counts() const override;
+
+  [[nodiscard]] std::vector<SeenCounter> seen() const override { return inbox_.seen(); }
 
   [[nodiscard]] std::uint64_t strangers() const override {
     return inbox_.strangers() + blob_counts_->malformed;

@@ -9,6 +9,7 @@
 #include "rali/base/result.hpp"
 #include "rali/net/fleet_key.hpp"
 #include "rali/net/fleet_link.hpp"
+#include "rali/net/seen_counters.hpp"
 
 namespace rali::net {
 
@@ -28,8 +29,9 @@ struct FleetLinkOptions {
   /// IPv4 of this vehicle in the fleet's network. Vehicles on one machine are 127.0.0.1 to
   /// 127.0.0.100: they share the interface 127.0.0.1 and differ by their UDP ports.
   std::string address;
-  std::vector<FleetPeer> peers;  ///< all other vehicles of the fleet
-  int domain = 77;               ///< 0 to 232; another number than ROS_DOMAIN_ID
+  std::vector<FleetPeer> peers;   ///< all other vehicles of the fleet
+  std::vector<SeenCounter> seen;  ///< by earlier starts: not accepted again. From the disk
+  int domain = 77;                ///< 0 to 232; another number than ROS_DOMAIN_ID
   FleetKey key;
   /// A fact of 1 MiB and what is around it.
   std::size_t message_bytes_max = (std::size_t{1} << 20) + 1024;

@@ -9,6 +9,9 @@ namespace {
 
 constexpr std::uint8_t kMagic = 'R';
 constexpr std::uint8_t kVersion = 1;
+/// Of what goes to all, once a second, so many may have been seen and not been saved. A restart
+/// takes longer than it takes to send them. What goes to one vehicle is rare, and each counts.
+constexpr std::uint64_t kUnsaved = 3;
 
 static_assert(kEnvelopeHeaderBytes == crypto_aead_xchacha20poly1305_ietf_NPUBBYTES);
 static_assert(kEnvelopeBytes - kEnvelopeHeaderBytes == crypto_aead_xchacha20poly1305_ietf_ABYTES);
@@ -83,6 +86,14 @@ bool ReplayWindow::admit(std::uint32_t epoch, std::uint64_t counter) {
   return true;
 }
 
+void ReplayWindow::recall(std::uint32_t epoch, std::uint64_t counter) {
+  const bool newer = epoch > epoch_ || (epoch == epoch_ && counter > newest_);
+  if (!newer) return;
+  epoch_ = epoch;
+  newest_ = counter;
+  seen_.set();  // which of them had come is not known: none comes again
+}
+
 EnvelopeOpener::EnvelopeOpener(VehicleId self, const FleetKey& key,
                                const std::vector<KnownSender>& senders)
     : self_(self), key_(key) {
@@ -116,6 +127,24 @@ OpenedEnvelope EnvelopeOpener::open(Urgency urgency, std::span<const std::uint8_
   if (!window->second.admit(header.epoch, header.counter)) return out;
   out.verdict = EnvelopeVerdict::kGenuine;
   out.message = std::move(message);
+  return out;
+}
+
+void EnvelopeOpener::recall(std::span<const SeenCounter> seen) {
+  for (const SeenCounter& one : seen) {
+    const auto window = windows_.find({one.from, one.to_all, one.urgency});
+    if (window == windows_.end()) continue;
+    window->second.recall(one.epoch, one.counter + (one.to_all ? kUnsaved : 0));
+  }
+}
+
+std::vector<SeenCounter> EnvelopeOpener::seen() const {
+  std::vector<SeenCounter> out;
+  for (const auto& [channel, window] : windows_) {
+    const auto& [from, to_all, urgency] = channel;
+    if (urgency == Urgency::kBulk || window.newest() == 0) continue;
+    out.push_back({from, to_all, urgency, window.epoch(), window.newest()});
+  }
   return out;
 }
 

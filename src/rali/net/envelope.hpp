@@ -12,6 +12,7 @@
 #include "rali/base/ids.hpp"
 #include "rali/net/fleet_key.hpp"
 #include "rali/net/fleet_link.hpp"
+#include "rali/net/seen_counters.hpp"
 
 /// The sealed form of every message between vehicles: whoever lacks the fleet's key can neither
 /// make one nor send one a second time.
@@ -61,6 +62,14 @@ class ReplayWindow {
   /// True for what is new; remembers it.
   [[nodiscard]] bool admit(std::uint32_t epoch, std::uint64_t counter);
 
+  /// An earlier start has seen all up to this counter. What is known better already stays.
+  void recall(std::uint32_t epoch, std::uint64_t counter);
+
+  [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
+
+  /// 0: none.
+  [[nodiscard]] std::uint64_t newest() const { return newest_; }
+
  private:
   static constexpr std::size_t kSize = 1024;
   std::uint32_t epoch_;
@@ -94,6 +103,13 @@ class EnvelopeOpener {
 
   /// @param urgency of the topic on which it came
   [[nodiscard]] OpenedEnvelope open(Urgency urgency, std::span<const std::uint8_t> sealed);
+
+  /// What an earlier start of this vehicle has accepted.
+  void recall(std::span<const SeenCounter> seen);
+
+  /// The newest roles and statuses that were accepted. Facts are safe against repetition by
+  /// themselves.
+  [[nodiscard]] std::vector<SeenCounter> seen() const;
 
  private:
   using Channel = std::tuple<VehicleId, bool, Urgency>;  ///< from, to everyone, urgency

@@ -155,6 +155,48 @@ TEST(ReplayWindow, forgets_what_a_jump_passes_over) {
   EXPECT_FALSE(window.admit(0, 6));
 }
 
+TEST(ReplayWindow, what_an_earlier_start_has_seen_is_not_new) {
+  ReplayWindow window(3);
+  window.recall(3, 2000);
+  EXPECT_FALSE(window.admit(3, 2000));
+  EXPECT_FALSE(window.admit(3, 1500)) << "whether it came is not known";
+  EXPECT_TRUE(window.admit(3, 2001));
+  window.recall(3, 1000);
+  window.recall(2, 9000);
+  EXPECT_TRUE(window.admit(3, 2002)) << "older knowledge changes nothing";
+  EXPECT_TRUE(window.admit(4, 1)) << "its sender has started anew";
+}
+
+TEST_F(Envelope, after_a_restart_of_its_receiver_no_recorded_one_is_opened_again) {
+  EnvelopeSealer sealer(kV1, 5, key_of(0x11));
+  std::vector<Bytes> heartbeats;
+  for (int k = 0; k < 10; ++k) {
+    heartbeats.push_back(sealer.seal(kEveryone, Urgency::kRole, Bytes{1, 2}));
+  }
+  const auto vote = sealer.seal(kV2.value, Urgency::kRole, Bytes{3});
+  EnvelopeOpener before(kV2, key_of(0x11), {{kV1, 0}});
+  // Two more came after the last save.
+  for (std::size_t k = 0; k < 6; ++k) {
+    static_cast<void>(before.open(Urgency::kRole, heartbeats[k]));
+  }
+  static_cast<void>(before.open(Urgency::kRole, vote));
+  const std::vector<SeenCounter> saved = before.seen();
+  for (std::size_t k = 6; k < 8; ++k) {
+    static_cast<void>(before.open(Urgency::kRole, heartbeats[k]));
+  }
+
+  EnvelopeOpener after(kV2, key_of(0x11), {{kV1, 0}});
+  after.recall(*decode_seen(encode_seen(saved)));
+  for (std::size_t k = 0; k < 8; ++k) {
+    EXPECT_EQ(after.open(Urgency::kRole, heartbeats[k]).verdict, EnvelopeVerdict::kRepeated) << k;
+  }
+  EXPECT_EQ(after.open(Urgency::kRole, vote).verdict, EnvelopeVerdict::kRepeated);
+  EXPECT_EQ(after.open(Urgency::kRole, heartbeats[9]).verdict, EnvelopeVerdict::kGenuine);
+  const auto next = sealer.seal(kV2.value, Urgency::kRole, Bytes{4});
+  EXPECT_EQ(after.open(Urgency::kRole, next).verdict, EnvelopeVerdict::kGenuine)
+      << "of votes none is passed over";
+}
+
 TEST(ReplayWindow, begins_anew_with_each_epoch) {
   ReplayWindow window(3);
   EXPECT_FALSE(window.admit(2, 1));

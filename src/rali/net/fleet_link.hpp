@@ -21,6 +21,8 @@ struct Arrived {
   std::vector<std::uint8_t> bytes;
 };
 
+struct SeenCounter;
+
 /// What happened on the way to and from one other vehicle since the link was opened.
 struct LinkCounts {
   VehicleId peer;
@@ -54,6 +56,9 @@ class FleetLink {
 
   /// One row for each other vehicle.
   [[nodiscard]] virtual std::vector<LinkCounts> counts() const = 0;
+
+  /// The newest roles and statuses that were accepted, for the disk (seen_counters.hpp).
+  [[nodiscard]] virtual std::vector<SeenCounter> seen() const;
 
   /// Dropped ones that do not even claim to be of a vehicle of this fleet.
   [[nodiscard]] virtual std::uint64_t strangers() const { return 0; }

@@ -182,7 +182,7 @@ Result<int> RunCommand::run_vehicle(const config::FleetConfig& fleet, LiveSetup 
   restore(setup, *state);
   auto bus = open_ros_bus(fleet, setup.index);
   if (!bus) return tl::make_unexpected(bus.error());
-  auto link = open_fleet_link(fleet, setup.index, setup.host.fleet.agent.start);
+  auto link = open_fleet_link(fleet, setup.index, setup.host.fleet.agent.start, state->seen());
   if (!link) return tl::make_unexpected(link.error());
   auto view = open_view(fleet, session);
   if (!view) return tl::make_unexpected(view.error());

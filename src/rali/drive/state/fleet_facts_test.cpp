@@ -114,7 +114,7 @@ TEST_F(StatesTest, two_fleets_whose_vehicles_have_one_name_are_told) {
 
 TEST_F(StatesTest, what_is_no_state_folder_or_holds_nothing_is_told_with_what_to_do) {
   fs::create_directories(at("empty"));
-  EXPECT_EQ(error_of({at("none")}), at("none") + ": there is no such folder");
+  EXPECT_EQ(error_of({at("none")}), at("none") + ": there is no such folder.");
   EXPECT_NE(error_of({at("empty")}).find("is no state folder of a vehicle (facts-*.log). Give"),
             std::string::npos);
   write_state(at("new"), kA, {});

@@ -47,8 +47,14 @@ Result<StateDir> StateDir::open(const std::string& folder, VehicleId self,
   if (!log) return tl::make_unexpected(log.error());
   auto slots = factlog::DiskSlots::open(folder, "role.slots");
   if (!slots) return tl::make_unexpected(slots.error());
-  return restore(std::move(*log), std::make_shared<factlog::DiskSlots>(std::move(*slots)), self,
-                 fleet, settings);
+  auto seen = factlog::DiskSlots::open(folder, "seen.slots");
+  if (!seen) return tl::make_unexpected(seen.error());
+  auto state = restore(std::move(*log), std::make_shared<factlog::DiskSlots>(std::move(*slots)),
+                       self, fleet, settings);
+  if (!state) return state;
+  state->seen_slots_ = std::make_shared<factlog::DiskSlots>(std::move(*seen));
+  state->seen_ = state->seen_kept_ = state->seen_slots_->content();
+  return state;
 }
 
 Result<StateDir> StateDir::restore(std::shared_ptr<factlog::FactLog> log,
@@ -208,6 +214,7 @@ std::vector<fleet::NodeEvent> StateDir::sync(Time now, bool all) {
     role_.reset();
   }
   kept.role = role_kept_;
+  sync_seen();
   if (!synced_) synced_ = now;
   const std::size_t failing_before = failing_.size();
   if (!failing_.empty() && (!retried_ || seconds_between(*retried_, now) >= settings_.retry_s)) {
@@ -229,6 +236,12 @@ std::vector<fleet::NodeEvent> StateDir::sync(Time now, bool all) {
   const bool recovered = failing_before > 0 && failing_.empty() && role_saved;
   if (role_is_new || !kept.facts.empty() || recovered) events.emplace_back(std::move(kept));
   return events;
+}
+
+/// A disk that refuses them refuses facts, too, and that is told; the next ones are tried again.
+void StateDir::sync_seen() {
+  if (seen_slots_ == nullptr || seen_ == seen_kept_) return;
+  if (seen_slots_->save(seen_)) seen_kept_ = seen_;
 }
 
 void StateDir::sync_facts(std::vector<fleet::FactKey>& kept) {

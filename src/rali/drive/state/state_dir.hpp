@@ -64,6 +64,13 @@ class StateDir {
   /// @return events for the node: fleet::Persisted, fleet::PersistFailed
   [[nodiscard]] std::vector<fleet::NodeEvent> sync(Time now, bool all = false);
 
+  /// What the link to the others has accepted, as bytes, at the last save of an earlier start;
+  /// empty where there is none.
+  [[nodiscard]] const factlog::Bytes& seen() const { return seen_kept_; }
+
+  /// Is on the disk after the next sync().
+  void keep_seen(factlog::Bytes seen) { seen_ = std::move(seen); }
+
   /// Facts that wait for a sync, or could not be written yet.
   [[nodiscard]] std::size_t waiting() const { return unsynced_.size() + failing_.size(); }
 
@@ -84,6 +91,7 @@ class StateDir {
   [[nodiscard]] bool write(const fleet::FactPtr& fact, std::string& why);
   void take_fact(const fleet::FactPtr& fact);
   void sync_facts(std::vector<fleet::FactKey>& kept);
+  void sync_seen();
   void retry();
   void note_failure(const fleet::FactPtr& fact, std::string why);
 
@@ -94,7 +102,9 @@ class StateDir {
   std::uint32_t epoch_ = 0;
   fleet::NodeStart start_;
 
-  std::optional<fleet::SaveRole> role_;   ///< to be saved
+  std::optional<fleet::SaveRole> role_;             ///< to be saved
+  std::shared_ptr<factlog::RoleSlots> seen_slots_;  ///< null: not kept
+  factlog::Bytes seen_, seen_kept_;
   std::uint64_t role_kept_ = 0;           ///< number of the last one that was
   std::vector<fleet::FactPtr> unsynced_;  ///< written since the last sync
   std::deque<fleet::FactPtr> failing_;    ///< to be tried again

@@ -57,6 +57,21 @@ fleet::DurableRole role_of(std::uint64_t term, VehicleId candidate) {
   return durable;
 }
 
+TEST(StateDir, what_the_link_has_accepted_comes_back) {
+  const TestFolder folder;
+  {
+    StateDir state = opened(folder.path());
+    EXPECT_TRUE(state.seen().empty());
+    state.keep_seen(factlog::body_of(1, 100));
+    EXPECT_TRUE(state.sync(Time::from_s(1.0)).empty());
+    state.keep_seen(factlog::body_of(2, 40));
+    static_cast<void>(state.sync(Time::from_s(1.1)));
+  }
+  EXPECT_EQ(opened(folder.path()).seen(), factlog::body_of(2, 40));
+  factlog::write_bytes(folder.path("seen.slots"), factlog::Bytes(8192, std::byte{0x5A}));
+  EXPECT_TRUE(opened(folder.path()).seen().empty()) << "a vehicle starts without them";
+}
+
 TEST(StateDir, a_new_folder_is_a_newcomer_in_epoch_0) {
   const TestFolder folder;
   StateDir state = opened(folder.path("v2/state"));

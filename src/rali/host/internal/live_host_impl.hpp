@@ -94,6 +94,7 @@ class LiveHost::Impl {
   BoundedQueue<RosOut> outbox_{kOutboxMax}, to_view_{kOutboxMax};
   BoundedQueue<fleet::NodeOutput> to_disk_{kDiskMax};
   BoundedQueue<fleet::NodeEvent> from_disk_{kDiskMax};
+  BoundedQueue<std::vector<std::byte>> seen_to_disk_{4};  ///< the newest counts
   BoundedQueue<Finding> findings_{kOutboxMax};
   BoundedQueue<Recorded> to_record_{kRecordMax};
   BoundedQueue<net::SerialBytes> from_serial_{kOutboxMax};

@@ -109,6 +109,11 @@ void FleetInbox::add_counts(LinkCounts& row) const {
   row.overflowed = counts.overflowed;
 }
 
+std::vector<SeenCounter> FleetInbox::seen() const {
+  const std::lock_guard lock(mutex_);
+  return opener_.seen();
+}
+
 std::uint64_t FleetInbox::strangers() const {
   const std::lock_guard lock(mutex_);
   return strangers_;

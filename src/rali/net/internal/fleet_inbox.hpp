@@ -31,6 +31,7 @@ class FleetInbox {
   /// Fills in what has arrived from `row.peer`.
   void add_counts(LinkCounts& row) const;
   [[nodiscard]] std::uint64_t strangers() const;
+  [[nodiscard]] std::vector<SeenCounter> seen() const;
 
  private:
   struct Waiting {
