@@ -36,7 +36,7 @@ std::vector<geometry::SE3> chained(const io::G2oFile& file) {
 }
 
 graph::PoseGraph make_graph(const io::G2oFile& file, Start start,
-                              const graph::GraphSettings& settings) {
+                            const graph::GraphSettings& settings) {
   io::G2oFile from = file;
   if (start == Start::kOdometry) {
     // Along the path only: an edge counts if it leads to the next id.

@@ -18,7 +18,7 @@ enum class Start {
 
 /// One node per vertex, in their order, the first one held; one relative pose per edge.
 [[nodiscard]] graph::PoseGraph make_graph(const io::G2oFile& file, Start start,
-                                            const graph::GraphSettings& settings);
+                                          const graph::GraphSettings& settings);
 
 /// Several files as one: vertices by id, an edge between the same two vertices once.
 [[nodiscard]] io::G2oFile joined(const std::vector<io::G2oFile>& files);
