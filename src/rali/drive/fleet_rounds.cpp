@@ -57,8 +57,8 @@ fleet::FleetEstimate estimate_by_rounds(std::span<const ToldByVehicle> vehicles,
   return centre.estimate(executor);
 }
 
-fleet::FleetEstimate estimate_told(std::span<const ToldByVehicle> vehicles, const MapJob& job,
-                                   Executor& executor) {
+fleet::FleetEstimate estimate_facts(std::span<const ToldByVehicle> vehicles, const MapJob& job,
+                                    Executor& executor) {
   std::vector<Time> ends;
   if (job.fleet.solve == fleet::SolveWhat::kRounds) ends = round_ends(vehicles, job.rounds);
   fleet::RoundCentre centre(job.fleet, job.known);
@@ -73,7 +73,7 @@ fleet::FleetEstimate estimate_fleet(const std::vector<VehicleRun>& runs, const M
     told.push_back({VehicleId{static_cast<std::uint16_t>(i)}, runs[i].facts(), end,
                     job.vehicles[i].settings.path.rest_s});
   }
-  return estimate_told(told, job, executor);
+  return estimate_facts(told, job, executor);
 }
 
 }  // namespace rali::drive

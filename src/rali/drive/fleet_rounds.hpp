@@ -34,9 +34,9 @@ fleet::FleetEstimate estimate_by_rounds(std::span<const ToldByVehicle> vehicles,
                                         Executor& executor,
                                         const std::function<void(Time)>& ended = {});
 
-/// What vehicles told, as one estimate; by rounds, if the settings want it.
-[[nodiscard]] fleet::FleetEstimate estimate_told(std::span<const ToldByVehicle> vehicles,
-                                                 const MapJob& job, Executor& executor);
+/// The facts of all vehicles as one estimate; by rounds, if the settings want it.
+[[nodiscard]] fleet::FleetEstimate estimate_facts(std::span<const ToldByVehicle> vehicles,
+                                                  const MapJob& job, Executor& executor);
 
 /// The same of all vehicles of a run.
 [[nodiscard]] fleet::FleetEstimate estimate_fleet(const std::vector<VehicleRun>& runs,

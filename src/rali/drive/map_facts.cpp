@@ -2,16 +2,16 @@
 #include <vector>
 
 #include "rali/base/finding_of.hpp"
+#include "rali/drive/fact_path.hpp"
 #include "rali/drive/fleet_rounds.hpp"
 #include "rali/drive/internal/map_run_stages.hpp"
 #include "rali/drive/output/joint_path.hpp"
 #include "rali/drive/state/fleet_facts.hpp"
-#include "rali/drive/told_path.hpp"
 
 namespace rali::drive::internal {
 
-/// As run_vehicles(), from what the vehicles told each other. The estimate comes first: which of a
-/// vehicle's starts belong together, it alone says.
+/// As run_vehicles(), from the facts that the vehicles sent each other. The estimate comes first:
+/// it decides which of a vehicle's starts belong together.
 Status MapRun::run_facts() {
   for (const Finding& f : job_.facts->findings) report(f);
   for (Finding& f : missing_findings(*job_.facts)) report(std::move(f));
@@ -26,27 +26,27 @@ Status MapRun::run_facts() {
     if (job_.point == OutputPoint::kLidar) runs_[i].set_point("lidar", input.T_body_lidar);
     if (job_.point == OutputPoint::kImu) runs_[i].set_point("imu", input.T_body_imu);
   }
-  if (Status s = tell_paths(); !s) return s;
+  if (Status s = fill_runs(); !s) return s;
   Status status;
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     const Status finished = finish_vehicle(i, {});
     if (status) status = finished;
   }
-  log_told_ranges(*job_.facts, runs_, summary_.fleet, range_log_);
+  log_fact_ranges(*job_.facts, runs_, summary_.fleet, range_log_);
   return status;
 }
 
-Status MapRun::tell_paths() {
+Status MapRun::fill_runs() {
   Progress progress;
   progress.stage = "fleet";
   sink_.progress(progress);
   const FleetFacts& facts = *job_.facts;
-  std::vector<ToldByVehicle> told;
+  std::vector<ToldByVehicle> sent;
   for (std::size_t i = 0; i < runs_.size(); ++i) {
-    told.push_back({VehicleId{static_cast<std::uint16_t>(i)}, facts.members[i].facts,
+    sent.push_back({VehicleId{static_cast<std::uint16_t>(i)}, facts.members[i].facts,
                     sources_[i]->report().t_end, job_.vehicles[i].settings.path.rest_s});
   }
-  summary_.fleet = estimate_told(told, job_, *executor_);
+  summary_.fleet = estimate_facts(sent, job_, *executor_);
   FindingList findings;
   const std::vector<StartFrames> frames = keep_one_frame_each(facts, summary_.fleet, findings);
   summary_.gaps |= !findings.empty();
@@ -54,7 +54,7 @@ Status MapRun::tell_paths() {
   add_absent(runs_.size(), summary_.fleet);
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     const VehicleId id{static_cast<std::uint16_t>(i)};
-    if (Status s = tell_path(facts, id, frames[i], runs_[i]); !s) return s;
+    if (Status s = fill_from_facts(facts, id, frames[i], runs_[i]); !s) return s;
     join_path(summary_.fleet, id, runs_[i]);
   }
   share_levels(summary_.fleet, runs_);

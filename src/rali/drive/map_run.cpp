@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include "rali/drive/fact_path.hpp"
 #include "rali/drive/fleet_rounds.hpp"
 #include "rali/drive/internal/map_run_stages.hpp"
 #include "rali/drive/live/live_map.hpp"
@@ -12,7 +13,6 @@
 #include "rali/drive/output/joint_path.hpp"
 #include "rali/drive/output/out_dir.hpp"
 #include "rali/drive/run_findings.hpp"
-#include "rali/drive/told_path.hpp"
 
 namespace rali::drive {
 namespace internal {
@@ -25,7 +25,7 @@ void MapRun::report(Finding finding) {
 
 Status MapRun::open_sources() {
   for (std::size_t i = 0; job_.facts && i < job_.vehicles.size(); ++i) {
-    sources_.push_back(told_source(*job_.facts, i));
+    sources_.push_back(fact_source(*job_.facts, i));
   }
   if (job_.facts) return {};
   for (std::size_t i = 0; i < job_.vehicles.size(); ++i) {

@@ -46,7 +46,8 @@ enum class OutputPoint : std::uint8_t { kBody, kLidar, kImu };
 /// What `rali map` was asked to do.
 struct MapJob {
   std::vector<VehicleJob> vehicles;
-  /// What the vehicles told each other, in place of recordings: member by member the vehicles.
+  /// The facts that the vehicles sent each other, in place of recordings: member by member the
+  /// vehicles.
   std::shared_ptr<const FleetFacts> facts;
   std::string out_dir = "out";
   bool overwrite = false;

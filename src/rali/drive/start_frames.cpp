@@ -7,7 +7,7 @@
 
 #include "rali/base/counted.hpp"
 #include "rali/base/finding_of.hpp"
-#include "rali/drive/told_path.hpp"
+#include "rali/drive/fact_path.hpp"
 #include "rali/fleet/facts/keyframe_number.hpp"
 
 namespace rali::drive {
@@ -70,12 +70,12 @@ class OneFrameEach {
       } else if (frame.group == home->group) {
         kept[frame.epoch] = home->T_map_odom.inverse() * frame.T_map_odom;
       } else {
-        tell_left_out(frame);
+        report_left_out(frame);
       }
     }
   }
 
-  void tell_left_out(const VehicleFrame& frame) {
+  void report_left_out(const VehicleFrame& frame) {
     const auto& member = facts_.members[frame.vehicle.value];
     Finding f = finding_of(
         "state.start_left_out", Severity::kWarning,
@@ -151,7 +151,7 @@ FindingList missing_findings(const FleetFacts& facts) {
     Finding f = finding_of("state.missing", Severity::kWarning,
                            fmt::format("{} of {} are in no folder", member.missing,
                                        counted(member.facts.size() + member.missing, "fact")),
-                           "the map lacks what they tell",
+                           "the map lacks what they hold",
                            "Give the state folders of the other vehicles, too.");
     f.vehicle = member.name;
     findings.push_back(std::move(f));

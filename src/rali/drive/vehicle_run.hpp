@@ -30,8 +30,8 @@ class VehicleRun {
   [[nodiscard]] static Result<VehicleRun> start(const std::string& name, const std::string& out_dir,
                                                 SessionFile* session);
 
-  /// A run whose outputs are made of what the vehicle told the fleet: nothing is known of how it
-  /// was told, so that there is neither odometry/ nor live/.
+  /// A run whose outputs are made of the facts that the vehicle sent: nothing is known of what it
+  /// published live, so that there is neither odometry/ nor live/.
   [[nodiscard]] static VehicleRun of_facts(const std::string& name, const std::string& out_dir,
                                            SessionFile* session);
 

@@ -1,4 +1,4 @@
-// What PoseGraph tells of how well it knows things.
+// Covariances and predictions of PoseGraph.
 #include <numeric>
 
 #include "rali/base/assert.hpp"

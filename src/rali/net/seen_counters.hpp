@@ -10,9 +10,9 @@
 
 namespace rali::net {
 
-/// The newest message of one kind that was accepted of another vehicle. Kept on the disk, it tells
-/// after a restart what is old: else whatever was recorded on the network of a vehicle's present
-/// epoch could be sent once more.
+/// The newest message of one kind that was accepted of another vehicle. Kept on the disk, it
+/// decides after a restart what is old: else whatever was recorded on the network of a vehicle's
+/// present epoch could be sent once more.
 struct SeenCounter {
   VehicleId from;
   bool to_all = false;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "rali/fleet/path/level.hpp"
-#include "rali/ranging/second_look.hpp"
+#include "rali/ranging/path_fit.hpp"
 #include "rali/vehicle/paper_range_stage.hpp"
 
 namespace rali::vehicle {

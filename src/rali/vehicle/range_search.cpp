@@ -155,7 +155,8 @@ void RangeStage::seek_place(const PairKey& key, const Moment& now, const RangeSa
                             double sigma_m, SideFilter& filter) {
   Pair& pair = pair_of(key);
   const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
-  // What it tells of the place, those that come soon after do not tell again.
+  // Ranges soon after it share its errors: the thinning counts it although it only locates the
+  // peer.
   static_cast<void>(pair.thinning.inflation(sample.t, sigma_m, now.at_rest));
   const ranging::FinderSample seen = finder_sample(key, now, sample, sigma_m, filter);
   const auto found = pair.finder.add(seen, height_of(key), up_odom_);

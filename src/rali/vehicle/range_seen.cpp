@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "rali/fleet/path/level.hpp"
-#include "rali/ranging/second_look.hpp"
+#include "rali/ranging/path_fit.hpp"
 #include "rali/vehicle/range_stage.hpp"
 
 namespace rali::vehicle {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rali/ranging/second_look.hpp"
+#include "rali/ranging/path_fit.hpp"
 #include "rali/vehicle/staged_for_test.hpp"
 
 namespace rali::vehicle {

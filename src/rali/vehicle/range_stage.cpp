@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rali/ranging/path_fit.hpp"
 #include "rali/ranging/range_model.hpp"
-#include "rali/ranging/second_look.hpp"
 #include "rali/ranging/signal_quality.hpp"
 
 namespace rali::vehicle {

@@ -172,7 +172,7 @@ Result<jobs::MapInputs> MapCommand::load_with_shortcuts() const {
                                                 : jobs::load_inputs(inputs_, overrides);
 }
 
-/// What is about sensors' data has no meaning for what vehicles told each other.
+/// What is about sensors' data has no meaning for the facts that vehicles sent each other.
 Status MapCommand::check_of_facts() const {
   if (std::none_of(inputs_.begin(), inputs_.end(), drive::is_state_folder)) return {};
   std::vector<std::pair<std::string, bool>> given = {{"--ranges", !ranges_.empty()},

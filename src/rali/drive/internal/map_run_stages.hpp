@@ -46,7 +46,7 @@ class MapRun {
   Status run_vehicles();
   void join_fleet();
   Status run_facts();
-  Status tell_paths();
+  Status fill_runs();
   Status finish_vehicle(std::size_t index, const FleetMember& member);
   Status judge_ends(const std::vector<FleetMember>& members);
   Status write_results();

@@ -38,7 +38,7 @@ class ComparedPieces {
     [[nodiscard]] bool is(const places::Submap& submap) const;
 
     std::vector<KeyframeId> scans;
-    std::size_t points = 0;  ///< a vehicle that began anew counts its keyframes anew, too
+    std::size_t points = 0;  ///< finer points of the same scans may come later
     double path_m = 0.0;
     geometry::SE3 T_ref_body;
   };

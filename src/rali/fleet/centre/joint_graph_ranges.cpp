@@ -3,8 +3,8 @@
 #include <map>
 
 #include "rali/fleet/centre/joint_graph.hpp"
+#include "rali/ranging/path_fit.hpp"
 #include "rali/ranging/range_thinning.hpp"
-#include "rali/ranging/second_look.hpp"
 
 namespace rali::fleet {
 

@@ -16,15 +16,15 @@
 
 namespace rali::drive {
 
-/// A vehicle's run from what it told the fleet, in place of its sensors' data: a pose at each node
-/// of its path, the keyframes with their thinned points.
+/// A vehicle's run from the facts that it sent to the fleet, in place of its sensors' data: a pose
+/// at each node of its path, the keyframes with their thinned points.
 
 /// Where the odom frames of a vehicle's starts lie in the one that its results are kept in, by
 /// epoch. Starts that are not joined to it are missing.
 using StartFrames = std::map<std::uint32_t, geometry::SE3>;
 
 /// What there is of a vehicle, as a source without events.
-[[nodiscard]] std::unique_ptr<ReportedSource> told_source(const FleetFacts& facts,
+[[nodiscard]] std::unique_ptr<ReportedSource> fact_source(const FleetFacts& facts,
                                                           std::size_t member);
 
 /// Chooses one frame for each vehicle: that of its first start in the largest group of vehicles,
@@ -37,12 +37,12 @@ using StartFrames = std::map<std::uint32_t, geometry::SE3>;
 
 /// Tells `run` the path of a vehicle. Errors: kMachine.
 /// @param id of the vehicle, its place in `facts`
-[[nodiscard]] Status tell_path(const FleetFacts& facts, VehicleId id, const StartFrames& frames,
-                               VehicleRun& run);
+[[nodiscard]] Status fill_from_facts(const FleetFacts& facts, VehicleId id,
+                                     const StartFrames& frames, VehicleRun& run);
 
-/// Every range that a vehicle told, with what the joint map made of it, when the poses of the runs
-/// are final. One that fits and was not used, because others say the same, is `not_needed`.
-void log_told_ranges(const FleetFacts& facts, const std::vector<VehicleRun>& runs,
+/// Every range that a vehicle reported, with what the joint map made of it, when the poses of the
+/// runs are final. One that fits and was not used, because others say the same, is `not_needed`.
+void log_fact_ranges(const FleetFacts& facts, const std::vector<VehicleRun>& runs,
                      const fleet::FleetEstimate& estimate, RangeLog& log);
 
 /// A vehicle some of whose facts are in no folder; a vehicle without a fact.

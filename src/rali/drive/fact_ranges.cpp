@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "rali/drive/fact_path.hpp"
 #include "rali/drive/output/final_path.hpp"
-#include "rali/drive/told_path.hpp"
 
 namespace rali::drive {
 namespace {
@@ -19,8 +19,8 @@ using ranging::RangeUse;
 /// A residual beyond so many sigmas contradicts the map.
 constexpr double kSigmas = 3.0;
 
-/// Each measurement once, whichever of its ends told it, by time. Where both did, the larger doubt
-/// counts.
+/// Each measurement once, whichever of its ends reported it, by time. Where both did, the larger
+/// sigma counts.
 std::vector<RangeEntry> distinct_ranges(const FleetFacts& facts) {
   using Key = std::tuple<Time, VehicleId, VehicleId, std::uint8_t, std::uint8_t>;
   std::map<Key, RangeEntry> ranges;
@@ -113,7 +113,7 @@ class RangeJudge {
 
 }  // namespace
 
-void log_told_ranges(const FleetFacts& facts, const std::vector<VehicleRun>& runs,
+void log_fact_ranges(const FleetFacts& facts, const std::vector<VehicleRun>& runs,
                      const fleet::FleetEstimate& estimate, RangeLog& log) {
   const std::vector<RangeEntry> ranges = distinct_ranges(facts);
   for (const RangeEntry& range : ranges) log.add_handed(RangeJudge::sample_of(range));

@@ -1,4 +1,4 @@
-#include "rali/ranging/second_look.hpp"
+#include "rali/ranging/path_fit.hpp"
 
 #include "rali/ranging/range_gate.hpp"
 

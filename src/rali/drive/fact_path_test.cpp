@@ -1,4 +1,4 @@
-#include "rali/drive/told_path.hpp"
+#include "rali/drive/fact_path.hpp"
 
 #include <numbers>
 
@@ -86,7 +86,7 @@ TEST(KeepOneFrameEach, starts_that_are_joined_share_the_frame_of_the_first) {
       << "5 m along y of the map are 5 m along x of the turned odom";
 }
 
-TEST(KeepOneFrameEach, of_starts_that_are_apart_the_longer_one_stays_and_the_other_is_told) {
+TEST(KeepOneFrameEach, of_starts_that_are_apart_the_longer_one_stays_and_the_other_is_reported) {
   const FleetFacts facts = two_starts();  // two nodes, then three
   fleet::FleetEstimate estimate;
   estimate.groups = {{kSelf}, {kSelf}};
@@ -120,13 +120,13 @@ TEST(KeepOneFrameEach, a_start_in_the_map_of_others_is_worth_more_than_a_longer_
   EXPECT_EQ(estimate.groups, (std::vector<std::vector<VehicleId>>{{kSelf, kPeer}}));
 }
 
-TEST(TellPath, gives_a_pose_at_each_node_and_keyframes_with_or_without_points) {
+TEST(FactPath, gives_a_pose_at_each_node_and_keyframes_with_or_without_points) {
   const io::TestFolder folder;
   const FleetFacts facts = two_starts();
   VehicleRun run = VehicleRun::of_facts("v1", folder.path(), nullptr);
   const SE3 T_local_second{geometry::rotation_from_rpy(0.0, 0.0, std::numbers::pi / 2.0),
                            {0, 5, 0}};
-  ASSERT_TRUE(tell_path(facts, kSelf, {{0, SE3{}}, {1, T_local_second}}, run));
+  ASSERT_TRUE(fill_from_facts(facts, kSelf, {{0, SE3{}}, {1, T_local_second}}, run));
   ASSERT_EQ(run.poses().size(), 5U);
   EXPECT_TRUE(run.poses()[1].T_local_body.p.isApprox(Vec3(1.0, 0.0, 0.0), 1e-12));
   // 3 m ahead in the second start's odom, which heads along y.
@@ -151,15 +151,15 @@ TEST(TellPath, gives_a_pose_at_each_node_and_keyframes_with_or_without_points) {
   EXPECT_EQ(seen, 2U);
 }
 
-TEST(TellPath, a_start_without_a_frame_is_left_out) {
+TEST(FactPath, a_start_without_a_frame_is_left_out) {
   const io::TestFolder folder;
   VehicleRun run = VehicleRun::of_facts("v1", folder.path(), nullptr);
-  ASSERT_TRUE(tell_path(two_starts(), kSelf, {{1, SE3{}}}, run));
+  ASSERT_TRUE(fill_from_facts(two_starts(), kSelf, {{1, SE3{}}}, run));
   EXPECT_EQ(run.poses().size(), 3U);
   EXPECT_EQ(run.keyframes().size(), 1U);
 }
 
-TEST(TellPath, a_degenerate_node_is_held_by_ranges_that_were_told_lately) {
+TEST(FactPath, a_degenerate_node_is_held_by_ranges_that_were_reported_lately) {
   const io::TestFolder folder;
   fleet::Increment blind = node(1.0);
   blind.blind = true;
@@ -173,7 +173,7 @@ TEST(TellPath, a_degenerate_node_is_held_by_ranges_that_were_told_lately) {
   facts.members[0].facts = {fact(kSelf, 0, 0, 1.0, node(0.0, 0)), fact(kSelf, 0, 1, 2.0, blind),
                             fact(kSelf, 0, 2, 9.0, blind), fact(kSelf, 0, 3, 2.0, block)};
   VehicleRun run = VehicleRun::of_facts("v1", folder.path(), nullptr);
-  ASSERT_TRUE(tell_path(facts, kSelf, {{0, SE3{}}}, run));
+  ASSERT_TRUE(fill_from_facts(facts, kSelf, {{0, SE3{}}}, run));
   ASSERT_EQ(run.poses().size(), 3U);
   EXPECT_EQ(run.poses()[1].range_from, kPeer);
   EXPECT_EQ(run.poses()[1].held_by, HeldBy::kRange);
@@ -184,7 +184,7 @@ TEST(TellPath, a_degenerate_node_is_held_by_ranges_that_were_told_lately) {
 TEST(ToldSource, reports_what_the_facts_hold) {
   FleetFacts facts = two_starts();
   facts.members[0].missing = 2;
-  const auto source = told_source(facts, 0);
+  const auto source = fact_source(facts, 0);
   const InputReport& report = source->report();
   EXPECT_EQ(report.vehicle, "v1");
   EXPECT_EQ(report.sweeps, 5U);

@@ -1,4 +1,4 @@
-#include "rali/drive/told_path.hpp"
+#include "rali/drive/fact_path.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -67,7 +67,7 @@ std::vector<std::pair<Time, VehicleId>> ranges_of(const FleetFacts::Member& memb
   return ranges;
 }
 
-/// The direction of travel that the LiDAR of a degenerate node tells least about, in odom.
+/// The direction of travel that the LiDAR constrains least at a degenerate node, in odom.
 Vec3 least_known_odom(const fleet::Increment& step) {
   const Eigen::SelfAdjointEigenSolver<geometry::Mat3> eigen(
       step.lidar_information.bottomRightCorner<3, 3>());
@@ -75,9 +75,9 @@ Vec3 least_known_odom(const fleet::Increment& step) {
 }
 
 /// Walks along a path and makes of it what the vehicle's software would have put out.
-class Teller {
+class PathFiller {
  public:
-  Teller(const FleetFacts::Member& member, VehicleId id, const StartFrames& frames)
+  PathFiller(const FleetFacts::Member& member, VehicleId id, const StartFrames& frames)
       : id_(id), frames_(frames), points_(points_of(member)), ranges_(ranges_of(member, id)) {
     for (const auto& [keyframe, points] : points_) {
       if (T_body_lidar_) break;
@@ -180,13 +180,13 @@ class ToldSource final : public ReportedSource {
 
 }  // namespace
 
-std::unique_ptr<ReportedSource> told_source(const FleetFacts& facts, std::size_t member) {
-  const FleetFacts::Member& told = facts.members[member];
+std::unique_ptr<ReportedSource> fact_source(const FleetFacts& facts, std::size_t member) {
+  const FleetFacts::Member& author = facts.members[member];
   InputReport report;
-  report.vehicle = told.name;
+  report.vehicle = author.name;
   report.files = facts.folders;
   report.T_body_lidar_origin = "the vehicle's facts";
-  const std::vector<Node> nodes = nodes_of(told);
+  const std::vector<Node> nodes = nodes_of(author);
   report.sweeps = nodes.size();
   if (!nodes.empty()) {
     report.t_begin = nodes.front().t;
@@ -194,34 +194,34 @@ std::unique_ptr<ReportedSource> told_source(const FleetFacts& facts, std::size_t
   }
   report.has_imu =
       std::any_of(nodes.begin(), nodes.end(), [](const Node& node) { return node.step->levelled; });
-  if (const auto points = points_of(told); !points.empty()) {
+  if (const auto points = points_of(author); !points.empty()) {
     report.T_body_lidar = points.begin()->second->T_body_lidar;
   }
   for (const Node& node : nodes) {
     if (node.step->inertial) report.T_body_imu = node.step->inertial->T_body_imu;
   }
-  report.gaps.damaged = told.missing > 0;
+  report.gaps.damaged = author.missing > 0;
   return std::make_unique<ToldSource>(std::move(report));
 }
 
-Status tell_path(const FleetFacts& facts, VehicleId id, const StartFrames& frames,
-                 VehicleRun& run) {
+Status fill_from_facts(const FleetFacts& facts, VehicleId id, const StartFrames& frames,
+                       VehicleRun& run) {
   const FleetFacts::Member& member = facts.members[id.value];
   FindingList none;
   for (const fleet::FactPtr& fact : member.facts) {
     if (Status s = run.take({vehicle::FactMade{fact}}, none); !s) return s;
   }
-  Teller teller(member, id, frames);
+  PathFiller filler(member, id, frames);
   const Node* before = nullptr;
   const std::vector<Node> nodes = nodes_of(member);
   for (const Node& node : nodes) {
-    const vehicle::OutputList outputs = teller.outputs_of(node);
+    const vehicle::OutputList outputs = filler.outputs_of(node);
     if (outputs.empty()) continue;
     if (Status s = run.take(outputs, none); !s) return s;
     if (before != nullptr && is_next(*before, node)) run.tie_last_pose();
     before = &node;
   }
-  return teller.gravity() ? run.take({*teller.gravity()}, none) : Status{};
+  return filler.gravity() ? run.take({*filler.gravity()}, none) : Status{};
 }
 
 }  // namespace rali::drive

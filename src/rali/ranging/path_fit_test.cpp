@@ -1,4 +1,4 @@
-#include "rali/ranging/second_look.hpp"
+#include "rali/ranging/path_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ bool last_fits(const std::vector<double>& residuals_m) {
   return fits;
 }
 
-TEST(SecondLook, takes_what_is_on_the_path_and_leaves_what_is_off_or_steps_away) {
+TEST(PathFit, takes_what_is_on_the_path_and_leaves_what_is_off_or_steps_away) {
   EXPECT_TRUE(last_fits({0.02}));
   // 3.29 sigma of 0.112 m is 0.368 m.
   EXPECT_TRUE(last_fits({0.36}));
@@ -25,7 +25,7 @@ TEST(SecondLook, takes_what_is_on_the_path_and_leaves_what_is_off_or_steps_away)
   EXPECT_FALSE(last_fits(step)) << "inside the gate, but longer from one range to the next";
 }
 
-TEST(SecondLook, a_calibrated_bias_is_doubted_by_a_fifth) {
+TEST(PathFit, a_calibrated_bias_is_doubted_by_a_fifth) {
   BiasSettings settings;
   settings.sigma_m = 0.1;
   EXPECT_DOUBLE_EQ(bias_sigma_m(settings, false), 0.1);
