@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "rali/odometry/robust/internal/robust_filter.hpp"
 
 namespace rali::odometry::internal {
@@ -8,10 +10,26 @@ std::array<bool, 3> RobustOdometry::closed() const {
   return {blind_[0] || thin_, blind_[1], blind_[2]};
 }
 
+namespace {
+
+/// Whether the LiDAR moves the pose along the axis by more than the prediction leaves room for:
+/// what it sees there moves, or the inertial sensor is wrong. Only the LiDAR's word can be left
+/// out.
+bool contradicts(const FilterState& predicted, const geometry::Vec3& axis,
+                 const UpdateResult& done) {
+  constexpr double kSigmas = 3.0;
+  const double shift_m = axis.dot(done.lidar_shift.tail<3>());
+  const double variance_m2 =
+      axis.dot(predicted.P.block<3, 3>(kPos, kPos) * axis) + std::pow(done.directions[0].sigma, 2);
+  return shift_m * shift_m > kSigmas * kSigmas * variance_m2;
+}
+
+}  // namespace
+
 /// Where little holds the vehicle along its weakest direction it may be a cart or a person that
 /// drives along, or the trail of one in the map. Walls and niches were there before the vehicle
-/// had driven on from where it saw them first, and fit in one place only. What does not counts as
-/// nothing: the direction is blind in this scan.
+/// had driven on from where it saw them first, fit in one place only, and do not contradict the
+/// inertial sensor. What does counts as nothing: the direction is blind in this scan.
 void RobustOdometry::refuse_thin_hold(const FilterState& predicted, const SE3& start,
                                       UpdateResult& done) {
   constexpr double kMany = 0.1;       // of the scan's points: no cart fills as much of it
@@ -25,7 +43,8 @@ void RobustOdometry::refuse_thin_hold(const FilterState& predicted, const SE3& s
       matcher_.hold_along(map_, state_.T_odom_body, axis, kStep_m, drift_.newest_established());
   const double none_m = settings_.aware.none_m;
   const bool known = hold.here > 1.0 / (none_m * none_m);
-  if (known && hold.elsewhere < kElsewhere * hold.here) return;
+  const bool fits = hold.elsewhere < kElsewhere * hold.here;
+  if (known && fits && !contradicts(predicted, axis, done)) return;
   thin_ = true;
   state_ = predicted;
   done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, closed(), true);

@@ -15,8 +15,9 @@ double true_x_m(const Driven& driven) {
 }
 
 /// Under way in a tunnel, blind along it. It shakes, else it would count as at rest.
-Driven blind_in_a_tunnel(double speed_mps, int sweeps) {
+Driven blind_in_a_tunnel(double speed_mps, int sweeps, std::uint64_t seed) {
   TestRoom room = tunnel();
+  room.rng = Rng(seed, "room");
   room.speed_mps = speed_mps;
   room.rings = 16;
   room.columns = 300;
@@ -41,7 +42,8 @@ int scans_that_see(Driven& driven, const BoxOf& box_of) {
 
 double off_m(const Driven& driven) { return driven.now().T_odom_body.p.x() - true_x_m(driven); }
 
-// Without the question how old its planes are, it is taken for a wall in all 40, and 5 m are lost.
+// Taken for a wall it holds the vehicle back: 4 to 8 m are lost in half of the seeds. What tells it
+// from a wall is the inertial sensor, and that its planes are young.
 TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
   struct Case {
     double speed_mps;
@@ -50,18 +52,22 @@ TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
   };
 
   for (const Case& c : {Case{1.0, 25, 2.0}, Case{0.6, 50, 3.0}}) {
-    Driven driven = blind_in_a_tunnel(c.speed_mps, c.sweeps);
-    const auto cart = [&](const Driven& d) { return cart_at(true_x_m(d) + c.gap_m); };
-    EXPECT_LT(scans_that_see(driven, cart), 10) << c.speed_mps << " m/s";
-    EXPECT_LT(std::abs(off_m(driven)), 2.0) << c.speed_mps << " m/s";
+    for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+      Driven driven = blind_in_a_tunnel(c.speed_mps, c.sweeps, seed);
+      const auto cart = [&](const Driven& d) { return cart_at(true_x_m(d) + c.gap_m); };
+      EXPECT_LT(scans_that_see(driven, cart), 10) << c.speed_mps << " m/s, seed " << seed;
+      EXPECT_LT(std::abs(off_m(driven)), 2.0) << c.speed_mps << " m/s, seed " << seed;
+    }
   }
 }
 
 TEST(ThinHold, a_box_that_stands_in_the_tunnel_holds_the_vehicle) {
-  Driven driven = blind_in_a_tunnel(1.0, 25);
-  const TestRoom::Box box = cart_at(true_x_m(driven) + 11.0);
-  EXPECT_EQ(scans_that_see(driven, [&](const Driven&) { return box; }), 40);
-  EXPECT_LT(std::abs(off_m(driven)), 0.3);
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+    Driven driven = blind_in_a_tunnel(1.0, 25, seed);
+    const TestRoom::Box box = cart_at(true_x_m(driven) + 11.0);
+    EXPECT_GT(scans_that_see(driven, [&](const Driven&) { return box; }), 30) << seed;
+    EXPECT_LT(std::abs(off_m(driven)), 0.4) << seed;
+  }
 }
 
 }  // namespace
