@@ -97,13 +97,12 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
   epochs_.clear();
   group_of_plane_.resize(std::max(group_of_plane_.size(), map.plane_count()), -1);
   const Mat3& R = T_odom_body.R;
-  const double range_var = settings_.range_sigma_m * settings_.range_sigma_m;
   for (const Point& point : points_) {
     if (point.plane < 0) continue;
     int& g = group_of_plane_[static_cast<std::size_t>(point.plane)];
     if (g < 0) {
       g = static_cast<int>(groups_.size());
-      groups_.push_back(Group{point.plane, 0, {}, Vec3::Zero()});
+      groups_.push_back(Group{point.plane, 0, {}});
     }
     Group& group = groups_[static_cast<std::size_t>(g)];
     const Plane& plane = map.plane(point.plane);
@@ -127,7 +126,6 @@ LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
     m[7] += w * p.z() * p.z();
     m[8] += w * p.z();
     m[9] += w;
-    group.noise += w * range_var * cos_incidence * ray;
     ++group.points;
     ++system.matches;
     system.residual_sum2_m2 += robust * r * r;
@@ -219,7 +217,6 @@ void Matcher::add_point(const Group& group, const PlaneInBody& plane, LidarSyste
   const Vec6 weighted = h / variance;
   system.I.noalias() += weighted * h.transpose();
   system.b += (plane.n.dot(p) + plane.c_m) * weighted;
-  system.b.head<3>() -= group.noise.cross(plane.n) / (w * variance);
 }
 
 void Matcher::add_moments(const Group& group, const PlaneInBody& plane, LidarSystem& system) {
@@ -238,7 +235,7 @@ void Matcher::add_moments(const Group& group, const PlaneInBody& plane, LidarSys
   const Vec3 u2 = P * plane.e2 + plane.c2_m * s;
   const double w1 = s.dot(plane.e1) + plane.c1_m * w;
   const double w2 = s.dot(plane.e2) + plane.c2_m * w;
-  const Vec3 um = P * m + plane.c_m * s - group.noise;  // M rho
+  const Vec3 um = P * m + plane.c_m * s;  // M rho
   const double wm = s.dot(m) + plane.c_m * w;
 
   Mat3 S;

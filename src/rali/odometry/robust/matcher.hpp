@@ -93,9 +93,6 @@ class Matcher {
     int plane = -1;
     int points = 0;
     double m[10] = {};
-    /// Sum of w var (n.ray) ray: what range noise, which lies along the rays, adds to the products
-    /// of a point and its distance from the plane. Left in, a surface that is seen obliquely tilts.
-    geometry::Vec3 noise = geometry::Vec3::Zero();
   };
 
   struct Point {

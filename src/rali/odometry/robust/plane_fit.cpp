@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 namespace rali::odometry {
 
 using geometry::Mat3;
 using geometry::Vec3;
+using geometry::Vec3f;
 
 Mat3 PointSums::covariance() const {
   const double inverse = 1.0 / n;
@@ -29,6 +32,19 @@ Mat3 PointSums::mean_ray_product() const {
   Mat3 U;
   U << rays[0], rays[1], rays[2], rays[1], rays[3], rays[4], rays[2], rays[4], rays[5];
   return inverse * U;
+}
+
+Mat3 PointSums::noise_in(const Mat3& C, double range_var) const {
+  using Rows = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+  constexpr double kLeast_m2 = 1e-8;  // C of points on a line has no inverse
+  const double inverse = 1.0 / n;
+  const Mat3 U = mean_ray_product();
+  const Vec3 w = inverse * Eigen::Map<const Vec3f>(leaving).cast<double>();
+  const Mat3 W = inverse * Eigen::Map<const Rows>(leaving_at).cast<double>();
+  const Mat3 A = range_var * (U - W + w * (inverse * sum).transpose());
+  const Mat3 inverse_C = (C + kLeast_m2 * Mat3::Identity()).inverse();
+  const double explained = std::min(range_var, (A * inverse_C * A.transpose()).trace());
+  return A + A.transpose() - explained * U;
 }
 
 namespace {
@@ -54,15 +70,21 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bo
   // by the ray's angle. What noise adds is therefore taken out before the axes are found.
   const Mat3 measured = sums.covariance();
   const double range_var = settings.range_sigma_m * settings.range_sigma_m;
-  const geometry::Pca3 pca = geometry::pca3(measured - range_var * sums.mean_ray_product());
+  const geometry::Pca3 pca = geometry::pca3(measured - sums.noise_in(measured, range_var));
   const Vec3 normal = pca.vectors.col(2);
+  // No spread that all of the noise could explain makes a surface thick, or wide.
+  const Mat3 rays = sums.mean_ray_product();
+  const Mat3 least = measured - range_var * rays;
+  const double thickness_m2 = normal.dot(least * normal);
+  const double width_m2 =
+      std::min(pca.values[1], pca.vectors.col(1).dot(least * pca.vectors.col(1)));
   const double excess = finest ? settings.excess_max_finest_m : settings.excess_max_m;
-  if (pca.values[2] > excess * excess) return FitResult::kTooThick;
+  if (thickness_m2 > excess * excess) return FitResult::kTooThick;
   const double width = settings.width_min_ratio * edge_m;
-  if (pca.values[1] < width * width) return FitResult::kTooFew;
+  if (width_m2 < width * width) return FitResult::kTooFew;
   const double l3 = std::max(0.0, normal.dot(measured * normal));
-  if (pca.values[1] < 4.0 * l3) return finest ? FitResult::kTooFew : FitResult::kTooThick;
-  if (flat_by_chance(pca.values[1], l3, sums.n)) return FitResult::kTooFew;
+  if (width_m2 < 4.0 * l3) return finest ? FitResult::kTooFew : FitResult::kTooThick;
+  if (flat_by_chance(width_m2, l3, sums.n)) return FitResult::kTooFew;
   const double n = sums.n;
   const double floor = settings.sigma_floor_m * settings.sigma_floor_m;
   const double s2 = std::max(floor, l3 * n / (n - 3.0));
@@ -72,8 +94,16 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bo
   plane.e1 = pca.vectors.col(0);
   plane.e2 = pca.vectors.col(1);
   plane.n = normal;
-  plane.var_tilt1 = (s2 / n + between) / pca.values[0];
-  plane.var_tilt2 = (s2 / n + between) / pca.values[1];
+  // A slope is a mean product of place and height over the true spread. Measured places spread more
+  // than that, and the density on the faces is known from the few points near them.
+  const auto var_tilt = [&](const Vec3& e, double spread) {
+    const double cross = range_var * e.dot(rays * normal);
+    const double product =
+        (e.dot(measured * e) * s2 + cross * cross / (2.0 * PointSums::kShell)) / n;
+    return (product / spread + between) / spread;
+  };
+  plane.var_tilt1 = var_tilt(plane.e1, pca.values[0]);
+  plane.var_tilt2 = var_tilt(plane.e2, pca.values[1]);
   plane.var_offset = s2 / n + settings.sigma_systematic_m * settings.sigma_systematic_m;
   plane.var_normal = s2;
   plane.epoch = sums.epoch_sum / n;

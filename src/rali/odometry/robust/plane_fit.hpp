@@ -5,16 +5,25 @@
 
 namespace rali::odometry {
 
-/// Running sums of points, relative to an origin near them, for plane fitting.
+/// Running sums of the points in a cell of the map, relative to its centre, for plane fitting.
 struct PointSums {
+  /// Points nearer to a face of the cell than this share of its edge show how dense points are on
+  /// that face.
+  static constexpr double kShell = 0.125;
+
   int n = 0;
   geometry::Vec3 sum = geometry::Vec3::Zero();
   // xx xy xz yy yz zz of the points, and of the unit rays that measured them
   double products[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   double epoch_sum = 0.0;  ///< of the generations (drift.hpp) in which the points came
   float rays[6] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
+  /// Sums over the points near faces of s ray and of s ray p^T, row by row, where s is the ray
+  /// along the outward normal / thickness of the shell (noise_product()).
+  float leaving[3] = {0.0F, 0.0F, 0.0F};
+  float leaving_at[9] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
 
-  void add(const geometry::Vec3& p, const geometry::Vec3f& ray, double epoch) {
+  /// @param p relative to the cell's centre [m]  @param ray unit  @param edge_m of the cell
+  void add(const geometry::Vec3& p, const geometry::Vec3f& ray, double epoch, double edge_m) {
     ++n;
     epoch_sum += epoch;
     sum += p;
@@ -30,13 +39,43 @@ struct PointSums {
     rays[3] += ray.y() * ray.y();
     rays[4] += ray.y() * ray.z();
     rays[5] += ray.z() * ray.z();
+    add_near_faces(p.cast<float>(), ray, static_cast<float>(edge_m));
   }
 
   /// Covariance of the points as measured.
   [[nodiscard]] geometry::Mat3 covariance() const;
 
-  /// Mean of ray ray^T: times the range variance, what range noise adds to covariance().
+  /// Mean of ray ray^T.
   [[nodiscard]] geometry::Mat3 mean_ray_product() const;
+
+  /// What range noise has added to covariance().
+  ///
+  /// Noise e moves a point along its ray, to p. Where the cell holds a surface whole, that adds
+  /// E[e e^T]. Where points lie as densely on both sides of a face, as many have come in by noise
+  /// as have gone, and where a point was measured tells nothing about its noise: E[e e^T] taken out
+  /// of such a cell tilts the surface towards the sensor. By Tweedie's formula (Efron 2011) E[e|p]
+  /// = -S grad log f(p), with S = range_var ray ray^T and f the density of measured points. Over
+  /// the cell, by parts: A = E[e p^T] = S (I - sum over faces of density normal p^T). The surface
+  /// is at p - e, so A + A^T - E[e e^T] has been added; what of E[e e^T] is within the cell is what
+  /// p explains of it, A C^-1 A^T.
+  /// @param C covariance()
+  [[nodiscard]] geometry::Mat3 noise_in(const geometry::Mat3& C, double range_var) const;
+
+ private:
+  void add_near_faces(const geometry::Vec3f& p, const geometry::Vec3f& ray, float edge_m) {
+    const float inner_m = (0.5F - static_cast<float>(kShell)) * edge_m;
+    float s = 0.0F;
+    for (int k = 0; k < 3; ++k) {
+      if (p[k] > inner_m) s += ray[k];
+      if (p[k] < -inner_m) s -= ray[k];
+    }
+    if (s == 0.0F) return;
+    s /= static_cast<float>(kShell) * edge_m;
+    for (int i = 0; i < 3; ++i) {
+      leaving[i] += s * ray[i];
+      for (int j = 0; j < 3; ++j) leaving_at[3 * i + j] += s * ray[i] * p[j];
+    }
+  }
 };
 
 /// Limits for what counts as a plane and what its errors are (algorithms 2.3).

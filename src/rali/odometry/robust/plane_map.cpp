@@ -113,7 +113,7 @@ void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level
   }
   if (children == kFrozen) return;
   Gathered& gathered = gathered_[static_cast<std::size_t>(index)];
-  gathered.sums.add(p - center, ray, epoch);
+  gathered.sums.add(p - center, ray, epoch, 2.0 * half_m);
   if (gathered.sums.n >= gathered.refit_at) refit(index, center, level);
 }
 
