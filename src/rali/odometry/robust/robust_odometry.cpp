@@ -35,11 +35,12 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   const SE3 T_felt = predicted_motion(scan.t_end, felt);
   predict(scan.t_end);
   T_last_predicted_ = inertial_ ? T_felt : T_propagated_;
-  // Without inertial data the sweep is undistorted with a guessed velocity: again with the
-  // velocity that came out, if it is another one.
-  constexpr int kRoundsWithoutImu = 3;
+  // Without inertial data, or beyond its range, the sweep is undistorted with a guess: again with
+  // the motion that came out, if it is another one.
+  constexpr int kRoundsOfAGuess = 3;
   const FilterState predicted = state_;
-  UpdateResult done = update(scan, inertial_ ? 1 : kRoundsWithoutImu);
+  const bool measured = inertial_ && !is_turned_aside(predicted.P.topLeftCorner<6, 6>());
+  UpdateResult done = update(scan, measured ? 1 : kRoundsOfAGuess);
   const bool settled = has_imu_ || settle_alone(scan, predicted, done);
   watch_acceleration(settled);
   if (follows) measure_noise(done, felt);
@@ -134,14 +135,29 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     if (inertial_) refuse_thin_hold(predicted, start, done);
     if (k == 0 && !inertial_) look_around(predicted, done);
     if (inertial_) allow_jolt(predicted, done);
+    if (inertial_ && rounds > 1) bend_poses(start);
     start = state_.T_odom_body;
-    if ((state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01) break;
+    if (!inertial_ && (state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01)
+      break;
   }
   done.sees[0] = done.sees[0] && !thin_;
   axes_ = done.axes;
   lidar_known_ = done.known;
   remember_blindness(done);
   return done;
+}
+
+/// What a gyro beyond its range left out of the motion since the last scan went on all the time:
+/// the poses in between share what the update has made of the end.
+/// @param end  of the poses as they are
+void RobustOdometry::bend_poses(const SE3& end) {
+  const geometry::Vec6 all = geometry::boxminus(state_.T_odom_body, end);
+  const Time begin = poses_.front().t;
+  const double span_s = std::max(1e-3, seconds_between(begin, state_.t));
+  for (TimedPose& pose : poses_) {
+    pose.T_odom_body =
+        geometry::boxplus(pose.T_odom_body, seconds_between(begin, pose.t) / span_s * all);
+  }
 }
 
 /// A direction is blind at once, and seen again only after several scans in a row: one of many

@@ -195,6 +195,11 @@ void tell_fit(const LidarSystem& system, const Matcher& matcher, UpdateResult& r
 
 }  // namespace
 
+bool is_turned_aside(const Mat6& P_pose) {
+  constexpr double kTurned_rad = 0.02;
+  return P_pose.diagonal().head<3>().maxCoeff() > kTurned_rad * kTurned_rad;
+}
+
 UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneMap& map,
                               const geometry::SE3& start, const RobustSettings& settings,
                               const degeneracy::Axes& axes_before,
@@ -203,6 +208,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   const Mat6 P66 = predicted.P.topLeftCorner<6, 6>();
   const Mat3 R_odom_v = inertial ? Mat3::Identity() : predicted.T_odom_body.R;
   const degeneracy::AwareSettings aware = belief(settings.aware, predicted, inertial);
+  const bool poor = !inertial || is_turned_aside(P66);
   UpdateResult result;
   result.axes = axes_before;
   StateVec delta = StateVec::Zero();
@@ -213,7 +219,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   bool rematch = true;
   for (int k = 0; k < settings.update.iterations_max; ++k) {
     if (k < 2 || rematch) {
-      const bool wide = !inertial && k + 2 < settings.update.iterations_max;
+      const bool wide = poor && k + 2 < settings.update.iterations_max;
       matcher.match(map, state.T_odom_body, P66, wide);
     }
     system = matcher.accumulate(map, state.T_odom_body);

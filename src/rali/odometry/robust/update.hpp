@@ -34,6 +34,10 @@ struct UpdateResult {
   double nis = 0.0;  ///< of lidar_shift against the covariance of the prediction
 };
 
+/// Turned by so much that points at 10 m are not in the cells of their planes: the gyro was at the
+/// end of its range, or did not measure for a while. @param P_pose boxplus order
+[[nodiscard]] bool is_turned_aside(const geometry::Mat6& P_pose);
+
 /// Moves the state to where prior and LiDAR agree (iterated Kalman filter in information form;
 /// the LiDAR's 6x6 information may be singular: blind directions keep the prior).
 /// @param start where the iteration begins; the prior is the state's own pose.
@@ -41,9 +45,9 @@ struct UpdateResult {
 /// @param blind_before translations taken as blind whatever this scan seems to tell: one scan of
 /// many tells something by chance.
 /// @param inertial the prior comes from inertial data. If so gravity holds roll and pitch in the
-/// long run (UpdateSettings::tilt_sigma_rad); if not it is poor, and the first iterations look into
-/// neighbouring cells.
-/// With fewer than matches_min matches the state is left as predicted.
+/// long run (UpdateSettings::tilt_sigma_rad). Where it is poor (without inertial data, or turned by
+/// an unknown angle) the first iterations look into neighbouring cells. With fewer than matches_min
+/// matches the state is left as predicted.
 [[nodiscard]] UpdateResult update_with_scan(FilterState& state, Matcher& matcher,
                                             const PlaneMap& map, const geometry::SE3& start,
                                             const RobustSettings& settings,

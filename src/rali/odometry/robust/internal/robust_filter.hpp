@@ -110,6 +110,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] geometry::SE3 predicted_motion(Time t_end, const InertialIntegral& felt) const;
   [[nodiscard]] SweepMotion sweep_motion(const sensor::LidarScan& scan) const;
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
+  void bend_poses(const geometry::SE3& end);
   void remember_blindness(const UpdateResult& done);
   void look_around(const FilterState& predicted, UpdateResult& done);
   // What a scan without inertial data must pass: robust_alone.cpp.
