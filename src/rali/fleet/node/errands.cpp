@@ -262,7 +262,8 @@ GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> flee
   for (std::size_t i = 0; i < fleet.size(); ++i) {
     const Whereabouts& w = fleet[i];
     const double apart_m = (w.place_map_m - fleet[anchor].place_map_m).norm();
-    const bool at_edge = apart_m > settings_.rounds.finish.warn_from_m();
+    const bool at_edge =
+        apart_m > settings_.rounds.finish.warn_from_m() || (missed_counts && w.no_further);
     Traveller t{w.vehicle, w.place_map_m, w.lost || i == anchor, true, at_edge};
     t.wide = missed_counts && shut_off_.contains(w.vehicle);
     t.missed = missed_by(w.vehicle, spots, missed_counts);

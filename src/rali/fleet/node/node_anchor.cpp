@@ -72,13 +72,15 @@ std::vector<Whereabouts> Node::whereabouts() const {
     if (told != nullptr) w.drive_end = told->drive_end;
     if (const auto tag = tags_.find(vehicle); tag != tags_.end()) {
       w.stands = w.stands || forbids_driving(tag->second);
+      // It has driven back since, and is not at its limit any more.
+      w.no_further = tag->second == FinishReason::kDistance || tag->second == FinishReason::kSignal;
     }
     w.lost = is_lost(vehicle);
     w.stands = w.stands || w.lost;
     w.at_rest = w.at_rest || w.lost;
     if (here && vehicle != self_) {
       const double rssi_dbm = peers_.at(vehicle).status.rssi_dbm;
-      w.no_further = (*place - *here).norm() > finish.warn_from_m() ||
+      w.no_further = w.no_further || (*place - *here).norm() > finish.warn_from_m() ||
                      (rssi_dbm < 0.0 && rssi_dbm < finish.rssi_stop_dbm + finish.warn_rssi_db);
     }
     out.push_back(w);
