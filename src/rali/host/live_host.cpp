@@ -34,13 +34,15 @@ void LiveHost::Impl::hand_out(HostListener& listener) {
     } else if (auto* fact = std::get_if<fleet::SaveFact>(&output)) {
       if (parts_.state != nullptr) to_disk_.put(std::move(*fact));
     } else if (auto* job = std::get_if<fleet::RunJob>(&output)) {
-      jobs_.run(std::move(*job));
+      JobWorker& worker = fleet::explores(job->kind) ? explorations_ : estimates_;
+      worker.run(job->number, std::move(job->job));
     } else if (const auto* cancelled = std::get_if<fleet::CancelJob>(&output)) {
-      jobs_.cancel(cancelled->number);
+      for (JobWorker* worker : {&estimates_, &explorations_}) worker->cancel(cancelled->number);
     } else if (auto* finding = std::get_if<Finding>(&output)) {
       note(std::move(*finding), listener);
     }
   }
+  if (out_.picture) pictures_.run(0, std::move(out_.picture));
   for (ToSensors& item : out_.sensors) to_sensors_.put(std::move(item));
   for (RosOut& message : out_.publish) {
     if (view_) view_->publish(message);
@@ -65,7 +67,7 @@ void LiveHost::Impl::fleet_step(HostListener& listener) {
     }
   }
   for (const fleet::NodeEvent& event : from_disk_.take()) fleet_.take(event, now, out_);
-  for (const fleet::JobDone& done : jobs_.take()) fleet_.take(done, now, out_);
+  take_jobs(now);
   if (!next_tick_ || now.boot >= *next_tick_) {
     next_tick_ = now.boot + Duration::from_s(kTick_s);
     fleet_.tick(now, out_);
@@ -83,6 +85,15 @@ void LiveHost::Impl::fleet_step(HostListener& listener) {
   if (!next_second_ || now.boot >= *next_second_) {
     next_second_ = now.boot + Duration::from_s(kSecond_s);
     each_second(now, listener);
+  }
+}
+
+void LiveHost::Impl::take_jobs(HostTime now) {
+  for (JobWorker* worker : {&estimates_, &explorations_}) {
+    for (const fleet::JobDone& done : worker->take()) fleet_.take(done, now, out_);
+  }
+  for (const fleet::JobDone& done : pictures_.take()) {
+    fleet_.take_picture(done.job.get(), now, out_);
   }
 }
 

@@ -55,8 +55,8 @@ struct LiveHostEnd {
 /// between them through bounded queues; what does not fit is counted and reported.
 class LiveHost {
  public:
-  /// `executor` is used by the odometry's thread, jobs have one thread of their own. All parts must
-  /// outlive the object.
+  /// `executor` is used by the odometry's thread; estimates, explorations and pictures have a
+  /// thread each. All parts must outlive the object.
   LiveHost(LiveHostSetup setup, const LiveHostParts& parts, Executor& executor);
   ~LiveHost();
 

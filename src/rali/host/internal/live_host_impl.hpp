@@ -73,6 +73,7 @@ class LiveHost::Impl {
   // The caller's.
   void fleet_step(HostListener& listener);
   void hand_out(HostListener& listener);
+  void take_jobs(HostTime now);
   void each_second(HostTime now, HostListener& listener);
   [[nodiscard]] HostFacts facts(HostTime now);
   void note(Finding finding, HostListener& listener);
@@ -102,7 +103,10 @@ class LiveHost::Impl {
   std::atomic<bool> record_failed_{false};
   std::atomic<std::uint64_t> disk_free_{0}, disk_waiting_{0};
 
-  JobWorker jobs_{std::make_unique<SerialExecutor>()};
+  // One each, so that neither goals nor the picture wait for an estimate.
+  JobWorker estimates_{std::make_unique<SerialExecutor>()};
+  JobWorker explorations_{std::make_unique<SerialExecutor>()};
+  JobWorker pictures_{std::make_unique<SerialExecutor>()};
   FleetSideOutputs out_;
   DurationStats steps_;
   std::optional<Time> next_tick_, next_second_, t_rates_;
