@@ -130,7 +130,7 @@ HostFacts LiveHost::Impl::facts(HostTime now) {
   facts.queue = to_agent_.size();
   facts.queue_max = to_agent_.largest();
   facts.queue_refused = to_agent_.refused() + outbox_.refused() + to_disk_.refused() +
-                        to_record_.refused() + from_serial_.refused();
+                        to_record_.refused() + to_poses_.refused() + from_serial_.refused();
   return facts;
 }
 
@@ -157,22 +157,25 @@ void LiveHost::Impl::each_second(HostTime now, HostListener& listener) {
 LiveHostEnd LiveHost::Impl::run(HostListener& listener, const std::atomic<bool>& stop) {
   if (Status status = advertise(); !status) return {status, 0, {}};
   std::atomic<bool> end{false};
-  std::thread disk, record, serial;
+  std::thread disk, record, poses, serial;
   if (parts_.state != nullptr) disk = std::thread([&] { disk_loop(end); });
   if (parts_.record != nullptr) record = std::thread([&] { record_loop(end); });
+  if (parts_.poses != nullptr) poses = std::thread([&] { poses_loop(end); });
   if (parts_.serial != nullptr) serial = std::thread([&] { serial_loop(end); });
   std::thread sensors([&] { sensor_loop(stop); });
   while (!stop.load(std::memory_order_relaxed)) fleet_step(listener);
   sensors.join();
   fleet_step(listener);  // what the odometry finished, and its facts to the disk
   end.store(true, std::memory_order_release);
-  for (std::thread* thread : {&disk, &record, &serial}) {
+  for (std::thread* thread : {&disk, &record, &poses, &serial}) {
     if (thread->joinable()) thread->join();
   }
   for (Finding& finding : findings_.take()) note(std::move(finding), listener);
   each_second(host_now(), listener);
   const bool recorded = parts_.record != nullptr && !record_failed_;
-  return {recorded ? parts_.record->finish() : Status{}, fleet_.sensors().scans, last_state_};
+  Status status = recorded ? parts_.record->finish() : Status{};
+  if (status) status = poses_status_;
+  return {status, fleet_.sensors().scans, last_state_};
 }
 
 LiveHost::LiveHost(LiveHostSetup setup, const LiveHostParts& parts, Executor& executor)

@@ -30,6 +30,7 @@ struct LiveHostParts {
   view::ViewServer* view = nullptr;
   drive::StateDir* state = nullptr;
   RecordWriter* record = nullptr;
+  io::TumWriter* poses = nullptr;     ///< gets T_map_body of each pose as it is published
   net::SerialPort* serial = nullptr;  ///< of a LinkTrack radio
 };
 
@@ -45,7 +46,7 @@ class HostListener {
 
 /// How a run ended.
 struct LiveHostEnd {
-  Status status;            ///< kMachine: what cannot go on without help (disk of the recording)
+  Status status;            ///< kMachine: the recording or the poses could not be written
   std::uint64_t scans = 0;  ///< with a pose
   LiveState last;
 };
