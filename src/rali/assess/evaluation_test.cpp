@@ -88,6 +88,18 @@ TEST(Evaluation, one_alignment_for_the_fleet_shows_the_shift_that_single_ones_hi
   EXPECT_NE(alone->how().find("one per vehicle"), std::string::npos);
 }
 
+TEST(Evaluation, a_folder_of_live_poses_alone_is_judged_as_one_fleet) {
+  const TestFolder f;
+  write_fleet(f);
+  std::filesystem::rename(f.path("out/trajectory"), f.path("out/live"));
+  f.write("out/live/v3.tum", "# never placed in the map\n");
+  const auto e = evaluated(f);
+  ASSERT_TRUE(e) << e.error().message();
+  ASSERT_EQ(e->vehicles.size(), 2U);
+  EXPECT_NEAR(e->fleet.ape_m.rmse, 0.300, 2e-3);
+  EXPECT_FALSE(e->vehicles[0].live) << "they are not judged twice";
+}
+
 TEST(Evaluation, vehicles_that_were_not_joined_are_aligned_frame_by_frame) {
   const TestFolder f;
   write_fleet(f);

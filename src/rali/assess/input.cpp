@@ -78,15 +78,16 @@ bool has_poses(const std::string& path) {
   return false;
 }
 
-Status read_vehicle(const std::string& out, VehicleInput& vehicle,
+/// @param final_poses  folder of the poses that are judged first
+Status read_vehicle(const std::string& out, const std::string& final_poses, VehicleInput& vehicle,
                     std::vector<std::string>& warnings) {
-  vehicle.file = out + "/trajectory/" + vehicle.name + ".tum";
-  const std::string stem = out + "/trajectory/" + vehicle.name;
+  const std::string stem = out + '/' + final_poses + '/' + vehicle.name;
+  vehicle.file = stem + ".tum";
   if (Status s = read_track(stem, vehicle.trajectory, warnings, &vehicle.levelled); !s) return s;
   for (const auto& [folder, track] :
        {std::pair{"/live/", &vehicle.live}, std::pair{"/odometry/", &vehicle.odometry}}) {
     const std::string path = out + folder + vehicle.name;
-    if (!has_poses(path + ".tum")) continue;
+    if (path == stem || !has_poses(path + ".tum")) continue;
     if (Status s = read_track(path, *track, warnings); !s) return s;
   }
   const std::string blind = out + "/degeneracy/" + vehicle.name + ".csv";
@@ -140,10 +141,19 @@ Result<RunInput> read_out_folder(const std::string& path) {
   RunInput run;
   run.name = path;
   run.out_folder = true;
-  for (const std::string& name : tum_names(path + "/trajectory")) {
+  // rali run --poses has nothing but live poses.
+  std::string final_poses = "trajectory";
+  std::vector<std::string> names = tum_names(path + "/trajectory");
+  if (names.empty()) {
+    final_poses = "live";
+    names = tum_names(path + "/live");
+    std::erase_if(names,
+                  [&](const std::string& v) { return !has_poses(path + "/live/" + v + ".tum"); });
+  }
+  for (const std::string& name : names) {
     VehicleInput vehicle;
     vehicle.name = name;
-    if (Status s = read_vehicle(path, vehicle, run.warnings); !s) {
+    if (Status s = read_vehicle(path, final_poses, vehicle, run.warnings); !s) {
       return tl::make_unexpected(s.error());
     }
     run.vehicles.push_back(std::move(vehicle));
@@ -152,8 +162,8 @@ Result<RunInput> read_out_folder(const std::string& path) {
     if (run.cloud.empty() && exists(path + name)) run.cloud = path + name;
   }
   if (run.vehicles.empty() && run.cloud.empty()) {
-    return fail(ErrorCode::kInput, path, "has neither trajectory/*.tum nor map.pcd",
-                "Give the folder that rali map has written.");
+    return fail(ErrorCode::kInput, path, "has no poses in trajectory/ or live/, and no map.pcd",
+                "Give the folder that rali map or rali run --poses has written.");
   }
   std::ifstream file(path + "/metrics.json");
   const nlohmann::json metrics = nlohmann::json::parse(file, nullptr, false);

@@ -44,8 +44,8 @@ struct RunInput {
   std::vector<std::string> warnings;  ///< sentences for the user
 };
 
-/// Reads a folder written by `rali map`, a trajectory (TUM), or a cloud (.pcd .ply .bin).
-/// Errors: kInput with file and line; a folder without any trajectory or map.
+/// Reads a folder written by `rali map` or `rali run --poses`, a trajectory (TUM), or a cloud (.pcd
+/// .ply .bin). Errors: kInput with file and line; a folder without any trajectory or map.
 [[nodiscard]] Result<RunInput> read_run(const std::string& path);
 
 /// Adds the truth: a folder with `<vehicle>.tum`, or one TUM file for one vehicle. Vehicles

@@ -119,8 +119,10 @@ class MissionView {
 void tell_times(const drive::FleetNodes& nodes, Session& session) {
   for (const std::string& line : nodes.step_times().lines()) session.detail("steps by " + line);
   for (const drive::SimulatedJobs::Spent& job : nodes.jobs().spent()) {
-    session.detail(fmt::format("job: {} nodes, {} submaps, {} pairs: {:.4f} s of CPU",
-                               job.work.nodes, job.work.submaps, job.work.compared, job.cpu_s));
+    session.detail(fmt::format(
+        "job: {} nodes, {} submaps, {} pairs, {} cells drawn, {} searched: {:.4f} s of CPU",
+        job.work.nodes, job.work.submaps, job.work.compared, job.work.cells_drawn,
+        job.work.cells_searched, job.cpu_s));
   }
 }
 

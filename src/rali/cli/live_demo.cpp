@@ -85,10 +85,10 @@ Status Demo::start_vehicles() {
   for (int v = 1; v <= demo_.vehicles && !stop_requested(); ++v) {
     const std::string name = fmt::format("v{}", v);
     const int port = demo_.port + v - 1;
-    auto vehicle =
-        ChildProcess::start({"run", path("recording/live.yaml"), "--vehicle", name, "--state",
-                             path("state/" + name), "--view", std::to_string(port)},
-                            path(name + ".log"));
+    auto vehicle = ChildProcess::start(
+        {"run", path("recording/live.yaml"), "--vehicle", name, "--state", path("state/" + name),
+         "--poses", path("mission"), "--view", std::to_string(port)},
+        path(name + ".log"));
     if (!vehicle) return tl::make_unexpected(vehicle.error());
     vehicles_.push_back(std::move(*vehicle));
     session_.note(fmt::format("{}: http://127.0.0.1:{}", name, port));

@@ -18,7 +18,7 @@ struct LiveDemo {
 
 /// A world and one `rali run` for each vehicle, all on this machine, until the fleet has explored
 /// the world, its time is over or Ctrl-C asks to end. Then folder/recording holds what the sensors
-/// sent, with the truth.
+/// sent, with the truth, and folder/mission/live the poses as they were published.
 /// @return false: it was ended before time. Errors: kMachine (a process does not start or ends with
 /// an error: its last lines).
 [[nodiscard]] Result<bool> run_live_demo(const LiveDemo& demo, Session& session);

@@ -59,6 +59,12 @@ class ExactVehicle {
     receive_s_max = std::max(receive_s_max, cpu_s() - begin_s);
     side.tick(now, out_);
     while (!out_.agent.empty()) obey(std::exchange(out_.agent, {}), now);
+    if (const auto picture = std::exchange(out_.picture, nullptr)) {
+      SerialExecutor executor;
+      picture->run(executor, false);
+      side.take_picture(picture.get(), now, out_);
+    }
+    for (std::string& json : out_.paths) paths.push_back(std::move(json));
     for (RosOut& message : out_.publish) published.push_back(std::move(message));
     for (const ToSensors& news : out_.sensors) {
       peers_heard += std::holds_alternative<fleet::PeerStatus>(news) ? 1 : 0;
@@ -82,6 +88,7 @@ class ExactVehicle {
   FleetSide side;
   std::unique_ptr<net::FleetLink> link;
   std::vector<RosOut> published;
+  std::vector<std::string> paths;  ///< JSON of /rali/paths
   std::size_t peers_heard = 0;
   double receive_s_max = 0.0;  ///< longest taking of what had arrived, of this thread's work
 

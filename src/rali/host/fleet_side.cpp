@@ -11,14 +11,9 @@
 namespace rali::host {
 namespace {
 
-constexpr auto kCdr = wire::Encoding::kCdr;
 constexpr double kFrame_s = 0.5, kDelta_s = 2.0, kGrid_s = 5.0, kCloud_s = 30.0, kPaths_s = 10.0;
 constexpr double kRole_s = 1.0;
-constexpr double kCloudVoxel_m = 0.2;
-constexpr std::size_t kCloudPoints = 300'000;
 constexpr std::size_t kFindingsShown = 32, kRangesShown = 64;
-/// A table that moves any pose by more is announced, and the whole map is published anew.
-constexpr double kMoved_m = 0.1;
 
 wire::DiagnosticStatus status_of_line(const DiagnosticLine& line, const std::string& vehicle) {
   wire::DiagnosticStatus status;
@@ -38,8 +33,9 @@ FleetSide::FleetSide(FleetSideSetup setup, HostTime now)
       outputs_(setup_.agent.names[setup_.agent.self.value]),
       begin_boot_(now.boot),
       offset_(now.wall - now.boot),
-      picture_(setup_.grid) {
-  next_frame_ = next_delta_ = next_grid_ = next_cloud_ = next_paths_ = next_role_ = now.boot;
+      picture_(std::make_unique<MapPicture>(setup_.grid)) {
+  next_frame_ = next_delta_ = next_frontiers_ = next_grid_ = next_cloud_ = next_paths_ =
+      next_role_ = now.boot;
 }
 
 /// @param ahead stamps of the sensors less the wall clock
@@ -171,47 +167,36 @@ void FleetSide::tick(HostTime now, FleetSideOutputs& out) {
     out.sensors.emplace_back(FrameNews{agent_->node().T_map_odom()});
   }
   publish_goal(t, out);
-  if (due(next_delta_, kDelta_s, now.boot)) {
-    picture_.update(agent_->node());
-    publish_map(t, out);
-  }
-  if (due(next_grid_, kGrid_s, now.boot)) {
-    if (const auto grid = picture_.grid(t)) {
-      out.publish.push_back({RosTopicId::kMap, t, wire::encode(*grid, kCdr)});
-    }
-    if (agent_->goals()) out.publish.push_back(outputs_.frontiers(*agent_->goals(), t));
-  }
-  if (due(next_paths_, kPaths_s, now.boot)) {
-    std::vector<StatePath> paths;
-    for (const auto& [vehicle, points] : picture_.paths()) {
-      StatePath path;
-      path.vehicle = setup_.agent.names[vehicle.value];
-      for (const MapPicture::PathPoint& point : points) {
-        path.t_s.push_back(point.t.s());
-        path.position_m.push_back(point.p_map_m);
-        path.degenerate.push_back(point.degenerate);
-      }
-      paths.push_back(std::move(path));
-    }
-    out.paths.push_back(paths_json(t.s(), paths));
+  if (picture_ && due(next_delta_, kDelta_s, now.boot)) order_picture(t, now, out);
+  if (agent_->goals() && due(next_frontiers_, kGrid_s, now.boot)) {
+    out.publish.push_back(outputs_.frontiers(*agent_->goals(), t));
   }
   if (due(next_role_, kRole_s, now.boot)) out.publish.push_back(outputs_.role(role_text(), t));
 }
 
-void FleetSide::publish_map(Time t, FleetSideOutputs& out) {
-  if (const auto delta = picture_.take_delta(t)) {
-    out.publish.push_back({RosTopicId::kMapDelta, t, wire::encode(delta->view, kCdr)});
+void FleetSide::order_picture(Time t, HostTime now, FleetSideOutputs& out) {
+  PictureOrder order;
+  order.t = t;
+  order.news = map_news_.read(agent_->node());
+  order.grid = due(next_grid_, kGrid_s, now.boot);
+  order.cloud = now.boot >= next_cloud_;
+  order.paths = due(next_paths_, kPaths_s, now.boot);
+  out.picture = std::make_shared<PictureJob>(std::move(picture_), shown_, std::move(order),
+                                             setup_.agent.names);
+}
+
+void FleetSide::take_picture(fleet::Job* done, HostTime now, FleetSideOutputs& out) {
+  auto* job = dynamic_cast<PictureJob*>(done);
+  if (job == nullptr) {
+    picture_ = std::make_unique<MapPicture>(setup_.grid);
+    map_news_ = {};
+    return;
   }
-  const MapPicture::Move& move = picture_.last_move();
-  const bool moved = move.metres > kMoved_m && move.metres != moved_told_m_;
-  const Time boot = t - offset_;
-  if (!moved && boot < next_cloud_) return;
-  next_cloud_ = boot + Duration::from_s(kCloud_s);
-  if (moved) ++table_revision_;
-  moved_told_m_ = move.metres;
-  if (const auto cloud = picture_.whole(t, kCloudVoxel_m, kCloudPoints)) {
-    out.publish.push_back({RosTopicId::kMapCloud, t, wire::encode(cloud->view, kCdr)});
-  }
+  picture_ = job->take_picture();
+  shown_ = std::move(job->shown);
+  if (job->cloud_made) next_cloud_ = now.boot + Duration::from_s(kCloud_s);
+  for (RosOut& message : job->publish) out.publish.push_back(std::move(message));
+  for (std::string& json : job->paths) out.paths.push_back(std::move(json));
 }
 
 void FleetSide::publish_goal(Time t, FleetSideOutputs& out) {

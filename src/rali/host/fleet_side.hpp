@@ -10,7 +10,7 @@
 #include "rali/host/agent.hpp"
 #include "rali/host/host_clock.hpp"
 #include "rali/host/live_state.hpp"
-#include "rali/host/map_picture.hpp"
+#include "rali/host/picture_job.hpp"
 #include "rali/host/ros_outputs.hpp"
 #include "rali/host/sensor_side.hpp"
 #include "rali/view/view_server.hpp"
@@ -30,6 +30,8 @@ struct FleetSideOutputs {
   std::vector<ToSensors> sensors;
   std::vector<RosOut> publish;
   std::vector<std::string> paths;  ///< JSON of /rali/paths
+  /// To be run beside the steps, and given back with take_picture(). Null: none.
+  std::shared_ptr<PictureJob> picture;
 };
 
 /// A finding that the live page and /diagnostics still show.
@@ -44,8 +46,8 @@ struct RecentRange {
   Time t_boot;
 };
 
-/// The fleet's part of one vehicle: agent, map as it is drawn, and what is published of both. What
-/// its thread runs, without the thread.
+/// The fleet's part of one vehicle: agent, and what is published of it and of the map. What its
+/// thread runs, without the thread; the map is drawn by jobs.
 class FleetSide {
  public:
   FleetSide(FleetSideSetup setup, HostTime now);
@@ -60,6 +62,9 @@ class FleetSide {
 
   void take(const fleet::JobDone& done, HostTime now, FleetSideOutputs& out);
 
+  /// A picture that was asked for has been drawn. Null: it is lost, and drawn anew.
+  void take_picture(fleet::Job* done, HostTime now, FleetSideOutputs& out);
+
   /// What `rali operator` orders. Unknown words and vehicles become a Finding.
   void take(const view::OperatorRequest& request, HostTime now, FleetSideOutputs& out);
 
@@ -71,7 +76,8 @@ class FleetSide {
 
   [[nodiscard]] const FleetSideSetup& setup() const { return setup_; }
 
-  [[nodiscard]] const MapPicture& picture() const { return picture_; }
+  /// As it was drawn last.
+  [[nodiscard]] const PictureShown& picture() const { return shown_; }
 
   [[nodiscard]] const SensorNews& sensors() const { return sensors_; }
 
@@ -82,8 +88,6 @@ class FleetSide {
   [[nodiscard]] std::optional<Time> degenerate_since() const { return degenerate_since_; }
 
   [[nodiscard]] double distance_m() const { return distance_m_; }
-
-  [[nodiscard]] std::uint32_t table_revision() const { return table_revision_; }
 
   /// On the clock of the sensors.
   [[nodiscard]] Time agent_time(HostTime now) const { return now.boot + offset_; }
@@ -97,7 +101,7 @@ class FleetSide {
   void take_output(const vehicle::Output& output, Time t, HostTime now, FleetSideOutputs& out);
   void sort_out(HostTime now, FleetSideOutputs& out);
   void publish_goal(Time t, FleetSideOutputs& out);
-  void publish_map(Time t, FleetSideOutputs& out);
+  void order_picture(Time t, HostTime now, FleetSideOutputs& out);
   [[nodiscard]] bool due(Time& next, double period_s, Time now) const;
   [[nodiscard]] std::string role_text() const;
 
@@ -107,18 +111,18 @@ class FleetSide {
   Duration offset_;  ///< agent's clock less boot clock
   std::unique_ptr<Agent> agent_;
   AgentOutputs agent_out_;
-  MapPicture picture_;
+  std::unique_ptr<MapPicture> picture_;  ///< null while a job has it
+  MapNewsReader map_news_;
+  PictureShown shown_;
   SensorNews sensors_;
   std::deque<RecentFinding> findings_;
   std::deque<RecentRange> ranges_;
   std::optional<Time> degenerate_since_;
   std::optional<geometry::Vec3> p_last_;
   double distance_m_ = 0.0;
-  std::uint32_t table_revision_ = 0;
   std::optional<std::uint64_t> goal_told_;
   bool goals_changed_ = false;
-  Time next_frame_, next_delta_, next_grid_, next_cloud_, next_paths_, next_role_;
-  double moved_told_m_ = 0.0;
+  Time next_frame_, next_delta_, next_frontiers_, next_grid_, next_cloud_, next_paths_, next_role_;
 };
 
 }  // namespace rali::host

@@ -1,5 +1,7 @@
 #include "rali/host/fleet_side.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -50,18 +52,19 @@ class FleetSideTest : public testing::Test {
 TEST_F(FleetSideTest, three_vehicles_share_one_map_over_bytes) {
   run(40.0);
   EXPECT_EQ(agent(0).node().mode(), fleet::Mode::kAnchor);
-  const MapPicture& picture = vehicles_[0]->side.picture();
+  const auto& frames = vehicles_[0]->side.picture().T_map_local;
   for (std::size_t v = 0; v < 3; ++v) {
     ASSERT_TRUE(agent(v).node().T_map_odom()) << kNames[v];
-    const auto T = picture.T_map_local(VehicleId{static_cast<std::uint16_t>(v)});
-    ASSERT_TRUE(T) << kNames[v];
+    const auto T = frames.find(VehicleId{static_cast<std::uint16_t>(v)});
+    ASSERT_NE(T, frames.end()) << kNames[v];
     const SE3 expected = starts_[0].inverse() * starts_[v];
-    EXPECT_LT((T->p - expected.p).norm(), 0.05) << kNames[v];
+    EXPECT_LT((T->second.p - expected.p).norm(), 0.05) << kNames[v];
     EXPECT_GT(vehicles_[v]->peers_heard, 100U);
     EXPECT_EQ(agent(v).tally().unreadable, 0U);
     EXPECT_EQ(agent(v).heard().size(), 3U);
   }
-  EXPECT_EQ(picture.paths().size(), 3U);
+  ASSERT_FALSE(vehicles_[0]->paths.empty());
+  EXPECT_EQ(nlohmann::json::parse(vehicles_[0]->paths.back())["paths"].size(), 3U);
 }
 
 TEST_F(FleetSideTest, what_a_vehicle_is_to_publish_is_published) {
@@ -77,6 +80,37 @@ TEST_F(FleetSideTest, what_a_vehicle_is_to_publish_is_published) {
   EXPECT_GE(of(RosTopicId::kMapDelta), 5U);
   EXPECT_GE(of(RosTopicId::kMapCloud), 1U);
   EXPECT_GE(of(RosTopicId::kFrontiers), 1U);
+}
+
+// To draw the map takes longer the larger it is; the agent's steps must not.
+TEST_F(FleetSideTest, the_map_is_drawn_by_a_job_and_the_steps_go_on_without_it) {
+  run(20.0);
+  FleetSide& side = vehicles_[0]->side;
+  const auto tick = [&](FleetSideOutputs& out) {
+    t_s_ += 2.0;
+    now_ = kBegin + Duration::from_s(t_s_);
+    side.tick({now_, now_}, out);
+  };
+  const auto points_of = [](const FleetSideOutputs& out) {
+    return std::count_if(out.publish.begin(), out.publish.end(), [](const RosOut& message) {
+      return message.topic == RosTopicId::kMapDelta || message.topic == RosTopicId::kMapCloud;
+    });
+  };
+  FleetSideOutputs first, second;
+  tick(first);
+  ASSERT_NE(first.picture, nullptr);
+  tick(second);
+  EXPECT_EQ(second.picture, nullptr) << "one at a time";
+  EXPECT_EQ(points_of(first) + points_of(second), 0);
+  side.take_picture(nullptr, {now_, now_}, second);  // lost
+  EXPECT_GT(side.picture().keyframes, 0U) << "what was shown stays";
+  FleetSideOutputs third;
+  tick(third);
+  ASSERT_NE(third.picture, nullptr);
+  SerialExecutor executor;
+  third.picture->run(executor, false);
+  side.take_picture(third.picture.get(), {now_, now_}, third);
+  EXPECT_GE(points_of(third), 1) << "all facts are read and drawn anew";
 }
 
 TEST_F(FleetSideTest, a_vehicle_that_is_cut_off_is_seen_as_silent_and_harms_nobody) {

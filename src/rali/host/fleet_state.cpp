@@ -63,9 +63,10 @@ class StateMaker {
         s.goals.back().path_m.push_back(g.place_map_m);
       }
     }
-    const MapPicture::Move& move = side_.picture().last_move();
-    s.table = StateTable{node.term(), side_.picture().keyframes(), move.keyframes,
-                         move.metres, names_[move.vehicle.value],  side_.table_revision()};
+    const PictureShown& picture = side_.picture();
+    const MapPicture::Move& move = picture.last_move;
+    s.table = StateTable{node.term(), picture.keyframes,          move.keyframes,
+                         move.metres, names_[move.vehicle.value], picture.revision};
   }
 
  private:
@@ -124,15 +125,16 @@ class StateMaker {
     v.waits_for = status.waits_for.empty() ? sentence(id, status.mode, true) : status.waits_for;
     v.at_rest = status.at_rest;
     if (status.battery_share >= 0.0) v.battery = status.battery_share;
-    const auto T = side_.picture().T_map_local(id);
-    if (!T) return v;
-    const geometry::SE3 T_map_body = *T * status.T_odom_body;
+    const auto& frames = side_.picture().T_map_local;
+    const auto T = frames.find(id);
+    if (T == frames.end()) return v;
+    const geometry::SE3 T_map_body = T->second * status.T_odom_body;
     v.position_m = T_map_body.p;
     v.yaw_rad = yaw_of(T_map_body.R);
     if (status.sigma_m > 0.0) v.ellipse = StateEllipse{status.sigma_m, status.sigma_m, 0.0};
     if (status.blind_azimuth_rad) {
       const double a = *status.blind_azimuth_rad;
-      v.degenerate_axis = T->R * geometry::Vec3(std::cos(a), std::sin(a), 0.0);
+      v.degenerate_axis = T->second.R * geometry::Vec3(std::cos(a), std::sin(a), 0.0);
     }
     return v;
   }

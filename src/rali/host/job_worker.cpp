@@ -24,13 +24,12 @@ JobWorker::~JobWorker() {
   thread_.join();
 }
 
-void JobWorker::run(fleet::RunJob order) {
-  const std::uint64_t number = order.number;
+void JobWorker::run(std::uint64_t number, std::shared_ptr<fleet::Job> job) {
   {
     const std::lock_guard lock(mutex_);
     flags_[number] = std::make_shared<std::atomic<bool>>(false);
   }
-  if (orders_.put(std::move(order))) return;
+  if (orders_.put({number, std::move(job)})) return;
   done_.put(fleet::JobDone{number, nullptr});  // as one that is lost: the node makes another
   const std::lock_guard lock(mutex_);
   flags_.erase(number);
@@ -44,7 +43,7 @@ void JobWorker::cancel(std::uint64_t number) {
 
 void JobWorker::loop() {
   while (!end_.load(std::memory_order_acquire)) {
-    for (fleet::RunJob& order : orders_.take(kOrderWait)) {
+    for (fleet::JobDone& order : orders_.take(kOrderWait)) {
       std::shared_ptr<std::atomic<bool>> flag;
       {
         const std::lock_guard lock(mutex_);
@@ -58,7 +57,7 @@ void JobWorker::loop() {
         const std::lock_guard lock(mutex_);
         flags_.erase(order.number);
       }
-      done_.put(fleet::JobDone{order.number, std::move(order.job)});
+      done_.put(std::move(order));
     }
   }
 }

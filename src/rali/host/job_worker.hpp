@@ -15,7 +15,7 @@
 
 namespace rali::host {
 
-/// Runs the jobs of a node beside its steps, one after the other, in a thread of its own.
+/// Runs jobs beside the steps of a node, one after the other, in a thread of its own.
 class JobWorker {
  public:
   explicit JobWorker(std::unique_ptr<Executor> executor);
@@ -26,7 +26,8 @@ class JobWorker {
   JobWorker(const JobWorker&) = delete;
   JobWorker& operator=(const JobWorker&) = delete;
 
-  void run(fleet::RunJob order);
+  /// @param number given back with it; of all that are under way here, another one each
+  void run(std::uint64_t number, std::shared_ptr<fleet::Job> job);
 
   /// The job returns soon; its JobDone comes all the same.
   void cancel(std::uint64_t number);
@@ -41,7 +42,7 @@ class JobWorker {
   void loop();
 
   std::unique_ptr<Executor> executor_;
-  BoundedQueue<fleet::RunJob> orders_{16};
+  BoundedQueue<fleet::JobDone> orders_{16};  ///< as they will be given back
   BoundedQueue<fleet::JobDone> done_{16};
   std::mutex mutex_;  ///< of flags_
   std::map<std::uint64_t, std::shared_ptr<std::atomic<bool>>> flags_;

@@ -34,13 +34,15 @@ void LiveHost::Impl::hand_out(HostListener& listener) {
     } else if (auto* fact = std::get_if<fleet::SaveFact>(&output)) {
       if (parts_.state != nullptr) to_disk_.put(std::move(*fact));
     } else if (auto* job = std::get_if<fleet::RunJob>(&output)) {
-      jobs_.run(std::move(*job));
+      JobWorker& worker = fleet::explores(job->kind) ? explorations_ : estimates_;
+      worker.run(job->number, std::move(job->job));
     } else if (const auto* cancelled = std::get_if<fleet::CancelJob>(&output)) {
-      jobs_.cancel(cancelled->number);
+      for (JobWorker* worker : {&estimates_, &explorations_}) worker->cancel(cancelled->number);
     } else if (auto* finding = std::get_if<Finding>(&output)) {
       note(std::move(*finding), listener);
     }
   }
+  if (out_.picture) pictures_.run(0, std::move(out_.picture));
   for (ToSensors& item : out_.sensors) to_sensors_.put(std::move(item));
   for (RosOut& message : out_.publish) {
     if (view_) view_->publish(message);
@@ -65,7 +67,7 @@ void LiveHost::Impl::fleet_step(HostListener& listener) {
     }
   }
   for (const fleet::NodeEvent& event : from_disk_.take()) fleet_.take(event, now, out_);
-  for (const fleet::JobDone& done : jobs_.take()) fleet_.take(done, now, out_);
+  take_jobs(now);
   if (!next_tick_ || now.boot >= *next_tick_) {
     next_tick_ = now.boot + Duration::from_s(kTick_s);
     fleet_.tick(now, out_);
@@ -83,6 +85,15 @@ void LiveHost::Impl::fleet_step(HostListener& listener) {
   if (!next_second_ || now.boot >= *next_second_) {
     next_second_ = now.boot + Duration::from_s(kSecond_s);
     each_second(now, listener);
+  }
+}
+
+void LiveHost::Impl::take_jobs(HostTime now) {
+  for (JobWorker* worker : {&estimates_, &explorations_}) {
+    for (const fleet::JobDone& done : worker->take()) fleet_.take(done, now, out_);
+  }
+  for (const fleet::JobDone& done : pictures_.take()) {
+    fleet_.take_picture(done.job.get(), now, out_);
   }
 }
 
@@ -119,7 +130,7 @@ HostFacts LiveHost::Impl::facts(HostTime now) {
   facts.queue = to_agent_.size();
   facts.queue_max = to_agent_.largest();
   facts.queue_refused = to_agent_.refused() + outbox_.refused() + to_disk_.refused() +
-                        to_record_.refused() + from_serial_.refused();
+                        to_record_.refused() + to_poses_.refused() + from_serial_.refused();
   return facts;
 }
 
@@ -146,22 +157,25 @@ void LiveHost::Impl::each_second(HostTime now, HostListener& listener) {
 LiveHostEnd LiveHost::Impl::run(HostListener& listener, const std::atomic<bool>& stop) {
   if (Status status = advertise(); !status) return {status, 0, {}};
   std::atomic<bool> end{false};
-  std::thread disk, record, serial;
+  std::thread disk, record, poses, serial;
   if (parts_.state != nullptr) disk = std::thread([&] { disk_loop(end); });
   if (parts_.record != nullptr) record = std::thread([&] { record_loop(end); });
+  if (parts_.poses != nullptr) poses = std::thread([&] { poses_loop(end); });
   if (parts_.serial != nullptr) serial = std::thread([&] { serial_loop(end); });
   std::thread sensors([&] { sensor_loop(stop); });
   while (!stop.load(std::memory_order_relaxed)) fleet_step(listener);
   sensors.join();
   fleet_step(listener);  // what the odometry finished, and its facts to the disk
   end.store(true, std::memory_order_release);
-  for (std::thread* thread : {&disk, &record, &serial}) {
+  for (std::thread* thread : {&disk, &record, &poses, &serial}) {
     if (thread->joinable()) thread->join();
   }
   for (Finding& finding : findings_.take()) note(std::move(finding), listener);
   each_second(host_now(), listener);
   const bool recorded = parts_.record != nullptr && !record_failed_;
-  return {recorded ? parts_.record->finish() : Status{}, fleet_.sensors().scans, last_state_};
+  Status status = recorded ? parts_.record->finish() : Status{};
+  if (status) status = poses_status_;
+  return {status, fleet_.sensors().scans, last_state_};
 }
 
 LiveHost::LiveHost(LiveHostSetup setup, const LiveHostParts& parts, Executor& executor)

@@ -30,6 +30,7 @@ struct LiveHostParts {
   view::ViewServer* view = nullptr;
   drive::StateDir* state = nullptr;
   RecordWriter* record = nullptr;
+  io::TumWriter* poses = nullptr;     ///< gets T_map_body of each pose as it is published
   net::SerialPort* serial = nullptr;  ///< of a LinkTrack radio
 };
 
@@ -45,7 +46,7 @@ class HostListener {
 
 /// How a run ended.
 struct LiveHostEnd {
-  Status status;            ///< kMachine: what cannot go on without help (disk of the recording)
+  Status status;            ///< kMachine: the recording or the poses could not be written
   std::uint64_t scans = 0;  ///< with a pose
   LiveState last;
 };
@@ -55,8 +56,8 @@ struct LiveHostEnd {
 /// between them through bounded queues; what does not fit is counted and reported.
 class LiveHost {
  public:
-  /// `executor` is used by the odometry's thread, jobs have one thread of their own. All parts must
-  /// outlive the object.
+  /// `executor` is used by the odometry's thread; estimates, explorations and pictures have a
+  /// thread each. All parts must outlive the object.
   LiveHost(LiveHostSetup setup, const LiveHostParts& parts, Executor& executor);
   ~LiveHost();
 

@@ -4,7 +4,7 @@
 
 #include "rali/host/internal/live_host_impl.hpp"
 
-// The threads of the disk, the recording and the serial port.
+// The threads of the disk, the recording, the poses and the serial port.
 namespace rali::host {
 
 void LiveHost::Impl::disk_loop(const std::atomic<bool>& end) {
@@ -40,6 +40,18 @@ void LiveHost::Impl::record_loop(const std::atomic<bool>& end) {
   };
   while (!end.load(std::memory_order_acquire)) write(kDiskWait);
   write({});
+}
+
+void LiveHost::Impl::poses_loop(const std::atomic<bool>& end) {
+  const auto write = [this](Duration wait) {
+    for (const io::StampedPose& pose : to_poses_.take(wait)) {
+      if (poses_status_) poses_status_ = parts_.poses->add(pose);
+    }
+  };
+  while (!end.load(std::memory_order_acquire)) write(kDiskWait);
+  write({});
+  const Status finished = parts_.poses->finish();
+  if (poses_status_) poses_status_ = finished;
 }
 
 /// The vehicle goes on without its radio; a plug that is put back is found again.

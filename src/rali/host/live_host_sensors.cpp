@@ -43,6 +43,11 @@ void LiveHost::Impl::send_news(std::vector<ToAgent>& news) {
   news.clear();
 }
 
+void LiveHost::Impl::keep_poses() {
+  if (parts_.poses == nullptr) return;
+  for (const io::StampedPose& pose : sensors_.map_poses()) to_poses_.put(pose);
+}
+
 void LiveHost::Impl::drain_outbox() {
   for (const RosOut& message : outbox_.take()) {
     parts_.bus->publish(publications_[static_cast<std::size_t>(message.topic)],
@@ -82,6 +87,7 @@ void LiveHost::Impl::sensor_loop(const std::atomic<bool>& stop) {
     }
     for (const ToSensors& item : to_sensors_.take()) sensors_.take(item);
     sensors_.run(wall, send, news);
+    keep_poses();
     const HostTime now = host_now();
     look_for_topics(now);
     for (Finding& finding : sensors_.intake().take_findings()) findings_.put(std::move(finding));
@@ -93,6 +99,7 @@ void LiveHost::Impl::sensor_loop(const std::atomic<bool>& stop) {
     drain_outbox();
   }
   sensors_.finish(send, news);
+  keep_poses();
   news.emplace_back(sensors_.sensor_news());
   send_news(news);
   drain_outbox();

@@ -52,24 +52,28 @@ geometry::Vec3 point_of(const fleet::KeyframePoints& points, std::size_t i) {
 
 }  // namespace
 
-void MapPicture::update(const fleet::Node& node) {
-  read(node);
-  place(node);
-}
-
-void MapPicture::read(const fleet::Node& node) {
+MapNews MapNewsReader::read(const fleet::Node& node) {
+  MapNews news;
+  news.own = {node.store().self(), node.epoch()};
+  news.T_map_local = node.T_map_odom();
+  news.poses.reserve(node.map_poses().size());
+  for (const auto& [id, pose] : node.map_poses()) news.poses.emplace_back(id, pose.T_map_body);
   const fleet::FactStore& store = node.store();
   for (const fleet::StreamInventory& stream : store.streams()) {
     fleet::SeqSet& seen = seen_[stream.stream];
     const fleet::SeqSet& held = store.held(stream.stream);
     for (auto seq = seen.first_lacking(held, 0); seq; seq = seen.first_lacking(held, *seq + 1)) {
       seen.insert(*seq);
-      if (const fleet::FactPtr fact =
-              store.find({stream.stream.vehicle, stream.stream.epoch, *seq})) {
-        take(fact);
-      }
+      fleet::FactPtr fact = store.find({stream.stream.vehicle, stream.stream.epoch, *seq});
+      if (fact) news.facts.push_back(std::move(fact));
     }
   }
+  return news;
+}
+
+void MapPicture::update(const MapNews& news) {
+  for (const fleet::FactPtr& fact : news.facts) take(fact);
+  place(news);
 }
 
 void MapPicture::take(const fleet::FactPtr& fact) {
@@ -89,7 +93,8 @@ void MapPicture::take(const fleet::FactPtr& fact) {
 }
 
 /// The table's poses; behind them each vehicle goes on as its odometry did.
-void MapPicture::place(const fleet::Node& node) {
+void MapPicture::place(const MapNews& news) {
+  auto known = news.poses.begin();
   moving_ = {};
   std::optional<geometry::SE3> T_map_local;
   std::optional<fleet::StreamKey> stream;
@@ -100,14 +105,13 @@ void MapPicture::place(const fleet::Node& node) {
       stream = of;
       T_map_local.reset();
       frames_.erase(id.vehicle);
-      const bool own = id.vehicle == node.store().self() && of.epoch == node.epoch();
-      if (own) T_map_local = node.T_map_odom();
+      if (of == news.own) T_map_local = news.T_map_local;
     }
-    const auto known = node.map_poses().find(id);
-    if (known != node.map_poses().end()) {
-      T_map_local = known->second.T_map_body * keyframe.T_local_body.inverse();
+    while (known != news.poses.end() && known->first < id) ++known;
+    if (known != news.poses.end() && known->first == id) {
+      T_map_local = known->second * keyframe.T_local_body.inverse();
       frames_[id.vehicle] = *T_map_local;
-      move_to(keyframe, id.vehicle, known->second.T_map_body);
+      move_to(keyframe, id.vehicle, known->second);
     } else if (T_map_local) {
       move_to(keyframe, id.vehicle, *T_map_local * keyframe.T_local_body);
     }
@@ -217,11 +221,6 @@ std::optional<wire::GridMessage> MapPicture::grid(Time t) const {
     message.cells.push_back(known ? value : std::int8_t{-1});
   }
   return message;
-}
-
-std::optional<geometry::SE3> MapPicture::T_map_local(VehicleId vehicle) const {
-  const auto found = frames_.find(vehicle);
-  return found == frames_.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::map<VehicleId, std::vector<MapPicture::PathPoint>> MapPicture::paths() const {

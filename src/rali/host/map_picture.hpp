@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "rali/fleet/facts/fact_store.hpp"
@@ -13,6 +14,23 @@
 
 namespace rali::host {
 
+/// What a node knows of the map, in values that do not change any more.
+struct MapNews {
+  std::vector<fleet::FactPtr> facts;                        ///< new since the last news
+  std::vector<std::pair<KeyframeId, geometry::SE3>> poses;  ///< T_map_body, ascending
+  fleet::StreamKey own;                                     ///< of this start of this vehicle
+  std::optional<geometry::SE3> T_map_local;                 ///< of `own`
+};
+
+/// Gathers news of a node. It only copies: a step may do that.
+class MapNewsReader {
+ public:
+  [[nodiscard]] MapNews read(const fleet::Node& node);
+
+ private:
+  std::map<fleet::StreamKey, fleet::SeqSet> seen_;  ///< facts
+};
+
 /// The fleet's map as this vehicle can draw it: the keyframes that it has the points of, where the
 /// last table puts them; newer ones of a vehicle hang on its last keyframe in the table. It takes
 /// no part in any estimate.
@@ -20,8 +38,8 @@ class MapPicture {
  public:
   explicit MapPicture(const map::ExploreSettings& grid) : grid_(grid) {}
 
-  /// Looks for new facts and new poses.
-  void update(const fleet::Node& node);
+  /// Takes new facts and new poses.
+  void update(const MapNews& news);
 
   /// Points of keyframes that are new or were moved by more than 0.1 m since the last call; fields
   /// x y z (float32), keyframe (uint32), vehicle (uint8). Frame map. Nothing: no news.
@@ -53,8 +71,9 @@ class MapPicture {
 
   [[nodiscard]] std::map<VehicleId, std::vector<PathPoint>> paths() const;
 
-  /// How a vehicle's frame `local` lies in the map, at its newest keyframe; nothing: not placed.
-  [[nodiscard]] std::optional<geometry::SE3> T_map_local(VehicleId vehicle) const;
+  /// How each vehicle's frame `local` lies in the map, at its newest keyframe; those of vehicles
+  /// that are placed.
+  [[nodiscard]] const std::map<VehicleId, geometry::SE3>& T_map_local() const { return frames_; }
 
   [[nodiscard]] std::size_t keyframes() const { return keyframes_.size(); }
 
@@ -71,16 +90,14 @@ class MapPicture {
     bool is_new = true;  ///< for the next delta
   };
 
-  void read(const fleet::Node& node);
   void take(const fleet::FactPtr& fact);
-  void place(const fleet::Node& node);
+  void place(const MapNews& news);
   void move_to(Keyframe& keyframe, VehicleId vehicle, const geometry::SE3& T_map_body);
   void draw(KeyframeId id, Keyframe& keyframe);
 
   map::ExploreGrid grid_;
   std::map<KeyframeId, Keyframe> keyframes_;
-  std::map<fleet::StreamKey, fleet::SeqSet> seen_;  ///< facts
-  std::map<VehicleId, geometry::SE3> frames_;       ///< T_map_local
+  std::map<VehicleId, geometry::SE3> frames_;  ///< T_map_local
   Move move_, moving_;
 };
 

@@ -45,6 +45,7 @@ void SensorSide::start_vehicle(const LiveEvent& first, const Publish& publish,
 
 void SensorSide::run(const std::function<Time()>& now, const Publish& publish,
                      std::vector<ToAgent>& news) {
+  map_poses_.clear();
   if (!intake_.decided()) return;
   events_.clear();
   intake_.take_events(now(), events_);
@@ -79,6 +80,7 @@ void SensorSide::step(const vehicle::Event& event, const Publish& publish,
       messages_.clear();
       outputs_.pose(*pose, T_map_local_, messages_);
       for (const RosOut& message : messages_) publish(message);
+      if (T_map_local_) map_poses_.push_back({pose->t, *T_map_local_ * pose->T_local_body});
     }
     // Keyframes reach the agent as facts, thinned.
     if (std::holds_alternative<vehicle::KeyframeAdded>(output)) continue;
@@ -87,6 +89,7 @@ void SensorSide::step(const vehicle::Event& event, const Publish& publish,
 }
 
 void SensorSide::finish(const Publish& publish, std::vector<ToAgent>& news) {
+  map_poses_.clear();
   if (vehicle_) step(vehicle::EndOfData{}, publish, news);
 }
 

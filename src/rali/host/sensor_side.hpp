@@ -13,6 +13,7 @@
 #include "rali/host/duration_stats.hpp"
 #include "rali/host/ros_outputs.hpp"
 #include "rali/host/sensor_intake.hpp"
+#include "rali/io/files/tum.hpp"
 #include "rali/vehicle/vehicle.hpp"
 #include "rali/wire/goal_status.hpp"
 
@@ -84,6 +85,10 @@ class SensorSide {
   /// No more data will come: what waits is finished.
   void finish(const Publish& publish, std::vector<ToAgent>& news);
 
+  /// T_map_body of the poses that the last run() or finish() has published; of those alone that are
+  /// placed in the map.
+  [[nodiscard]] const std::vector<io::StampedPose>& map_poses() const { return map_poses_; }
+
   [[nodiscard]] SensorNews sensor_news() const;
 
  private:
@@ -98,6 +103,7 @@ class SensorSide {
   vehicle::OutputList step_out_;
   std::vector<LiveEvent> events_;
   std::vector<RosOut> messages_;
+  std::vector<io::StampedPose> map_poses_;
   std::optional<geometry::SE3> T_map_local_;
   DurationStats latency_, scan_step_;
   std::optional<Time> scan_arrival_;  ///< of the last scan that the vehicle was handed

@@ -150,6 +150,7 @@ void ExploreGrid::place_free(const Keyframe& keyframe, int sign) {
   const auto far = std::min(
       reach_,
       static_cast<std::int64_t>(std::ceil(static_cast<double>(farthest_m) / settings_.cell_m)));
+  cells_written_ += static_cast<std::uint64_t>((2 * far + 1) * (2 * far + 1));
   for (std::int64_t y = -far; y <= far; ++y) {
     std::vector<Cell>* here = nullptr;
     std::int64_t tile_x = 0;

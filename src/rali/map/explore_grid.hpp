@@ -75,6 +75,9 @@ class ExploreGrid {
 
   [[nodiscard]] std::size_t keyframes() const { return keyframes_.size(); }
 
+  /// Cells that all calls so far have looked at to place keyframes: what they have cost.
+  [[nodiscard]] std::uint64_t cells_written() const { return cells_written_; }
+
   /// True once keyframes were refused because of cells_max; they can be added again with a
   /// coarser grid only.
   [[nodiscard]] bool is_full() const { return full_; }
@@ -122,6 +125,7 @@ class ExploreGrid {
   std::vector<std::vector<Cell>> tiles_;
   std::vector<std::pair<std::int64_t, std::int64_t>> tile_corner_;
   std::uint32_t stamp_ = 0;
+  std::uint64_t cells_written_ = 0;
   bool full_ = false;
 };
 

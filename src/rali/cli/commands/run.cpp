@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <charconv>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "rali/drive/tbb_executor.hpp"
 #include "rali/host/host_clock.hpp"
 #include "rali/host/service_notify.hpp"
+#include "rali/io/files/tum.hpp"
 #include "rali/net/fleet_key.hpp"
 
 namespace rali::cli {
@@ -51,6 +53,12 @@ class RunCommand final : public Command {
          false,
          {}},
         {"--record", "DIR", "record the sensors' messages to DIR/NAME.mcap", &record_, false, {}},
+        {"--poses",
+         "DIR",
+         "write the poses in map as they are published to DIR/live/NAME.tum",
+         &poses_,
+         false,
+         {}},
         {"--view", "PORT", "port of the live page, or none", &view_, false, {}},
         {"--for", "S", "end after so long [s]; 0: never", &for_s_, false, {}},
         {"--set",
@@ -70,11 +78,12 @@ class RunCommand final : public Command {
   [[nodiscard]] Status check_words() const;
   [[nodiscard]] Result<std::unique_ptr<view::ViewServer>> open_view(
       const config::FleetConfig& fleet, Session& session) const;
+  [[nodiscard]] Result<std::optional<io::TumWriter>> open_poses(const std::string& vehicle) const;
   [[nodiscard]] Result<int> run_vehicle(const config::FleetConfig& fleet, LiveSetup setup,
                                         Session& session);
 
   std::vector<std::string> inputs_, assignments_;
-  std::string vehicle_, state_, record_, view_, new_key_;
+  std::string vehicle_, state_, record_, poses_, view_, new_key_;
   double for_s_ = 0.0;
   int threads_ = 1;
 };
@@ -150,6 +159,22 @@ Result<std::unique_ptr<view::ViewServer>> RunCommand::open_view(const config::Fl
   return server;
 }
 
+Result<std::optional<io::TumWriter>> RunCommand::open_poses(const std::string& vehicle) const {
+  if (poses_.empty()) return std::optional<io::TumWriter>();
+  const std::string folder = poses_ + "/live";
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return fail(ErrorCode::kMachine, folder, "could not be made: " + error.message(),
+                "Name a folder that can be written.");
+  }
+  auto writer = io::TumWriter::create(
+      folder + '/' + vehicle + ".tum",
+      {"rali run: T_map_body of " + vehicle + " as published when its scan was processed"});
+  if (!writer) return tl::make_unexpected(writer.error());
+  return std::optional(std::move(*writer));
+}
+
 Result<int> RunCommand::run(Session& session) {
   if (!new_key_.empty()) {
     const Result<net::FleetKey> key = net::create_fleet_key(new_key_);
@@ -192,6 +217,8 @@ Result<int> RunCommand::run_vehicle(const config::FleetConfig& fleet, LiveSetup 
     if (!made) return tl::make_unexpected(made.error());
     record = std::move(*made);
   }
+  auto poses = open_poses(vehicle.name);
+  if (!poses) return tl::make_unexpected(poses.error());
   std::optional<net::SerialPort> serial;
   if (!vehicle.live.serial_port.empty()) {
     auto port = net::SerialPort::open(vehicle.live.serial_port, vehicle.live.serial_baud);
@@ -199,10 +226,10 @@ Result<int> RunCommand::run_vehicle(const config::FleetConfig& fleet, LiveSetup 
     serial = std::move(*port);
   }
   const std::unique_ptr<Executor> executor = drive::make_executor(threads_);
-  host::LiveHost host(
-      std::move(setup.host),
-      {bus->get(), link->get(), view->get(), &*state, record.get(), serial ? &*serial : nullptr},
-      *executor);
+  host::LiveHost host(std::move(setup.host),
+                      {bus->get(), link->get(), view->get(), &*state, record.get(),
+                       *poses ? &**poses : nullptr, serial ? &*serial : nullptr},
+                      *executor);
   std::atomic<bool> stop{false};
   RunListener listener(session, for_s_, stop);
   const host::LiveHostEnd end = host.run(listener, stop);

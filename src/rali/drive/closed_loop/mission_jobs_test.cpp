@@ -60,6 +60,41 @@ TEST(MissionJobs, of_a_computer_ten_times_slower_than_measured_ends_likewise) {
   EXPECT_LT(slow.duration_s, 1.5 * measured.duration_s + 30.0);
 }
 
+// A step that draws shows here, however fast the computer is.
+TEST(MissionJobs, all_that_is_drawn_is_drawn_by_jobs_and_goals_come_of_them) {
+  const Simulation sim = three_rooms();
+  ExactFleet fleet(*sim, without_loops());
+  std::size_t goal_lists = 0, compared = 0;
+  fleet.on_output = [&](std::size_t, const fleet::NodeOutput& output) {
+    const auto* envelope = std::get_if<fleet::Envelope>(&output);
+    if (envelope != nullptr) {
+      goal_lists += std::holds_alternative<fleet::GoalList>(envelope->message) ? 1 : 0;
+    }
+  };
+  fleet.on_time = [&](Time) {
+    std::size_t written = 0, drawn = 0;
+    for (std::size_t v = 0; v < fleet.nodes().size(); ++v) {
+      const fleet::Node& node = fleet.nodes().node(v);
+      if (node.exploration() == nullptr) continue;
+      if (node.exploration()->map() == nullptr) return;
+      written += node.exploration()->map()->grid().cells_written();
+    }
+    for (const SimulatedJobs::Spent& job : fleet.nodes().jobs().spent()) {
+      drawn += job.work.cells_drawn;
+    }
+    EXPECT_EQ(written, drawn);
+    ++compared;
+  };
+  EXPECT_TRUE(sim::run_closed_loop(*sim, fleet, limited(60.0)).has_value());
+  std::size_t explorations = 0;
+  for (const SimulatedJobs::Spent& job : fleet.nodes().jobs().spent()) {
+    explorations += fleet::explores(job.kind) ? 1 : 0;
+  }
+  EXPECT_GT(compared, 100U);
+  EXPECT_GT(goal_lists, 5U);
+  EXPECT_LE(goal_lists, explorations);
+}
+
 // The role machine waits 30 s for the choice of the next anchor. Here the anchor cannot be the next
 // one: the tag has no way past it.
 TEST(MissionJobs, a_hand_over_waits_for_a_solution_that_is_longer_than_six_leases) {

@@ -7,10 +7,13 @@
 
 namespace rali::drive {
 
-Duration JobCost::of(const fleet::JobWork& work) const {
-  return Duration::from_s(job_s + node_s * static_cast<double>(work.nodes) +
+Duration JobCost::of(fleet::JobKind kind, const fleet::JobWork& work) const {
+  const double begin_s = fleet::explores(kind) ? 0.0 : job_s;
+  return Duration::from_s(begin_s + node_s * static_cast<double>(work.nodes) +
                           submap_s * static_cast<double>(work.submaps) +
-                          compared_s * static_cast<double>(work.compared));
+                          compared_s * static_cast<double>(work.compared) +
+                          cell_drawn_s * static_cast<double>(work.cells_drawn) +
+                          cell_searched_s * static_cast<double>(work.cells_searched));
 }
 
 void SimulatedJobs::run(std::size_t owner, const fleet::RunJob& order, Time now,
@@ -20,7 +23,7 @@ void SimulatedJobs::run(std::size_t owner, const fleet::RunJob& order, Time now,
   order.job->run(executor, never);
   const double cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   spent_.push_back({order.kind, order.job->work(), cpu_s});
-  const double duration_s = computer_.cpu_factor * cost_.of(order.job->work()).s();
+  const double duration_s = computer_.cpu_factor * cost_.of(order.kind, order.job->work()).s();
   under_way_.push_back({now + Duration::from_s(duration_s), {owner, {order.number, order.job}}});
 }
 

@@ -18,20 +18,24 @@ struct ComputerSettings {
   template <class V>
   void visit(V& v) {
     v("cpu_factor", cpu_factor, 0.0, 1e4,
-      "how many times longer than measured a solution of the map takes");
+      "how many times longer than measured a job of the anchor takes");
   }
 };
 
 /// How long a job takes, from what it had to do: no clock, so that runs repeat. Fitted to the CPU
-/// times of 26 jobs (0.09 to 3.7 s; the fit is within a factor of 1.7 of each), see
-/// drive/README.md for the command.
+/// times of 26 estimates (0.09 to 3.7 s; the fit is within a factor of 1.7 of each) and of 144
+/// explorations (1 to 74 ms; most take half of the fit, those that plan many paths twice as long),
+/// see drive/README.md for the command.
 struct JobCost {
   double job_s = 0.0;
   double node_s = 0.001;
   double submap_s = 0.008;
   double compared_s = 0.020;
+  double cell_drawn_s = 8e-9;
+  double cell_searched_s = 12e-9;
 
-  [[nodiscard]] Duration of(const fleet::JobWork& work) const;
+  /// `job_s` is of estimates only.
+  [[nodiscard]] Duration of(fleet::JobKind kind, const fleet::JobWork& work) const;
 };
 
 /// Runs the jobs of vehicles of one process in virtual time: each is computed at once, and comes

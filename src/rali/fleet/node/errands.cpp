@@ -56,19 +56,23 @@ void Errands::note_who_stands(std::span<const Whereabouts> fleet) {
   book_.name(frontiers_);
 }
 
-bool Errands::picture(const Survey& survey) {
-  Result<map::CellMap> picture = survey.grid().picture();
-  if (!picture) return false;
-  map_ = std::move(*picture);
-  passable_ = map::passable_cells(map_, settings_.frontiers.radius_m);
+bool Errands::take_picture(const ExploreMap& explored) {
+  Result<map::CellMap> cells = explored.grid().picture();
+  if (!cells) return false;
+  auto picture = std::make_shared<Picture>();
+  picture->map = std::move(*cells);
+  picture->passable = map::passable_cells(picture->map, settings_.frontiers.radius_m);
+  picture_ = std::move(picture);
   return true;
 }
 
 void Errands::find(std::span<const Whereabouts> fleet) {
   std::vector<map::PathField> fields;
   fields.reserve(fleet.size());
-  for (const Whereabouts& w : fleet) fields.emplace_back(map_, passable_, w.place_map_m);
-  frontiers_ = map::find_frontiers(map_, passable_, fields, settings_.frontiers);
+  for (const Whereabouts& w : fleet) {
+    fields.emplace_back(picture_->map, picture_->passable, w.place_map_m);
+  }
+  frontiers_ = map::find_frontiers(picture_->map, picture_->passable, fields, settings_.frontiers);
   book_.name(frontiers_);
   std::vector<VehicleId> vehicles;
   for (const Whereabouts& w : fleet) {
@@ -77,13 +81,13 @@ void Errands::find(std::span<const Whereabouts> fleet) {
   book_.give_up_unreached(frontiers_, vehicles);
 }
 
-bool Errands::look(const Survey& survey, std::span<const Whereabouts> fleet,
+bool Errands::look(const ExploreMap& explored, std::span<const Whereabouts> fleet,
                    std::optional<std::size_t> anchor, Time now) {
-  if (!picture(survey)) return false;
+  if (!take_picture(explored)) return false;
   find(fleet);
   if (anchor) watch_passages(fleet, *anchor);
   settle(fleet, now);
-  send(survey, fleet, anchor, now);
+  send(explored, fleet, anchor, now);
   return true;
 }
 
@@ -197,7 +201,7 @@ std::vector<std::size_t> Errands::missed_by(VehicleId vehicle, std::span<const F
   return out;
 }
 
-void Errands::send(const Survey& survey, std::span<const Whereabouts> fleet,
+void Errands::send(const ExploreMap& explored, std::span<const Whereabouts> fleet,
                    std::optional<std::size_t> anchor, Time now) {
   const std::vector<FrontierSpot> spots = spots_of(free_frontiers());
   std::vector<Traveller> travellers;
@@ -221,8 +225,9 @@ void Errands::send(const Survey& survey, std::span<const Whereabouts> fleet,
   }
   if (!any || spots.empty()) return;
   const std::optional<std::size_t> first = anchor ? std::optional<std::size_t>(0) : std::nullopt;
-  const GoalPlan plan = plan_goals(travellers, first, spots, map_, passable_, survey.blind_axis(),
-                                   settings_.rounds.anchor, settings_.rounds.goals);
+  const GoalPlan plan =
+      plan_goals(travellers, first, spots, picture_->map, picture_->passable, explored.blind_axis(),
+                 settings_.rounds.anchor, settings_.rounds.goals);
   for (const PlannedGoal& goal : plan.goals) {
     if (!goal.frontier || goal.path_map_m.size() < 2) continue;
     errands_.push_back(errand_of(goal, spots[*goal.frontier], fleet, anchor, now));
@@ -262,7 +267,8 @@ GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> flee
   for (std::size_t i = 0; i < fleet.size(); ++i) {
     const Whereabouts& w = fleet[i];
     const double apart_m = (w.place_map_m - fleet[anchor].place_map_m).norm();
-    const bool at_edge = apart_m > settings_.rounds.finish.warn_from_m();
+    const bool at_edge =
+        apart_m > settings_.rounds.finish.warn_from_m() || (missed_counts && w.no_further);
     Traveller t{w.vehicle, w.place_map_m, w.lost || i == anchor, true, at_edge};
     t.wide = missed_counts && shut_off_.contains(w.vehicle);
     t.missed = missed_by(w.vehicle, spots, missed_counts);
@@ -270,8 +276,8 @@ GoalPlan Errands::round_of(std::size_t anchor, std::span<const Whereabouts> flee
   }
   GoalSettings goals = settings_.rounds.goals;
   goals.link_min = link_min;
-  return plan_goals(travellers, anchor, spots, map_, passable_, axis, settings_.rounds.anchor,
-                    goals);
+  return plan_goals(travellers, anchor, spots, picture_->map, picture_->passable, axis,
+                    settings_.rounds.anchor, goals);
 }
 
 /// The paper's choice knows no links.
@@ -280,11 +286,11 @@ double Errands::link_min() const {
   return rounds.anchor.choice == AnchorChoice::kPaper ? 0.0 : rounds.goals.link_min;
 }
 
-std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
+std::vector<VehicleId> Errands::next_anchors(const ExploreMap& explored,
                                              std::span<const Whereabouts> fleet,
                                              VehicleId anchor) const {
   const std::vector<FrontierSpot> spots = spots_of(open_frontiers());
-  const BlindAxisAt axis = survey.blind_axis();
+  const BlindAxisAt axis = explored.blind_axis();
   // Everybody stands until there is an anchor again: candidates are judged where they are.
   AnchorSettings here = settings_.rounds.anchor;
   here.near_m = 0.0;
@@ -304,13 +310,15 @@ std::vector<VehicleId> Errands::next_anchors(const Survey& survey,
     options.push_back(std::move(option));
   }
   std::vector<VehicleId> out;
-  for (const RankedAnchor& r : rank_anchors(options, spots, map_, passable_, here)) {
+  for (const RankedAnchor& r :
+       rank_anchors(options, spots, picture_->map, picture_->passable, here)) {
     out.push_back(r.vehicle);
   }
   return out;
 }
 
-std::vector<Errands::Stop> Errands::stops(const Survey& survey, std::span<const Whereabouts> fleet,
+std::vector<Errands::Stop> Errands::stops(const ExploreMap& explored,
+                                          std::span<const Whereabouts> fleet,
                                           VehicleId anchor) const {
   const std::vector<FrontierSpot> spots = spots_of(open_frontiers());
   std::vector<Stop> out;
@@ -318,7 +326,8 @@ std::vector<Errands::Stop> Errands::stops(const Survey& survey, std::span<const 
   for (std::size_t i = 0; i < fleet.size(); ++i) {
     if (fleet[i].lost) continue;
     const bool missed_counts = fleet[i].vehicle == anchor;
-    const GoalPlan plan = round_of(i, fleet, spots, survey.blind_axis(), missed_counts, link_min());
+    const GoalPlan plan =
+        round_of(i, fleet, spots, explored.blind_axis(), missed_counts, link_min());
     for (std::size_t k = 0; k < out.size(); ++k) {
       out[k].reach = std::max(out[k].reach, plan.reach[k]);
     }
@@ -326,14 +335,14 @@ std::vector<Errands::Stop> Errands::stops(const Survey& survey, std::span<const 
   return out;
 }
 
-GoalList Errands::goals(const Survey& survey) const {
+GoalList Errands::goals(const ExploreMap& explored) const {
   GoalList list;
   std::vector<std::uint32_t> ids;
   for (const map::FrontierArea& f : frontiers_) {
     if (f.state != FrontierState::kOpen) continue;
     ids.push_back(f.id);
     list.frontiers.push_back(
-        {{f.centre_map_m.x(), f.centre_map_m.y(), survey.height_m(f.centre_map_m)}, f.size});
+        {{f.centre_map_m.x(), f.centre_map_m.y(), explored.height_m(f.centre_map_m)}, f.size});
   }
   list.memory = book_.memory();
   std::erase_if(list.memory.named, [&ids](const map::NamedFrontier& named) {
@@ -344,7 +353,7 @@ GoalList Errands::goals(const Survey& survey) const {
     for (const Vec2& p : e.places_map_m) {
       Goal goal;
       goal.vehicle = e.vehicle;
-      goal.place_map_m = {p.x(), p.y(), survey.height_m(p)};
+      goal.place_map_m = {p.x(), p.y(), explored.height_m(p)};
       if (at != ids.end()) goal.frontier = static_cast<std::uint32_t>(at - ids.begin());
       list.goals.push_back(goal);
     }

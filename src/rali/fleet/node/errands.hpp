@@ -1,19 +1,22 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "rali/fleet/messages/messages.hpp"
+#include "rali/fleet/node/explore_map.hpp"
 #include "rali/fleet/node/settings.hpp"
-#include "rali/fleet/node/survey.hpp"
 #include "rali/fleet/rounds/goals.hpp"
 
 namespace rali::fleet {
 
-/// Where a vehicle is, as its last status and the survey have it.
+/// Where a vehicle is, as its last status and the estimate have it.
 struct Whereabouts {
   VehicleId vehicle;
   geometry::Vec2 place_map_m = geometry::Vec2::Zero();
@@ -25,7 +28,8 @@ struct Whereabouts {
 };
 
 /// Who is on the way to which frontier. A goal lives until it is reached, missed, or seen from
-/// afar: a vehicle on its way is not sent elsewhere by every new keyframe.
+/// afar: a vehicle on its way is not sent elsewhere by every new keyframe. Looking is for jobs: it
+/// takes tens of milliseconds. A copy shares the picture of the grid.
 class Errands {
  public:
   explicit Errands(const NodeSettings& settings) : settings_(settings), book_(settings.frontiers) {}
@@ -38,7 +42,7 @@ class Errands {
 
   /// Looks at the grid, settles what has been reached or missed, and sends whoever is free.
   /// @param anchor index in `fleet`  @return false: nothing is mapped yet
-  bool look(const Survey& survey, std::span<const Whereabouts> fleet,
+  bool look(const ExploreMap& explored, std::span<const Whereabouts> fleet,
             std::optional<std::size_t> anchor, Time now);
 
   /// At the end of a round: whoever stands at a frontier has visited it.
@@ -47,7 +51,7 @@ class Errands {
   /// Who should be next anchor where everybody stands, best first, by the last look and by what
   /// was missed while `anchor` stood: under whom the others get to a frontier, before whom they
   /// only close up behind.
-  [[nodiscard]] std::vector<VehicleId> next_anchors(const Survey& survey,
+  [[nodiscard]] std::vector<VehicleId> next_anchors(const ExploreMap& explored,
                                                     std::span<const Whereabouts> fleet,
                                                     VehicleId anchor) const;
 
@@ -58,12 +62,15 @@ class Errands {
   };
 
   /// Likewise: what keeps the vehicles from the open frontiers.
-  [[nodiscard]] std::vector<Stop> stops(const Survey& survey, std::span<const Whereabouts> fleet,
-                                        VehicleId anchor) const;
+  [[nodiscard]] std::vector<Stop> stops(const ExploreMap& explored,
+                                        std::span<const Whereabouts> fleet, VehicleId anchor) const;
 
-  [[nodiscard]] GoalList goals(const Survey& survey) const;
+  [[nodiscard]] GoalList goals(const ExploreMap& explored) const;
 
   [[nodiscard]] const std::vector<map::FrontierArea>& frontiers() const { return frontiers_; }
+
+  /// The grid as it was looked at last; null before.
+  [[nodiscard]] const map::CellMap* map() const { return picture_ ? &picture_->map : nullptr; }
 
   /// Of the last look, the largest open one.
   [[nodiscard]] std::optional<std::uint32_t> largest() const;
@@ -84,7 +91,13 @@ class Errands {
     double first_m = 0.0, least_m = 0.0, last_m = 0.0;
   };
 
-  [[nodiscard]] bool picture(const Survey& survey);
+  /// The grid as it was looked at.
+  struct Picture {
+    map::CellMap map;
+    std::vector<std::uint8_t> passable;
+  };
+
+  [[nodiscard]] bool take_picture(const ExploreMap& explored);
   void watch_passages(std::span<const Whereabouts> fleet, std::size_t anchor);
   [[nodiscard]] bool has_passed(VehicleId vehicle) const;
   void find(std::span<const Whereabouts> fleet);
@@ -92,7 +105,7 @@ class Errands {
   [[nodiscard]] bool settled(Errand& errand, const Whereabouts& at, Time now);
   void arrived(const Errand& errand);
   void gave_up(const Errand& errand, DriveState state);
-  void send(const Survey& survey, std::span<const Whereabouts> fleet,
+  void send(const ExploreMap& explored, std::span<const Whereabouts> fleet,
             std::optional<std::size_t> anchor, Time now);
   [[nodiscard]] std::vector<std::size_t> open_frontiers() const;
   [[nodiscard]] std::vector<std::size_t> free_frontiers() const;
@@ -112,8 +125,7 @@ class Errands {
 
   NodeSettings settings_;
   map::FrontierBook book_;
-  map::CellMap map_;
-  std::vector<std::uint8_t> passable_;
+  std::shared_ptr<const Picture> picture_;  ///< null before the first look
   std::vector<map::FrontierArea> frontiers_;
   std::vector<Errand> errands_;
   // Of this round:

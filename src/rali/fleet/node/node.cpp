@@ -275,10 +275,8 @@ void Node::on(const NodeTick&) {
     next_finish_ = now_ + Duration::from_s(1.0);
     watch_finish();
   }
+  add_new_facts();
   if (survey_) survey_tick();
-  for (const FactPtr& fact : store_.take_new()) {
-    if (Survey* survey = any_survey()) survey->add(fact);
-  }
   drive();
   if (now_ >= next_status_) {
     next_status_ = now_ + Duration::from_s(settings_.status_s);

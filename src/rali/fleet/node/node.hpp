@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "rali/fleet/facts/exchange.hpp"
-#include "rali/fleet/node/errands.hpp"
 #include "rali/fleet/node/events.hpp"
+#include "rali/fleet/node/exploration.hpp"
 #include "rali/fleet/node/survey.hpp"
 #include "rali/fleet/roles/role_machine.hpp"
 #include "rali/fleet/rounds/finish.hpp"
@@ -21,7 +21,7 @@ namespace rali::fleet {
 /// One vehicle's part in the fleet, as a pure function of its events (algorithms_fleet 10, 11): it
 /// passes facts on, plays its role, and tells its own vehicle where to go; while it is anchor it
 /// also makes the map, finds the frontiers and sends everybody. No clock, no bytes, and no step
-/// that solves: that is a job, which the host runs beside the steps (RunJob).
+/// that solves, draws or searches: that is a job, which the host runs beside the steps (RunJob).
 class Node {
  public:
   /// @param fleet all vehicles, this one included  @param start what the disk holds
@@ -65,6 +65,9 @@ class Node {
   /// The map it makes as anchor; null otherwise.
   [[nodiscard]] const Survey* survey() const { return survey_.get(); }
 
+  /// Where it looks for frontiers, once it has been anchor; null before.
+  [[nodiscard]] const Exploration* exploration() const { return exploration_.get(); }
+
  private:
   struct Peer {
     VehicleStatus status;
@@ -102,32 +105,42 @@ class Node {
   void begin_survey();
   void stopped_anchoring();
   void sealed();
-  [[nodiscard]] bool last_look(const std::vector<Whereabouts>& fleet);
-  void note_stops(const std::vector<Whereabouts>& fleet);
+  void solved();
+  void round_ended();
+  void note_stops();
   void offer_choice();
 
   // The anchor's map (node_anchor.cpp).
   void survey_tick();
-  void round_ended();
+  void add_new_facts();
   void tell_map();
   void tell_tables(double moved_m);
   void keep(const Table& table);
   void tell_boundary();
 
   // Its jobs (node_jobs.cpp).
-  void start_job(JobKind kind);
-  void cancel_job();
+  struct UnderWay {
+    JobKind kind = JobKind::kEstimate;
+    std::uint64_t number = 0, term = 0;
+    bool wanted = true;
+  };
+
+  void start_estimate(JobKind kind);
+  void start_exploration(JobKind kind);
+  void take_estimate(const UnderWay& job, Job* back);
+  void take_exploration(const UnderWay& job, Job* back);
+  void cancel_jobs();
   void hold_handover();
   void give_up_seal();
   [[nodiscard]] std::vector<FactPtr> all_facts() const;
 
   [[nodiscard]] Survey* any_survey() { return survey_ ? survey_.get() : resting_.get(); }
 
-  void look();
-  void note_frontiers(const std::vector<Whereabouts>& fleet, bool facts_agree);
+  void send_fleet();
+  void note_frontiers(bool facts_agree);
   void tell_goals();
   void end_mission(RoundEnd why);
-  [[nodiscard]] bool nobody_gets_further() const;
+  [[nodiscard]] std::optional<Time> progress_since() const;
   [[nodiscard]] std::vector<Whereabouts> whereabouts() const;
   [[nodiscard]] bool facts_are_here() const;
   [[nodiscard]] bool is_lost(VehicleId vehicle) const;
@@ -193,21 +206,21 @@ class Node {
 
   std::unique_ptr<Survey> survey_;
   std::unique_ptr<Survey> resting_;  ///< of a round in which this vehicle was the anchor
-  std::unique_ptr<Errands> errands_;
+  std::unique_ptr<Exploration> exploration_;
   std::map<VehicleId, FinishReason> tags_;
   std::uint32_t revision_ = 0, goal_revision_ = 0;
   Time next_estimate_, next_look_, next_goals_;
   std::optional<Inventory> seal_;
   Time sealed_at_;
-  std::optional<RoundEnd> sealing_;  ///< why a round ends that is sealed, but not solved yet
 
-  struct UnderWay {
-    JobKind kind = JobKind::kEstimate;
-    std::uint64_t number = 0, term = 0;
-    bool wanted = true;
+  /// A round that is sealed, but whose last jobs have not come back yet.
+  struct Sealing {
+    RoundEnd why = RoundEnd::kOpen;
+    bool solved = false;
   };
 
-  std::optional<UnderWay> job_;
+  std::optional<Sealing> sealing_;
+  std::optional<UnderWay> estimating_, exploring_;
   std::uint64_t jobs_ = 0;
   std::vector<VehicleId> ranked_;
   std::string waits_for_;  ///< what was said last about vehicles that are not placed

@@ -10,20 +10,25 @@ namespace rali::fleet {
 using geometry::SE3;
 using geometry::Vec3;
 
+void Node::add_new_facts() {
+  for (const FactPtr& fact : store_.take_new()) {
+    if (Survey* survey = any_survey()) survey->add(fact);
+    if (exploration_) exploration_->add(fact);
+  }
+}
+
 void Node::survey_tick() {
-  for (const FactPtr& fact : store_.take_new()) survey_->add(fact);
   if (role_.mode == RoleMode::kSealed) return offer_choice();
   if (!may_publish(role_, now_) || done_) return;
-  if (now_ >= next_estimate_ && !job_) {
+  if (now_ >= next_estimate_ && !estimating_) {
     const double age_s = seconds_between(begin_, now_);
     next_estimate_ =
         now_ + Duration::from_s(std::max(settings_.estimate_s, settings_.estimate_share * age_s));
-    start_job(JobKind::kEstimate);
+    start_estimate(JobKind::kEstimate);
   }
-  if (now_ >= next_look_) {
+  if (now_ >= next_look_ && !exploring_) {
     next_look_ = now_ + Duration::from_s(settings_.look_s);
-    static_cast<void>(survey_->refresh());
-    look();
+    start_exploration(JobKind::kExplore);
   }
 }
 
@@ -72,13 +77,15 @@ std::vector<Whereabouts> Node::whereabouts() const {
     if (told != nullptr) w.drive_end = told->drive_end;
     if (const auto tag = tags_.find(vehicle); tag != tags_.end()) {
       w.stands = w.stands || forbids_driving(tag->second);
+      // It has driven back since, and is not at its limit any more.
+      w.no_further = tag->second == FinishReason::kDistance || tag->second == FinishReason::kSignal;
     }
     w.lost = is_lost(vehicle);
     w.stands = w.stands || w.lost;
     w.at_rest = w.at_rest || w.lost;
     if (here && vehicle != self_) {
       const double rssi_dbm = peers_.at(vehicle).status.rssi_dbm;
-      w.no_further = (*place - *here).norm() > finish.warn_from_m() ||
+      w.no_further = w.no_further || (*place - *here).norm() > finish.warn_from_m() ||
                      (rssi_dbm < 0.0 && rssi_dbm < finish.rssi_stop_dbm + finish.warn_rssi_db);
     }
     out.push_back(w);
@@ -105,29 +112,22 @@ bool Node::facts_are_here() const {
          });
 }
 
-void Node::look() {
-  const std::vector<Whereabouts> fleet = whereabouts();
-  const auto self = std::find_if(fleet.begin(), fleet.end(),
-                                 [this](const Whereabouts& w) { return w.vehicle == self_; });
-  const std::optional<std::size_t> anchor =
-      self == fleet.end() ? std::nullopt
-                          : std::optional(static_cast<std::size_t>(self - fleet.begin()));
-  if (!errands_->look(*survey_, fleet, anchor, now_)) return;
-  const bool all_rest =
-      std::all_of(fleet.begin(), fleet.end(), [](const Whereabouts& w) { return w.at_rest; });
-  note_frontiers(fleet, all_rest && facts_are_here());
+/// What a search for frontiers has found.
+void Node::send_fleet() {
+  if (!exploration_->result().mapped) return;
+  note_frontiers(exploration_->input().facts_here);
   tell_goals();
   if (rounds_.mission_over()) end_mission(RoundEnd::kExplored);
 }
 
-void Node::note_frontiers(const std::vector<Whereabouts>& fleet, bool facts_agree) {
+void Node::note_frontiers(bool facts_agree) {
   std::vector<VehicleId> ids;
-  for (const Whereabouts& w : fleet) ids.push_back(w.vehicle);
-  rounds_.frontiers_seen(errands_->frontiers(), ids, facts_agree);
+  for (const Whereabouts& w : exploration_->input().fleet) ids.push_back(w.vehicle);
+  rounds_.frontiers_seen(exploration_->errands().frontiers(), ids, facts_agree);
 }
 
 void Node::tell_goals() {
-  GoalList list = errands_->goals(*survey_);
+  GoalList list = exploration_->result().goals;
   list.term = role_.durable.term;
   list.revision = ++goal_revision_;
   post(std::nullopt, std::move(list));
@@ -139,13 +139,14 @@ void Node::end_mission(RoundEnd why) {
   next_status_ = now_;
 }
 
-/// Rounds of each vehicle in which nobody came to a place where nobody had been.
-bool Node::nobody_gets_further() const {
+/// Begin of the last rounds of each vehicle in which somebody has to come to a place where nobody
+/// had been; nothing: there were not so many yet.
+std::optional<Time> Node::progress_since() const {
   const std::vector<RoundRow>& rows = rounds_.rounds();
   const auto count = static_cast<std::size_t>(settings_.idle_rounds *
                                               static_cast<double>(role_.durable.fleet.size()));
-  if (rows.size() <= count) return false;
-  return survey_->new_places_since(rows[rows.size() - count].start) == 0;
+  if (rows.size() <= count) return std::nullopt;
+  return rows[rows.size() - count].start;
 }
 
 void Node::drive() {

@@ -60,19 +60,33 @@ class Fleet {
     SerialExecutor executor;
     const std::atomic<bool> never = false;
     order.job->run(executor, never);
-    jobs.push_back({v, now + Duration::from_s(solve_s), {order.number, order.job}, order.kind});
+    const bool explored = explores(order.kind);
+    const Time due = now + Duration::from_s(explored ? search_s : solve_s);
+    (explored ? searches : jobs).push_back({v, due, {order.number, order.job}, order.kind});
   }
 
+  struct Pending {
+    std::size_t vehicle = 0;
+    Time due;
+    JobDone done;
+    JobKind kind = JobKind::kEstimate;
+  };
+
   void deliver_jobs() {
-    for (std::size_t k = 0; k < jobs.size();) {
-      const bool given_up =
-          std::find(cancelled.begin(), cancelled.end(), jobs[k].done.number) != cancelled.end();
-      if (now < jobs[k].due && !(given_up && !solves_in_step)) {
+    deliver(jobs);
+    deliver(searches);
+  }
+
+  void deliver(std::vector<Pending>& under_way) {
+    for (std::size_t k = 0; k < under_way.size();) {
+      const bool given_up = std::find(cancelled.begin(), cancelled.end(),
+                                      under_way[k].done.number) != cancelled.end();
+      if (now < under_way[k].due && !(given_up && !solves_in_step)) {
         ++k;
         continue;
       }
-      const Pending job = jobs[k];
-      jobs.erase(jobs.begin() + static_cast<std::ptrdiff_t>(k));
+      const Pending job = under_way[k];
+      under_way.erase(under_way.begin() + static_cast<std::ptrdiff_t>(k));
       give(job.vehicle, job.done);
     }
   }
@@ -146,17 +160,11 @@ class Fleet {
   std::vector<std::pair<std::size_t, RoleActionKind>> actions;
   std::set<std::size_t> moving, silent, blind;
 
-  struct Pending {
-    std::size_t vehicle = 0;
-    Time due;
-    JobDone done;
-    JobKind kind = JobKind::kEstimate;
-  };
-
-  std::vector<Pending> jobs;  ///< under way
+  std::vector<Pending> jobs;      ///< estimates under way
+  std::vector<Pending> searches;  ///< likewise, explorations
   std::vector<std::uint64_t> cancelled;
   std::map<std::size_t, std::deque<Envelope>> held;
-  double solve_s = 0.0;
+  double solve_s = 0.0, search_s = 0.0;
   bool solves_in_step = false;
   Time now = Time::from_s(100.0);
 };

@@ -5,26 +5,54 @@
 
 namespace rali::fleet {
 
-void Node::start_job(JobKind kind) {
-  job_ = UnderWay{kind, ++jobs_, role_.durable.term};
+void Node::start_estimate(JobKind kind) {
+  estimating_ = UnderWay{kind, ++jobs_, role_.durable.term};
   const bool ends = kind == JobKind::kEndRound;
-  out_->emplace_back(RunJob{kind, job_->number,
+  out_->emplace_back(RunJob{kind, estimating_->number,
                             survey_->make_job(ends ? std::optional(sealed_at_) : std::nullopt)});
 }
 
-void Node::cancel_job() {
-  if (!job_ || !job_->wanted) return;
-  job_->wanted = false;
-  out_->emplace_back(CancelJob{job_->number});
+void Node::start_exploration(JobKind kind) {
+  exploring_ = UnderWay{kind, ++jobs_, role_.durable.term};
+  ExploreInput in;
+  in.kind = kind;
+  in.placed = survey_->placed();
+  in.fleet = whereabouts();
+  in.self = self_;
+  in.now = now_;
+  if (kind == JobKind::kNextAnchor) {
+    in.progress_since = progress_since();
+    in.forget_points = survey_->boundary().has_value();
+  } else {
+    in.facts_here = std::all_of(in.fleet.begin(), in.fleet.end(),
+                                [](const Whereabouts& w) { return w.at_rest; }) &&
+                    facts_are_here();
+  }
+  out_->emplace_back(RunJob{kind, exploring_->number, exploration_->make_job(std::move(in))});
+}
+
+void Node::cancel_jobs() {
+  for (std::optional<UnderWay>* job : {&estimating_, &exploring_}) {
+    if (!*job || !(*job)->wanted) continue;
+    (*job)->wanted = false;
+    out_->emplace_back(CancelJob{(*job)->number});
+  }
 }
 
 void Node::on(const JobDone& event) {
-  if (!job_ || job_->number != event.number) return;
-  const UnderWay job = *std::exchange(job_, std::nullopt);
+  if (estimating_ && estimating_->number == event.number) {
+    return take_estimate(*std::exchange(estimating_, std::nullopt), event.job.get());
+  }
+  if (exploring_ && exploring_->number == event.number) {
+    take_exploration(*std::exchange(exploring_, std::nullopt), event.job.get());
+  }
+}
+
+void Node::take_estimate(const UnderWay& job, Job* back) {
   const bool wanted = job.wanted && survey_ && job.term == role_.durable.term;
   const bool had_place = survey_ && survey_->is_placed(self_);
-  const Survey::Back back = any_survey()->take_back(event.job.get(), wanted);
-  if (back == Survey::Back::kLost) {
+  const JobFate fate = any_survey()->take_back(back, wanted);
+  if (fate == JobFate::kLost) {
     report("fleet.job_lost", Severity::kError,
            "a solution of the map was lost: it is made anew from all facts");
     any_survey()->restore(all_facts());
@@ -32,20 +60,38 @@ void Node::on(const JobDone& event) {
   if (!survey_) return;
   // Frontiers are looked for as soon as there is a map to look at.
   if (!had_place) next_look_ = now_;
-  const bool taken = back == Survey::Back::kTaken;
+  const bool taken = fate == JobFate::kTaken;
   if (role_.mode == RoleMode::kSealed && sealing_) {
-    if (taken && job.kind == JobKind::kEndRound) return round_ended();
-    return start_job(JobKind::kEndRound);
+    // The one that the seal has given up comes back first.
+    const bool last = taken && job.kind == JobKind::kEndRound;
+    return last ? solved() : start_estimate(JobKind::kEndRound);
   }
   // What was given up is missing in the term that comes.
   if (!taken) next_estimate_ = now_;
-  if (!taken || !may_publish(role_, now_) || done_) return;
-  static_cast<void>(survey_->refresh());
-  tell_map();
+  if (taken && may_publish(role_, now_) && !done_) tell_map();
+}
+
+void Node::take_exploration(const UnderWay& job, Job* back) {
+  const bool wanted = job.wanted && survey_ && job.term == role_.durable.term;
+  const JobFate fate = exploration_->take_back(back, wanted);
+  if (fate == JobFate::kLost) {
+    report("fleet.job_lost", Severity::kError,
+           "a search for frontiers was lost: its grid is made anew from all facts");
+    exploration_->restore(all_facts());
+  }
+  if (!survey_) return;
+  const bool taken = fate == JobFate::kTaken;
+  if (role_.mode == RoleMode::kSealed && sealing_) {
+    if (!sealing_->solved) return;  // the last one begins then
+    const bool last = taken && job.kind == JobKind::kNextAnchor;
+    return last ? round_ended() : start_exploration(JobKind::kNextAnchor);
+  }
+  if (!taken) next_look_ = now_;
+  if (taken && may_publish(role_, now_) && !done_) send_fleet();
 }
 
 /// Without a choice for long the role machine names this vehicle again. The choice waits for the
-/// last solution of the round; a seal holds nobody's vote back, so that may take its time.
+/// last jobs of the round; a seal holds nobody's vote back, so that may take its time.
 void Node::hold_handover() {
   if (role_.mode != RoleMode::kSealed || !sealing_) return;
   if (seconds_between(sealed_at_, now_) >= settings_.roles.round_timeout_s) return;
@@ -54,9 +100,9 @@ void Node::hold_handover() {
   role_.handover_until = std::max(role_.handover_until, until);
 }
 
-/// Another term began before the round's last solution came.
+/// Another term began before the round's last jobs came back.
 void Node::give_up_seal() {
-  if (sealing_) rounds_.anchor_ended(*sealing_, sealed_at_);
+  if (sealing_) rounds_.anchor_ended(sealing_->why, sealed_at_);
   sealing_.reset();
 }
 

@@ -55,6 +55,41 @@ TEST(NodeJobs, there_is_one_job_at_a_time_and_the_next_one_has_what_came_meanwhi
   EXPECT_EQ(fleet.nodes[1].map_poses().size(), 3U);
 }
 
+TEST(NodeJobs, a_search_for_frontiers_is_a_job_too_and_the_next_one_waits_for_it) {
+  Fleet fleet = with_anchor(0.0);
+  fleet.search_s = 4.5;  // more than two periods
+  fleet.run(5.0);        // those that were asked for before
+  std::vector<std::uint64_t> numbers;
+  for (int k = 0; k < 200; ++k) {
+    fleet.step(0.1);
+    ASSERT_LE(fleet.searches.size(), 1U);
+    if (fleet.searches.empty()) continue;
+    EXPECT_EQ(fleet.searches.front().kind, JobKind::kExplore);
+    const std::uint64_t number = fleet.searches.front().done.number;
+    if (numbers.empty() || numbers.back() != number) numbers.push_back(number);
+  }
+  EXPECT_GE(numbers.size(), 4U);
+  EXPECT_LE(numbers.size(), 6U) << "20 s";
+  EXPECT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
+}
+
+TEST(NodeJobs, a_seal_waits_for_the_search_that_says_who_is_next) {
+  Fleet fleet = with_anchor(0.0);
+  fleet.search_s = 20.0;
+  fleet.run(3.0);
+  hear_weakly(fleet);
+  while (fleet.nodes[0].mode() == Mode::kAnchor && fleet.now < Time::from_s(160.0)) fleet.step(0.1);
+  ASSERT_EQ(fleet.nodes[0].mode(), Mode::kSealed);
+  fleet.run(1.0);
+  ASSERT_EQ(fleet.searches.size(), 1U) << "the one before was given up";
+  EXPECT_EQ(fleet.searches.front().kind, JobKind::kNextAnchor);
+  EXPECT_EQ(fleet.nodes[0].rounds().rounds().back().ended_by, RoundEnd::kOpen);
+  fleet.run(20.0);
+  EXPECT_EQ(fleet.nodes[0].rounds().rounds().front().ended_by, RoundEnd::kFinished);
+  fleet.run(20.0);
+  EXPECT_GE(fleet.nodes[0].term(), 2U);
+}
+
 TEST(NodeJobs, a_result_with_an_unknown_number_is_ignored) {
   Fleet fleet = with_anchor(kLongSolve_s);
   const std::uint64_t number = fleet.jobs.front().done.number;
@@ -171,7 +206,8 @@ TEST(NodeJobs, one_that_never_ran_is_asked_for_again_with_the_same_facts) {
     fleet.nodes[0].step(NodeTick{}, fleet.now, out);
     for (const NodeOutput& o : out) {
       if (const auto* e = std::get_if<Envelope>(&o)) fleet.give(1, *e);
-      if (const auto* job = std::get_if<RunJob>(&o)) order = *job;
+      const auto* job = std::get_if<RunJob>(&o);
+      if (job != nullptr && !explores(job->kind)) order = *job;
     }
     for (const Envelope& e : std::exchange(fleet.air, {})) fleet.nodes[0].step(e, fleet.now, out);
   }

@@ -60,7 +60,7 @@ void Node::act(const RoleAction& action) {
     case RoleActionKind::kSealed:
       return sealed();
     case RoleActionKind::kStoppedAnchoring:
-      return cancel_job();
+      return cancel_jobs();
     case RoleActionKind::kMayLeave:
       return;
     case RoleActionKind::kRejoined:
@@ -166,10 +166,9 @@ void Node::became_anchor(bool new_round) {
   exchange_.set_points_to(self_);
   if (!new_round && survey_) return;
   rounds_.anchor_began(self_, now_);
-  if (!errands_) errands_ = std::make_unique<Errands>(settings_);
-  errands_->new_round();
-  if (frontiers_heard_) errands_->take_over(*std::exchange(frontiers_heard_, std::nullopt));
   begin_survey();
+  exploration_->new_round();
+  if (frontiers_heard_) exploration_->take_over(*std::exchange(frontiers_heard_, std::nullopt));
   next_estimate_ = next_look_ = next_goals_ = now_;
 }
 
@@ -178,11 +177,15 @@ void Node::became_anchor(bool new_round) {
 void Node::begin_survey() {
   if (!survey_) survey_ = std::move(resting_);
   if (survey_) {
-    for (const FactPtr& fact : store_.take_new()) survey_->add(fact);
+    add_new_facts();
   } else {
     survey_ = std::make_unique<Survey>(settings_, known_);
+    exploration_ = std::make_unique<Exploration>(settings_);
     static_cast<void>(store_.take_new());
-    for (const FactPtr& fact : all_facts()) survey_->add(fact);
+    for (const FactPtr& fact : all_facts()) {
+      survey_->add(fact);
+      exploration_->add(fact);
+    }
   }
   // Of an anchor in between; without one its own is the last.
   const auto boundary = std::exchange(boundary_, std::nullopt);
@@ -190,7 +193,7 @@ void Node::begin_survey() {
 }
 
 void Node::stopped_anchoring() {
-  cancel_job();
+  cancel_jobs();
   give_up_seal();
   if (survey_) resting_ = std::move(survey_);
   tags_.clear();
@@ -198,8 +201,8 @@ void Node::stopped_anchoring() {
   ranked_.clear();
 }
 
-/// The round is over: a last full estimate decides who is next. One that is under way is given up
-/// for it.
+/// The round is over: a last full estimate, and what is seen in it, decide who is next. Jobs that
+/// are under way are given up for it.
 void Node::sealed() {
   exchange_.set_points_to(std::nullopt);
   exchange_.announce();
@@ -212,25 +215,32 @@ void Node::sealed() {
                        : all_finished ? RoundEnd::kFinished
                                       : RoundEnd::kTimeout;
   if (!survey_) return rounds_.anchor_ended(why, now_);
-  for (const FactPtr& fact : store_.take_new()) survey_->add(fact);
+  add_new_facts();
   ranked_.clear();  // of an earlier round
-  sealing_ = why;
-  if (!job_) start_job(JobKind::kEndRound);
+  sealing_ = Sealing{why};
+  if (!estimating_) start_estimate(JobKind::kEndRound);
 }
 
 /// All facts of the round are solved for.
-void Node::round_ended() {
-  const RoundEnd why = *std::exchange(sealing_, std::nullopt);
+void Node::solved() {
+  sealing_->solved = true;
   tell_boundary();
-  const std::vector<Whereabouts> fleet = whereabouts();
-  const bool looked = last_look(fleet);
-  const bool idle = nobody_gets_further();
-  const bool all_seen = idle && looked && !errands_->largest();
-  if (idle && looked) note_stops(fleet);
+  if (!exploring_) start_exploration(JobKind::kNextAnchor);
+}
+
+/// It is known what is seen of the map, and who sees farther from where.
+void Node::round_ended() {
+  const RoundEnd why = std::exchange(sealing_, std::nullopt)->why;
+  const ExploreResult& found = exploration_->result();
+  const bool largest_left = exploration_->errands().largest().has_value();
+  const bool idle = !found.progress;
+  // Told as it is; whether the mission is over is asked while the anchor acts.
+  if (found.mapped) note_frontiers(false);
+  if (idle && found.mapped) note_stops();
+  const bool all_seen = idle && found.mapped && !largest_left;
   rounds_.anchor_ended(all_seen ? RoundEnd::kExplored : why, sealed_at_);
   if (idle) return end_mission(RoundEnd::kFinished);
-  if (looked) ranked_ = errands_->next_anchors(*survey_, fleet, self_);
-  errands_->new_round();
+  ranked_ = found.next_anchors;
   tell_goals();
   if (settings_.rounds.anchor.candidates == AnchorCandidates::kTags) {
     std::erase(ranked_, self_);
@@ -238,26 +248,15 @@ void Node::round_ended() {
   if (ranked_.empty()) ranked_ = {self_};
 }
 
-/// Nobody is sent: all stand until there is an anchor again. @return false: nothing is mapped yet
-bool Node::last_look(const std::vector<Whereabouts>& fleet) {
-  std::vector<Whereabouts> standing = fleet;
-  for (Whereabouts& w : standing) w.stands = true;
-  if (!errands_->look(*survey_, standing, std::nullopt, now_)) return false;
-  errands_->note_who_stands(fleet);
-  // Told as it is; whether the mission is over is asked while the anchor acts.
-  note_frontiers(fleet, false);
-  return true;
-}
-
 /// A frontier to which a path leads was left because those who could drive had ended their part.
-void Node::note_stops(const std::vector<Whereabouts>& fleet) {
+void Node::note_stops() {
   std::string ended;
   for (const VehicleId v : role_.durable.fleet) {
     const FinishReason reason = rounds_.finished(v);
     if (!forbids_driving(reason)) continue;
     ended += fmt::format("{}v{} ({})", ended.empty() ? "" : ", ", v.value + 1, name_of(reason));
   }
-  for (const Errands::Stop& stop : errands_->stops(*survey_, fleet, self_)) {
+  for (const Errands::Stop& stop : exploration_->result().stops) {
     std::string why(reason_of(stop.reach));
     if (stop.reach == Reach::kThere && !ended.empty()) {
       why = "a path leads there, but these ended their part of the round: " + ended;
@@ -275,7 +274,8 @@ void Node::offer_choice() {
   }
   const bool waited = seconds_between(sealed_at_, now_) >= settings_.choice_wait_s;
   if (able.empty() || (able.front() != ranked_.front() && !waited)) return;
-  rounds_.next_chosen(able.front(), errands_ ? errands_->largest() : std::nullopt);
+  const auto largest = exploration_ ? exploration_->errands().largest() : std::nullopt;
+  rounds_.next_chosen(able.front(), largest);
   give(RoleChoice{std::move(able)});
 }
 

@@ -42,7 +42,7 @@ TEST(Survey, a_job_brings_the_estimate_that_the_facts_would_have_given_at_once) 
   EXPECT_FALSE(begin.survey.is_placed(VehicleId{1}));
   run(*job);
   EXPECT_GT(job->work().nodes, 50U);
-  EXPECT_EQ(begin.survey.take_back(job.get(), true), Survey::Back::kTaken);
+  EXPECT_EQ(begin.survey.take_back(job.get(), true), JobFate::kTaken);
   EXPECT_FALSE(begin.survey.is_solving());
   EXPECT_TRUE(begin.survey.is_placed(VehicleId{1}));
   ASSERT_TRUE(begin.survey.boundary());
@@ -60,11 +60,11 @@ TEST(Survey, facts_that_come_during_a_job_count_from_the_next_one_on) {
   for (const Fact& fact : begin.fleet.round()) {
     begin.survey.add(std::make_shared<const Fact>(fact));
   }
-  ASSERT_EQ(begin.survey.take_back(first.get(), true), Survey::Back::kTaken);
+  ASSERT_EQ(begin.survey.take_back(first.get(), true), JobFate::kTaken);
   const std::size_t keyframes = begin.survey.last().keyframes.size();
   const auto second = begin.survey.make_job(std::nullopt);
   run(*second);
-  ASSERT_EQ(begin.survey.take_back(second.get(), true), Survey::Back::kTaken);
+  ASSERT_EQ(begin.survey.take_back(second.get(), true), JobFate::kTaken);
   EXPECT_GT(begin.survey.last().keyframes.size(), keyframes + 10U);
 }
 
@@ -75,11 +75,11 @@ TEST(Survey, a_result_in_other_frames_than_those_taken_over_meanwhile_is_dropped
   ASSERT_TRUE(begin.survey.take_over(*begin.other.boundary(), begin.other.last().keyframes));
   EXPECT_TRUE(begin.survey.is_placed(VehicleId{2})) << "at once: nothing had to be solved";
   const geometry::SE3 T = *begin.survey.T_map_odom({VehicleId{2}, 0});
-  EXPECT_EQ(begin.survey.take_back(job.get(), true), Survey::Back::kDropped);
+  EXPECT_EQ(begin.survey.take_back(job.get(), true), JobFate::kDropped);
   EXPECT_EQ(geometry::boxminus(T, *begin.survey.T_map_odom({VehicleId{2}, 0})).norm(), 0.0);
   const auto next = begin.survey.make_job(std::nullopt);
   run(*next);
-  EXPECT_EQ(begin.survey.take_back(next.get(), true), Survey::Back::kTaken);
+  EXPECT_EQ(begin.survey.take_back(next.get(), true), JobFate::kTaken);
   EXPECT_EQ(begin.survey.work().rounds, 1U) << "on the boundary that was taken over";
 }
 
@@ -88,11 +88,11 @@ TEST(Survey, a_job_that_is_not_wanted_or_was_cancelled_changes_nothing_and_bring
     Begin begin;
     const auto job = begin.survey.make_job(std::nullopt);
     run(*job, cancelled);
-    EXPECT_EQ(begin.survey.take_back(job.get(), cancelled), Survey::Back::kDropped);
+    EXPECT_EQ(begin.survey.take_back(job.get(), cancelled), JobFate::kDropped);
     EXPECT_FALSE(begin.survey.is_placed(VehicleId{1}));
     const auto again = begin.survey.make_job(std::nullopt);
     run(*again);
-    EXPECT_EQ(begin.survey.take_back(again.get(), true), Survey::Back::kTaken);
+    EXPECT_EQ(begin.survey.take_back(again.get(), true), JobFate::kTaken);
     EXPECT_TRUE(begin.survey.is_placed(VehicleId{1}));
   }
 }
@@ -100,7 +100,7 @@ TEST(Survey, a_job_that_is_not_wanted_or_was_cancelled_changes_nothing_and_bring
 TEST(Survey, what_is_not_its_job_is_lost_and_the_centre_is_made_anew) {
   Begin begin;
   const auto job = begin.survey.make_job(std::nullopt);
-  EXPECT_EQ(begin.survey.take_back(nullptr, true), Survey::Back::kLost);
+  EXPECT_EQ(begin.survey.take_back(nullptr, true), JobFate::kLost);
   EXPECT_TRUE(begin.survey.is_solving());
   FleetForTest same{RoundsForTest{}};
   std::vector<FactPtr> facts;
@@ -108,7 +108,7 @@ TEST(Survey, what_is_not_its_job_is_lost_and_the_centre_is_made_anew) {
   begin.survey.restore(std::move(facts));
   const auto again = begin.survey.make_job(std::nullopt);
   run(*again);
-  EXPECT_EQ(begin.survey.take_back(again.get(), true), Survey::Back::kTaken);
+  EXPECT_EQ(begin.survey.take_back(again.get(), true), JobFate::kTaken);
   EXPECT_TRUE(begin.survey.is_placed(VehicleId{1}));
 }
 

@@ -63,16 +63,19 @@ class LiveHost::Impl {
   void look_for_topics(HostTime now);
   void publish(const RosOut& message);
   void send_news(std::vector<ToAgent>& news);
+  void keep_poses();
   void drain_outbox();
 
-  // Those of the disk, the recording and the serial port.
+  // Those of the disk, the recording, the poses and the serial port.
   void disk_loop(const std::atomic<bool>& end);
   void record_loop(const std::atomic<bool>& end);
+  void poses_loop(const std::atomic<bool>& end);
   void serial_loop(const std::atomic<bool>& end);
 
   // The caller's.
   void fleet_step(HostListener& listener);
   void hand_out(HostListener& listener);
+  void take_jobs(HostTime now);
   void each_second(HostTime now, HostListener& listener);
   [[nodiscard]] HostFacts facts(HostTime now);
   void note(Finding finding, HostListener& listener);
@@ -97,12 +100,17 @@ class LiveHost::Impl {
   BoundedQueue<std::vector<std::byte>> seen_to_disk_{4};  ///< the newest counts
   BoundedQueue<Finding> findings_{kOutboxMax};
   BoundedQueue<Recorded> to_record_{kRecordMax};
+  BoundedQueue<io::StampedPose> to_poses_{kRecordMax};
   BoundedQueue<net::SerialBytes> from_serial_{kOutboxMax};
   std::atomic<int> viewers_{0};
   std::atomic<bool> record_failed_{false};
+  Status poses_status_;
   std::atomic<std::uint64_t> disk_free_{0}, disk_waiting_{0};
 
-  JobWorker jobs_{std::make_unique<SerialExecutor>()};
+  // One each, so that neither goals nor the picture wait for an estimate.
+  JobWorker estimates_{std::make_unique<SerialExecutor>()};
+  JobWorker explorations_{std::make_unique<SerialExecutor>()};
+  JobWorker pictures_{std::make_unique<SerialExecutor>()};
   FleetSideOutputs out_;
   DurationStats steps_;
   std::optional<Time> next_tick_, next_second_, t_rates_;

@@ -1,0 +1,163 @@
+#include "rali/fleet/node/exploration.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace rali::fleet {
+namespace {
+
+using geometry::Vec2;
+
+constexpr VehicleId kAnchor{0}, kTag{1};
+
+void run(Job& job, bool cancelled = false) {
+  SerialExecutor executor;
+  const std::atomic<bool> cancel = cancelled;
+  job.run(executor, cancel);
+}
+
+/// Ground up to 8 m around a body 0.5 m above it, as rings see it.
+KeyframePoints ground_around(std::uint32_t keyframe) {
+  KeyframePoints points;
+  points.keyframe = keyframe;
+  for (int ring = 0; ring < 40; ++ring) {
+    for (int ray = 0; ray < 180; ++ray) {
+      const double turn = 2.0 * std::numbers::pi * ray / 180.0, r_m = 0.4 + 0.2 * ring;
+      points.x_m.push_back(static_cast<float>(r_m * std::cos(turn)));
+      points.y_m.push_back(static_cast<float>(r_m * std::sin(turn)));
+      points.z_m.push_back(-0.5F);
+    }
+  }
+  return points;
+}
+
+/// A keyframe of a vehicle at x, with what it sees there.
+std::vector<FactPtr> keyframe(VehicleId vehicle, std::uint32_t number, double x_m) {
+  const Time t = Time::from_s(10.0 + number);
+  Increment step;
+  step.node = step.keyframe.emplace(number);
+  step.T_odom_body.p.x() = x_m;
+  const auto fact = [&](std::uint32_t seq, FactBody body) {
+    return std::make_shared<const Fact>(Fact{{vehicle, 0, seq}, t, std::move(body)});
+  };
+  return {fact(2 * number, step), fact(2 * number + 1, ground_around(number))};
+}
+
+/// Everybody's odom is the map.
+ExploreInput input(JobKind kind = JobKind::kExplore) {
+  auto placed = std::make_shared<Placement>();
+  ExploreInput in;
+  for (const VehicleId v : {kAnchor, kTag}) {
+    placed->T_map_odom[{v, 0}] = {};
+    in.fleet.push_back({v, Vec2::Zero(), true, v == kAnchor});
+  }
+  in.fleet[1].place_map_m = Vec2(2.0, 0.0);
+  in.kind = kind;
+  in.placed = std::move(placed);
+  in.self = kAnchor;
+  in.now = Time::from_s(20.0);
+  return in;
+}
+
+class ExplorationTest : public testing::Test {
+ protected:
+  ExplorationTest() {
+    for (const FactPtr& fact : keyframe(kAnchor, 0, 0.0)) exploration_.add(fact);
+  }
+
+  JobFate explore(bool wanted = true, bool cancelled = false) {
+    const auto job = exploration_.make_job(input());
+    run(*job, cancelled);
+    return exploration_.take_back(job.get(), wanted);
+  }
+
+  Exploration exploration_{NodeSettings{}};
+};
+
+TEST_F(ExplorationTest, a_job_draws_finds_frontiers_and_sends_who_is_free) {
+  const auto job = exploration_.make_job(input());
+  EXPECT_EQ(exploration_.map(), nullptr) << "the job has it";
+  run(*job);
+  EXPECT_TRUE(exploration_.errands().frontiers().empty()) << "nothing changes before it is back";
+  ASSERT_EQ(exploration_.take_back(job.get(), true), JobFate::kTaken);
+  EXPECT_EQ(job->work().cells_drawn, exploration_.map()->grid().cells_written());
+  EXPECT_GT(job->work().cells_searched, 1000U);
+  ASSERT_TRUE(exploration_.result().mapped);
+  EXPECT_FALSE(exploration_.errands().frontiers().empty());
+  ASSERT_FALSE(exploration_.result().goals.goals.empty());
+  for (const Goal& goal : exploration_.result().goals.goals) EXPECT_EQ(goal.vehicle, kTag);
+}
+
+TEST_F(ExplorationTest, a_search_that_is_not_wanted_or_was_cancelled_sends_nobody) {
+  EXPECT_EQ(explore(false), JobFate::kDropped);
+  EXPECT_EQ(explore(true, true), JobFate::kDropped);
+  EXPECT_TRUE(exploration_.errands().frontiers().empty());
+  EXPECT_TRUE(exploration_.result().goals.goals.empty());
+  EXPECT_EQ(explore(), JobFate::kTaken) << "the grid and its facts are here again";
+  EXPECT_FALSE(exploration_.result().goals.goals.empty());
+}
+
+TEST_F(ExplorationTest, facts_that_come_during_a_job_are_drawn_by_the_next_one) {
+  const auto first = exploration_.make_job(input());
+  for (const FactPtr& fact : keyframe(kTag, 0, 2.0)) exploration_.add(fact);
+  run(*first);
+  ASSERT_EQ(exploration_.take_back(first.get(), true), JobFate::kTaken);
+  EXPECT_EQ(exploration_.map()->grid().keyframes(), 1U);
+  EXPECT_EQ(explore(), JobFate::kTaken);
+  EXPECT_EQ(exploration_.map()->grid().keyframes(), 2U);
+}
+
+TEST_F(ExplorationTest, a_job_that_never_ran_leaves_its_facts_to_the_next_one) {
+  const auto job = exploration_.make_job(input());
+  EXPECT_EQ(exploration_.take_back(job.get(), true), JobFate::kDropped);
+  EXPECT_EQ(explore(), JobFate::kTaken);
+  EXPECT_EQ(exploration_.map()->grid().keyframes(), 1U);
+}
+
+TEST_F(ExplorationTest, what_is_not_its_job_is_lost_and_the_grid_is_made_anew) {
+  static_cast<void>(exploration_.make_job(input()));
+  EXPECT_EQ(exploration_.take_back(nullptr, true), JobFate::kLost);
+  exploration_.restore(keyframe(kAnchor, 0, 0.0));
+  EXPECT_EQ(explore(), JobFate::kTaken);
+  EXPECT_TRUE(exploration_.result().mapped);
+}
+
+TEST_F(ExplorationTest, a_keyframe_that_is_no_longer_placed_leaves_the_grid_and_comes_back) {
+  ASSERT_EQ(explore(), JobFate::kTaken);
+  ExploreInput apart = input();
+  apart.placed = std::make_shared<const Placement>();
+  const auto job = exploration_.make_job(apart);
+  run(*job);
+  ASSERT_EQ(exploration_.take_back(job.get(), true), JobFate::kTaken);
+  EXPECT_EQ(exploration_.map()->grid().keyframes(), 0U);
+  ASSERT_EQ(explore(), JobFate::kTaken);
+  EXPECT_EQ(exploration_.map()->grid().keyframes(), 1U);
+}
+
+TEST_F(ExplorationTest, the_last_search_of_a_round_ranks_anchors_and_sends_nobody) {
+  ExploreInput last = input(JobKind::kNextAnchor);
+  last.progress_since = Time::from_s(0.0);
+  const auto job = exploration_.make_job(last);
+  run(*job);
+  ASSERT_EQ(exploration_.take_back(job.get(), true), JobFate::kTaken);
+  EXPECT_EQ(exploration_.result().next_anchors.size(), 2U);
+  EXPECT_TRUE(exploration_.result().progress);
+  EXPECT_TRUE(exploration_.result().goals.goals.empty());
+  EXPECT_FALSE(exploration_.result().goals.frontiers.empty());
+}
+
+TEST_F(ExplorationTest, without_a_new_place_it_is_known_what_keeps_vehicles_from_each_frontier) {
+  ExploreInput last = input(JobKind::kNextAnchor);
+  last.progress_since = Time::from_s(15.0);  // after the only keyframe
+  const auto job = exploration_.make_job(last);
+  run(*job);
+  ASSERT_EQ(exploration_.take_back(job.get(), true), JobFate::kTaken);
+  EXPECT_FALSE(exploration_.result().progress);
+  EXPECT_TRUE(exploration_.result().next_anchors.empty());
+  EXPECT_EQ(exploration_.result().stops.size(), exploration_.result().goals.frontiers.size());
+}
+
+}  // namespace
+}  // namespace rali::fleet
