@@ -251,7 +251,6 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     if (state.side.size() > 0 && untouched.estimates_side()) {
       state.side.mean += predicted.P_side.topRows<6>().transpose() * y;
     }
-
     rematch = moved_on(delta, before, settings.update, result);
     if (result.converged && k > 0) break;
   }
