@@ -18,7 +18,7 @@ struct PointSums {
   double epoch_sum = 0.0;  ///< of the generations (drift.hpp) in which the points came
   float rays[6] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
   /// Sums over the points near faces of s ray and of s ray p^T, row by row, where s is the ray
-  /// along the outward normal / thickness of the shell (noise_product()).
+  /// along the outward normal / thickness of the shell (noise_in()).
   float leaving[3] = {0.0F, 0.0F, 0.0F};
   float leaving_at[9] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
 
@@ -52,7 +52,7 @@ struct PointSums {
   ///
   /// Noise e moves a point along its ray, to p. Where the cell holds a surface whole, that adds
   /// E[e e^T]. Where points lie as densely on both sides of a face, as many have come in by noise
-  /// as have gone, and where a point was measured tells nothing about its noise: E[e e^T] taken out
+  /// as have gone, and where a point was measured says nothing about its noise: E[e e^T] taken out
   /// of such a cell tilts the surface towards the sensor. By Tweedie's formula (Efron 2011) E[e|p]
   /// = -S grad log f(p), with S = range_var ray ray^T and f the density of measured points. Over
   /// the cell, by parts: A = E[e p^T] = S (I - sum over faces of density normal p^T). The surface

@@ -35,7 +35,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   const SE3 T_felt = predicted_motion(scan.t_end, felt);
   predict(scan.t_end);
   T_last_predicted_ = inertial_ ? T_felt : T_propagated_;
-  // Without inertial data, or beyond its range, the sweep is undistorted with a guess: again with
+  // Without inertial data, or beyond its range, the scan is undistorted with a guess: again with
   // the motion that came out, if it is another one.
   constexpr int kRoundsOfAGuess = 3;
   const FilterState predicted = state_;
@@ -137,8 +137,9 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     if (inertial_) allow_jolt(predicted, done);
     if (inertial_ && rounds > 1) bend_poses(start);
     start = state_.T_odom_body;
-    if (!inertial_ && (state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01)
-      break;
+    const bool as_guessed =
+        (state_.v - v).norm() < 0.05 && (state_.gyro_bias_radps - w).norm() < 0.01;
+    if (as_guessed && !inertial_) break;
   }
   done.sees[0] = done.sees[0] && !thin_;
   axes_ = done.axes;

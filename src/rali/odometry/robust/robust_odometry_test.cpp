@@ -224,7 +224,7 @@ TEST(RobustOdometry, says_so_and_begins_again_when_the_lidar_sees_nothing_for_lo
   EXPECT_EQ(r.state, TrackState::kGood);
 }
 
-/// The next sweep, by a gyro that measures no more than its range.
+/// The next scan, by a gyro that measures no more than its range.
 ScanResult turn_beyond(Driven& driven, double range_radps) {
   const double until_s = TestRoom::kSweep_s * (driven.sweeps + 1);
   for (; 0.005 * driven.imu_samples <= until_s + 1e-9; ++driven.imu_samples) {
@@ -236,7 +236,8 @@ ScanResult turn_beyond(Driven& driven, double range_radps) {
 }
 
 // Half of the turn is missing in the prediction: what is 10 m away is not in the cells in which it
-// was. Looked for there alone, the pose turned as the gyro said and drove off, 11 m in a campaign.
+// was. Looked for there alone, a pose turned as the gyro said and drove off, 11 m in campaign seed
+// 660.
 TEST(RobustOdometry, follows_a_turn_that_is_too_fast_for_the_gyro) {
   TestRoom room;
   room.walls = {{-12.0, -9.0, -1.0}, {14.0, 11.0, 2.6}};

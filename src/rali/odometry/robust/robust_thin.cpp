@@ -29,7 +29,7 @@ bool contradicts(const FilterState& predicted, const geometry::Vec3& axis,
 /// Where little holds the vehicle along its weakest direction it may be a cart or a person that
 /// drives along, or the trail of one in the map. Walls and niches were there before the vehicle
 /// had driven on from where it saw them first, fit in one place only, and do not contradict the
-/// inertial sensor. What does counts as nothing: the direction is blind in this scan.
+/// inertial sensor. What does counts as nothing: the direction is degenerate in this scan.
 void RobustOdometry::refuse_thin_hold(const FilterState& predicted, const SE3& start,
                                       UpdateResult& done) {
   constexpr double kMany = 0.1;       // of the scan's points: no cart fills as much of it

@@ -42,8 +42,8 @@ int scans_that_see(Driven& driven, const BoxOf& box_of) {
 
 double off_m(const Driven& driven) { return driven.now().T_odom_body.p.x() - true_x_m(driven); }
 
-// Taken for a wall it holds the vehicle back: 4 to 8 m are lost in half of the seeds. What tells it
-// from a wall is the inertial sensor, and that its planes are young.
+// Taken for a wall it holds the vehicle back: 4 to 8 m are lost in half of the seeds. It differs
+// from a wall by what the inertial sensor measures, and by young planes.
 TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
   struct Case {
     double speed_mps;
