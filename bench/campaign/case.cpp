@@ -69,6 +69,9 @@ void Draw::place() {
   options().lidar = sim::lidar_of(r.choice("lidars", rng)).value();
   options().ranging = sim::LidarOptions::of(options().lidar);
   options().ranging.noise_m = r.number("lidar_noise_m", rng);
+  Rng lasers = stream("lasers");
+  options().ranging.laser_offset_m = r.number("laser_offset_m", lasers);
+  options().ranging.laser_elevation_deg = r.number("laser_elevation_deg", lasers);
   if (case_.scene == "tunnel" || case_.scene == "tunnel_pieces") {
     tunnel(rng, case_.scene == "tunnel_pieces");
   } else {

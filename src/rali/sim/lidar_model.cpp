@@ -106,19 +106,29 @@ LidarModel::LidarModel(Lidar kind)
     phase_[static_cast<std::size_t>(order_[k])] =
         kind == Lidar::kHdl64e ? std::floor(0.5 * slot) / 32.0 : slot * order.step_us / period_us;
   }
-  for (std::size_t r = 0; r < elevations_rad_.size(); ++r) {
-    const double e = elevations_rad_[r];
-    const double aside = azimuth_offset_rad(kind, static_cast<int>(r));
-    ring_.push_back({static_cast<float>(std::cos(e) * std::cos(aside)),
-                     static_cast<float>(std::cos(e) * std::sin(aside)),
-                     static_cast<float>(std::sin(e))});
-  }
+  aim_rings();
   for (int i = 0; i < firings_; ++i) {
     // Real spinning sensors turn clockwise seen from above.
     const double azimuth = -2.0 * std::numbers::pi * i / firings_;
     cos_azimuth_.push_back(static_cast<float>(std::cos(azimuth)));
     sin_azimuth_.push_back(static_cast<float>(std::sin(azimuth)));
   }
+}
+
+void LidarModel::aim_rings() {
+  ring_.clear();
+  for (std::size_t r = 0; r < elevations_rad_.size(); ++r) {
+    const double e = elevations_rad_[r];
+    const double aside = azimuth_offset_rad(kind_, static_cast<int>(r));
+    ring_.push_back({static_cast<float>(std::cos(e) * std::cos(aside)),
+                     static_cast<float>(std::cos(e) * std::sin(aside)),
+                     static_cast<float>(std::sin(e))});
+  }
+}
+
+void LidarModel::raise_rings(std::span<const double> raised_rad) {
+  for (std::size_t r = 0; r < elevations_rad_.size(); ++r) elevations_rad_[r] += raised_rad[r];
+  aim_rings();
 }
 
 geometry::Vec3f LidarModel::beam(int ring, int firing, std::int64_t sweep) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +30,9 @@ class LidarModel {
   /// repeats itself, a rosette does not): unit vector in the sensor frame, x ahead, z up.
   [[nodiscard]] geometry::Vec3f beam(int ring, int firing, std::int64_t sweep) const;
 
+  /// Raises each ring of a spinning sensor by an angle [rad], one per ring; a rosette has none.
+  void raise_rings(std::span<const double> raised_rad);
+
   /// When it fires, in units of one firing period after the start of the firing, in [0, 1).
   [[nodiscard]] double phase(int ring) const { return phase_[static_cast<std::size_t>(ring)]; }
 
@@ -39,6 +43,7 @@ class LidarModel {
   [[nodiscard]] const std::vector<double>& elevations_rad() const { return elevations_rad_; }
 
  private:
+  void aim_rings();
   [[nodiscard]] geometry::Vec3f rosette(int line, int firing, std::int64_t sweep) const;
 
   Lidar kind_;

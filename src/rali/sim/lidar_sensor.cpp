@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 namespace rali::sim {
@@ -29,14 +30,23 @@ LidarOptions LidarOptions::of(Lidar kind) {
 
 LidarSensor::LidarSensor(Lidar kind, const LidarOptions& options, std::uint64_t seed)
     : model_(kind),
+      lasers_(kind),
       options_(options),
       noise_(seed, "lidar noise"),
       drop_(seed, "lidar drop"),
       edge_(seed, "lidar edge"),
-      before_m_(static_cast<std::size_t>(model_.rings()), 0.0F) {}
+      before_m_(static_cast<std::size_t>(model_.rings()), 0.0F) {
+  Rng lasers(seed, "lasers");
+  std::vector<double> raised_rad;
+  for (int ring = 0; ring < model_.rings(); ++ring) {
+    laser_offset_m_.push_back(options.laser_offset_m * lasers.normal());
+    raised_rad.push_back(options.laser_elevation_deg * lasers.normal() * std::numbers::pi / 180.0);
+  }
+  lasers_.raise_rings(raised_rad);
+}
 
 /// @param neighbour_m  true range of the same laser one firing before, 0 if none
-double LidarSensor::measured_range_m(const Hit& hit, float neighbour_m) {
+double LidarSensor::measured_range_m(const Hit& hit, std::size_t ring, float neighbour_m) {
   if (hit.range_m <= 0.0F) return 0.0;
   double range = static_cast<double>(hit.range_m);
   if (options_.dropouts) {
@@ -54,7 +64,7 @@ double LidarSensor::measured_range_m(const Hit& hit, float neighbour_m) {
       range += edge_.uniform() * gap;
     }
   }
-  range += options_.noise_m * noise_.normal();
+  range += laser_offset_m_[ring] + options_.noise_m * noise_.normal();
   return range < options_.min_range_m || range > options_.max_range_m ? 0.0 : range;
 }
 
@@ -72,7 +82,7 @@ void LidarSensor::cast_block(std::int64_t number, double start_s, const PoseAt& 
     const SE3 next = pose_at(start_s + (firing + 1) * period_s);
     for (int ring = 0; ring < rings; ++ring, ++ray) {
       const double phase = model_.phase(ring);
-      const Vec3 beam = model_.beam(ring, firing, number).cast<double>();
+      const Vec3 beam = lasers_.beam(ring, firing, number).cast<double>();
       // Within 0.1 ms the pose is a straight line to far below a micrometre.
       ray->origin = now.p + phase * (next.p - now.p);
       ray->direction = now.R * beam + phase * (next.R * beam - now.R * beam);
@@ -110,8 +120,9 @@ const RawSweep& LidarSensor::measure_sweep(std::int64_t number, double start_s,
   raw_.intensity.resize(hits_.size());
   for (std::size_t i = 0; i < hits_.size(); ++i) {
     const Hit& hit = hits_[i];
-    float& neighbour = before_m_[i % rings];
-    const double range = measured_range_m(hit, neighbour);
+    const std::size_t ring = i % rings;
+    float& neighbour = before_m_[ring];
+    const double range = measured_range_m(hit, ring, neighbour);
     neighbour = hit.range_m;
     raw_.range_steps[i] = static_cast<std::uint16_t>(std::lround(range / options_.resolution_m));
     raw_.intensity[i] = static_cast<std::uint8_t>(255.0F * hit.reflectivity * hit.cos_incidence);

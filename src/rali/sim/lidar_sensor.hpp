@@ -17,7 +17,11 @@ namespace rali::sim {
 
 /// Errors and limits of the ranging.
 struct LidarOptions {
-  double noise_m = 0.02;        ///< sd of the range
+  double noise_m = 0.02;  ///< sd of the range
+  /// Errors of each laser that stay with the sensor, drawn once: they drive along with the vehicle.
+  /// A VLP-16 leaves the works with about 0.01 m and 0.05 deg (Glennie, Kusari, Facchin 2016).
+  double laser_offset_m = 0.0;       ///< sd of the constant range error of a laser
+  double laser_elevation_deg = 0.0;  ///< sd of the error of its elevation; rosettes have none
   double resolution_m = 0.002;  ///< step of the reported range; max_range_m fits in 65535 steps
   double min_range_m = 0.4;
   double max_range_m = 100.0;
@@ -30,6 +34,8 @@ struct LidarOptions {
   template <class V>
   void visit(V& v) {
     v("noise_m", noise_m, 0.0, 1.0, "sd of the range");
+    v("laser_offset_m", laser_offset_m, 0.0, 0.2, "sd of each laser's constant range error");
+    v("laser_elevation_deg", laser_elevation_deg, 0.0, 2.0, "sd of each laser's elevation error");
     v("resolution_m", resolution_m, 1e-5, 0.1, "step of the reported range");
     v("min_range_m", min_range_m, 0.0, 10.0, "nearer returns are lost");
     v("max_range_m", max_range_m, 1.0, 1000.0, "farther returns are lost");
@@ -81,9 +87,11 @@ class LidarSensor {
   void cast_block(std::int64_t number, double start_s, const PoseAt& pose_at,
                   const RayCaster& world, Scratch& scratch, int begin, int end);
   /// Reported range [m] of a true hit, 0 if it got lost.
-  [[nodiscard]] double measured_range_m(const Hit& hit, float neighbour_m);
+  [[nodiscard]] double measured_range_m(const Hit& hit, std::size_t ring, float neighbour_m);
 
-  LidarModel model_;
+  LidarModel model_;   ///< as the maker states it: what the points are computed by
+  LidarModel lasers_;  ///< as built: where the rays go
+  std::vector<double> laser_offset_m_;
   LidarOptions options_;
   Rng noise_, drop_, edge_;
   std::vector<float> before_m_;  ///< true range of each ring in the firing before

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -61,6 +62,47 @@ TEST(LidarSensor, range_noise_has_the_stated_spread_and_no_bias) {
   const double n = static_cast<double>(noisy->size());
   EXPECT_NEAR(sum / n, 0.0, 4.0 * 0.02 / std::sqrt(n));
   EXPECT_NEAR(std::sqrt(squares / n), 0.02, 4.0 * 0.02 / std::sqrt(2.0 * n));
+}
+
+// What is wrong with a laser stays wrong: an average over the sensor hides it, one over time does
+// not.
+TEST(LidarSensor, errors_of_a_laser_are_its_own_and_stay) {
+  LidarOptions o;
+  o.noise_m = o.mixed_fraction = 0.0;
+  const auto clean = scan_of(hall(), Lidar::kRs16, o, SE3{});
+  o.laser_offset_m = 0.02;
+  const auto wrong = scan_of(hall(), Lidar::kRs16, o, SE3{});
+  ASSERT_EQ(wrong->size(), clean->size());
+  const auto range_m = [](const sensor::LidarScan& s, std::size_t i) {
+    return std::hypot(s.x_m[i], s.y_m[i], s.z_m[i]);
+  };
+  std::vector<double> offset_m(16, 0.0);
+  for (std::size_t i = 0; i < clean->size(); ++i) {
+    const double now_m = range_m(*wrong, i) - range_m(*clean, i);
+    double& first_m = offset_m[clean->ring[i]];
+    if (first_m == 0.0) first_m = now_m;
+    ASSERT_NEAR(now_m, first_m, 2.1 * o.resolution_m) << i;
+  }
+  double squares = 0.0;
+  for (const double x_m : offset_m) squares += x_m * x_m / 16.0;
+  EXPECT_NEAR(std::sqrt(squares), o.laser_offset_m, 0.01);
+}
+
+TEST(LidarSensor, a_laser_that_looks_up_puts_its_points_elsewhere_than_the_maker_says) {
+  LidarOptions o;
+  o.noise_m = o.mixed_fraction = 0.0;
+  o.laser_elevation_deg = 0.5;
+  const auto scan = scan_of(hall(), Lidar::kRs16, o, SE3{});
+  const std::vector<double> angles = LidarModel(Lidar::kRs16).elevations_rad();
+  double worst_m = 0.0;
+  for (std::size_t i = 0; i < scan->size(); ++i) {
+    const double x = static_cast<double>(scan->x_m[i]), y = static_cast<double>(scan->y_m[i]);
+    const double z = static_cast<double>(scan->z_m[i]);
+    EXPECT_NEAR(std::atan2(z, std::hypot(x, y)), angles[scan->ring[i]], 1e-6);
+    const double wall = std::max({std::abs(x) - 10.0, std::abs(y) - 10.0, std::abs(z) - 3.0});
+    worst_m = std::max(worst_m, std::abs(wall));
+  }
+  EXPECT_GT(worst_m, 0.02);
 }
 
 TEST(LidarSensor, dark_grazing_and_far_surfaces_lose_returns) {
