@@ -73,6 +73,21 @@ Finding no_pose_finding(const std::string& vehicle, const InputReport& input) {
   return f;
 }
 
+namespace {
+
+std::string start_text(const fleet::DeniedStart& start, const std::string& relative_to) {
+  if (start.contradicted_by > 0) {
+    return fmt::format(
+        "the start pose relative to {} does not fit the scans: where both should see the same, one "
+        "has walls where the other looks through, in {} places, and none fits",
+        relative_to, start.contradicted_by);
+  }
+  return fmt::format("the start pose relative to {} is {:.2f} m, {:.0f} deg off all else",
+                     relative_to, start.off_m, start.off_rad * 180.0 / std::numbers::pi);
+}
+
+}  // namespace
+
 FindingList fleet_findings(const fleet::FleetEstimate& estimate,
                            const std::vector<std::string>& names) {
   FindingList findings;
@@ -81,9 +96,7 @@ FindingList fleet_findings(const fleet::FleetEstimate& estimate,
     f.id = "fleet.prior_denied";
     f.vehicle = names[start.vehicle.value];
     f.value = start.off_m;
-    f.text = fmt::format("the start pose relative to {} is {:.2f} m, {:.0f} deg off all else",
-                         names[start.relative_to.value], start.off_m,
-                         start.off_rad * 180.0 / std::numbers::pi);
+    f.text = start_text(start, names[start.relative_to.value]);
     f.effect = "It was not used.";
     f.remedy = "Measure it again, see priors.";
     findings.push_back(std::move(f));

@@ -18,6 +18,8 @@ namespace rali::map {
 struct WallLooks {
   std::size_t looks = 0;   ///< places on planes of which its rays say something
   std::size_t passes = 0;  ///< of these, that a ray went through: wrong where it happens often
+  /// The same of walls that another vehicle was the first to see, however well the poses are known.
+  std::size_t others_looks = 0, others_passes = 0;
 };
 
 /// The walls that a keyframe was the first to see, in the eyes of others.
@@ -94,11 +96,13 @@ class MotionFilter {
   void mark_planes();
   [[nodiscard]] SightLimits sight_limits() const;
   void find_seen_tiles(const geometry::SE3& T_lidar_map, const SightLimits& limits);
-  [[nodiscard]] Sight look_at(const Place& place, const geometry::SE3& T_lidar_map, double pose_m2,
+  [[nodiscard]] Sight look_at(const Place& place, const geometry::SE3& T_lidar_map,
                               const SightLimits& limits) const;
+  [[nodiscard]] bool is_comparable(const Place& place) const;
   [[nodiscard]] bool grazes(const Place& place, const geometry::SE3& T_lidar_map,
                             const geometry::Vec3& p_lidar_m, const SightLimits& limits) const;
-  [[nodiscard]] WallLooks wall_looks() const;
+  [[nodiscard]] WallLooks wall_looks(std::uint8_t vehicle) const;
+  [[nodiscard]] bool sees_through_walls(const WallLooks& walls) const;
   void count(float t_s);
   void mark_looked_through();
   [[nodiscard]] bool is_empty_place(const Place& place) const;
@@ -113,9 +117,10 @@ class MotionFilter {
   std::vector<geometry::Vec3f> normals_map_;  ///< of the cubes that hold a plane
   PlaneGrid fixed_;                           ///< places that were seen while no vehicle was there
   RangeImage image_;
-  std::vector<std::size_t> near_;  ///< tiles that the keyframe may see
-  std::vector<Sight> sights_;      ///< by place: what the keyframe says
-  std::uint32_t keyframes_ = 0;
+  std::vector<std::size_t> near_;         ///< tiles that the keyframe may see
+  std::vector<Sight> sights_;             ///< by place: what the keyframe says
+  std::vector<std::uint8_t> vehicle_of_;  ///< by keyframe
+  double looker_pose_m2_ = 0.0;           ///< of the keyframe that looks
   Time t_first_;
   bool has_time_ = false;
   std::size_t removed_ = 0;

@@ -196,6 +196,47 @@ TEST(MotionFilter, states_whose_walls_a_wrong_keyframe_looks_through) {
   EXPECT_GT(wrong[0].passed, wrong[0].places / 20);
 }
 
+// Two halls of one building, laid across each other by a wrong start pose: each vehicle sees
+// thousands of its own walls, and through the few of the other's that stand in its way.
+TEST(MotionFilter, walls_that_another_vehicle_laid_across_are_looked_through) {
+  const auto seen = [](double yaw_rad) {
+    Room hall;
+    hall.low_m = {0.0, 3.5, 0.0};
+    hall.high_m = {40.0, 6.5, 3.0};
+    std::vector<std::pair<std::uint8_t, Sweep>> sweeps;
+    for (const double x_m : {5.0, 8.0, 11.0}) {
+      sweeps.emplace_back(0, test::look_around(hall, test::pose_at(x_m, 5.0, 0.6), x_m));
+      Sweep other = test::look_around(hall, test::pose_at(x_m, 5.0, 0.6), 20.0 + x_m);
+      const geometry::SE3 about = test::pose_at(8.0, 5.0, 0.0);
+      const geometry::SE3 turn = about * test::pose_at(0.0, 0.0, 0.0, yaw_rad) * about.inverse();
+      other.T_map_body = turn * other.T_map_body;
+      other.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(4.0);  // stated: 2 m
+      sweeps.emplace_back(1, std::move(other));
+    }
+    SerialExecutor executor;
+    MotionFilter filter(DynamicSettings{});
+    const auto view = [](const std::pair<std::uint8_t, Sweep>& s) {
+      KeyframeView v = s.second.view();
+      v.vehicle = s.first;
+      return v;
+    };
+    for (const auto& s : sweeps) filter.collect(view(s));
+    WallLooks sum;
+    for (const auto& s : sweeps) {
+      const WallLooks looks = filter.look(view(s), executor);
+      sum.others_looks += looks.others_looks;
+      sum.others_passes += looks.others_passes;
+    }
+    return sum;
+  };
+  const WallLooks right = seen(0.0);
+  EXPECT_GT(right.others_looks, 1000U);
+  EXPECT_EQ(right.others_passes, 0U);
+  const WallLooks wrong = seen(0.7);
+  EXPECT_GT(wrong.others_looks, 300U);
+  EXPECT_GT(wrong.others_passes, wrong.others_looks / 2);
+}
+
 /// Two vehicles see each other; the second, 0.5 m wide and 0.8 m high, never moves, so that nobody
 /// looks through its place.
 struct Meeting {

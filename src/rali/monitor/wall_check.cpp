@@ -11,6 +11,20 @@ double ratio_of(std::size_t part, std::size_t of, int least) {
   return static_cast<double>(part) / static_cast<double>(of);
 }
 
+/// How much a keyframe looks through walls, as a ratio of those in view; 0 where that is usual.
+struct Through {
+  double all = 0.0, others = 0.0;
+
+  Through(const WallSight& sight, const MonitorSettings& settings)
+      : all(ratio_of(sight.passes, sight.looks, settings.looks_min)),
+        others(ratio_of(sight.others_passes, sight.others_looks, settings.others_looks_min)) {
+    if (!(all > settings.through_max_ratio)) all = 0.0;
+    if (!(others > settings.through_others_max_ratio)) others = 0.0;
+  }
+
+  [[nodiscard]] double most() const { return std::max(all, others); }
+};
+
 }  // namespace
 
 std::size_t judged(std::span<const WallSight> sights, const MonitorSettings& settings) {
@@ -22,9 +36,8 @@ std::size_t judged(std::span<const WallSight> sights, const MonitorSettings& set
 }
 
 bool looks_through(std::span<const WallSight> sights, const MonitorSettings& settings) {
-  return std::any_of(sights.begin(), sights.end(), [&](const WallSight& s) {
-    return ratio_of(s.passes, s.looks, settings.looks_min) > settings.through_max_ratio;
-  });
+  return std::any_of(sights.begin(), sights.end(),
+                     [&](const WallSight& s) { return Through(s, settings).most() > 0.0; });
 }
 
 std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
@@ -32,17 +45,18 @@ std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
   constexpr double kJoin_s = 5.0;
   std::vector<SeenThrough> out;
   for (const WallSight& sight : sights) {
-    const double through = ratio_of(sight.passes, sight.looks, settings.looks_min);
+    const Through looks(sight, settings);
     const double seen = ratio_of(sight.made_passed, sight.made, settings.made_min);
-    const double worst = std::max(through, seen);
-    if (!(worst > settings.through_max_ratio)) continue;
+    const double worst = std::max(looks.most(), seen > settings.through_max_ratio ? seen : 0.0);
+    if (!(worst > 0.0)) continue;
     if (out.empty() || seconds_between(out.back().when.end, sight.t) > kJoin_s) {
       out.push_back({{sight.t, sight.t}, 0.0, false});
     }
     SeenThrough& stretch = out.back();
     stretch.when.end = sight.t;
     stretch.ratio = std::max(stretch.ratio, worst);
-    stretch.looks |= through > settings.through_max_ratio;
+    stretch.looks |= looks.most() > 0.0;
+    stretch.of_others |= looks.others > 0.0;
   }
   return out;
 }

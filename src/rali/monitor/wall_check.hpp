@@ -16,19 +16,23 @@ struct WallSight {
   std::size_t passes = 0;       ///< of these, that a ray went through
   std::size_t made = 0;         ///< places on walls that it was the first to see
   std::size_t made_passed = 0;  ///< of these, that keyframes which look through walls went through
+  /// As looks and passes, of walls that another vehicle was the first to see.
+  std::size_t others_looks = 0, others_passes = 0;
 };
 
 /// A stretch of time in which a vehicle's scans look through walls of the map.
 struct SeenThrough {
   Stretch when;
-  double ratio = 0.0;  ///< largest, of passes to looks, or of passed to made
-  bool looks = false;  ///< else others look through what it has made
+  double ratio = 0.0;      ///< largest, of passes to looks, or of passed to made
+  bool looks = false;      ///< else others look through what it has made
+  bool of_others = false;  ///< it looks through walls that other vehicles have made
 };
 
 /// A wall that was seen from elsewhere and is not there from here means that one of the two poses
 /// is wrong, and not which: who looks through walls is named, and who has made them. The check
-/// shares nothing with the estimator but the poses. A single keyframe counts; those of one stretch
-/// are at most 5 s apart.
+/// shares nothing with the estimator but the poses. Walls of other vehicles count apart: a corridor
+/// laid across one's own at a wrong angle is little beside all that is in view. A single keyframe
+/// counts; those of one stretch are at most 5 s apart.
 /// @param sights  of one vehicle, by time
 [[nodiscard]] std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
                                                    const MonitorSettings& settings);

@@ -47,6 +47,28 @@ TEST(WallCheck, who_made_the_walls_is_named_like_who_looks_through_them) {
   EXPECT_NEAR(found[0].ratio, 0.4, 1e-9);
 }
 
+// A corridor that another vehicle has laid across one's own: a few hundred places among thousands.
+TEST(WallCheck, walls_of_another_vehicle_count_apart) {
+  WallSight crossing = sight(1.0, 20000, 500);
+  crossing.others_looks = 450;
+  crossing.others_passes = 430;
+  const auto found = check_walls(std::vector<WallSight>{crossing}, {});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found[0].looks);
+  EXPECT_TRUE(found[0].of_others);
+  EXPECT_NEAR(found[0].ratio, 430.0 / 450.0, 1e-9);
+  EXPECT_TRUE(looks_through(std::vector<WallSight>{crossing}, {}));
+}
+
+TEST(WallCheck, people_whom_another_saw_first_are_no_contradiction) {
+  WallSight usual = sight(1.0, 20000, 500);
+  usual.others_looks = 4000;
+  usual.others_passes = 400;
+  WallSight few = sight(2.0, 20000, 90);
+  few.others_looks = few.others_passes = 90;
+  EXPECT_TRUE(check_walls(std::vector<WallSight>{usual, few}, {}).empty());
+}
+
 TEST(WallCheck, few_looks_are_not_judged) {
   EXPECT_TRUE(check_walls(std::vector<WallSight>{sight(0.0, 700, 50)}, {}).empty());
   EXPECT_FALSE(looks_through(std::vector<WallSight>{sight(0.0, 700, 50)}, {}));

@@ -175,6 +175,19 @@ Recognition recognise_from(const Submap& target, const Submap& source, std::span
   return out;
 }
 
+namespace {
+
+double conflict_at(const Submap& target, const Submap& source, const SE3& T_target_source,
+                   const VerifySettings& s) {
+  Agreement both = agreement(target, source, T_target_source, s);
+  const Agreement back = agreement(source, target, T_target_source.inverse(), s);
+  both.agree += back.agree;
+  both.conflict += back.conflict;
+  return both.agree + both.conflict < s.upright_min ? 0.0 : both.conflict_share();
+}
+
+}  // namespace
+
 Recognition recognise(const Submap& target, const Submap& source, const RecogniseSettings& s,
                       const std::optional<Guess>& guess) {
   std::vector<SE3> starts;
@@ -186,7 +199,11 @@ Recognition recognise(const Submap& target, const Submap& source, const Recognis
       starts.push_back(h.T_a_b);
     }
   }
-  return recognise_from(target, source, starts, s, guess);
+  Recognition out = recognise_from(target, source, starts, s, guess);
+  if (guess && !out.found()) {
+    out.conflict_as_guessed = conflict_at(target, source, guess->T_target_source, s.verify);
+  }
+  return out;
 }
 
 bool may_overlap(const Guess& guess, const NearSettings& s) {

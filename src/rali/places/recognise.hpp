@@ -77,6 +77,9 @@ struct Recognition {
   int tried = 0;
   /// Of the try that came farthest, if none is believable; kNone: nothing was tried, or found.
   Refusal refusal = Refusal::kNone;
+  /// Where the guess has them and none is believable: solid things of one where rays of the other
+  /// went through, as a fraction of what both tell of; 0 where they tell too little.
+  double conflict_as_guessed = 0.0;
 
   [[nodiscard]] bool found() const { return !placements.empty(); }
 

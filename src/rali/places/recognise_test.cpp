@@ -129,6 +129,19 @@ TEST(recognise, says_which_check_refused) {
   EXPECT_EQ(recognise_from(two.target, two.source, {}, s).refusal, Refusal::kNone);
 }
 
+TEST(recognise, says_how_much_is_in_the_way_where_a_wrong_guess_has_them) {
+  const Two two(test::room(), at(6.0, 4.0, 0.0), at(6.0, 4.0, 0.0), 3);
+  const RecogniseSettings s;
+  const Recognition right = recognise(two.target, two.source, s, guess_of(two.truth, 0.1, 2.0));
+  ASSERT_TRUE(right.found());
+  EXPECT_EQ(right.conflict_as_guessed, 0.0);
+  Guess wrong = guess_of(two.truth, 0.1, 2.0);
+  wrong.T_target_source = wrong.T_target_source * at(2.0, 1.0, 45.0);
+  const Recognition none = recognise(two.target, two.source, s, wrong);
+  ASSERT_FALSE(none.found());
+  EXPECT_GT(none.conflict_as_guessed, 0.3);
+}
+
 TEST(recognise, along_a_smooth_tunnel_a_guess_gives_all_but_the_place_along_it) {
   const Two two(test::tunnel(), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 7);
   const Recognition r =

@@ -68,15 +68,24 @@ Finding finding_of(const Contradiction& c, const std::string& when, const std::s
   return f;
 }
 
+std::string text_of(const SeenThrough& s, const std::string& when) {
+  const double percent = 100.0 * s.ratio;
+  if (s.of_others) {
+    return fmt::format("{} its scans look through {:.0f} % of the walls in view that others saw",
+                       when, percent);
+  }
+  return s.looks
+             ? fmt::format("{} its scans look through {:.0f} % of the walls in view", when, percent)
+             : fmt::format("{} it saw walls of which {:.0f} % are looked through by others", when,
+                           percent);
+}
+
 Finding finding_of(const SeenThrough& s, const std::string& when) {
   Finding f;
   f.id = "monitor.walls";
   f.severity = Severity::kError;
   f.value = s.ratio;
-  f.text = s.looks ? fmt::format("{} its scans look through {:.0f} % of the walls in view", when,
-                                 100.0 * s.ratio)
-                   : fmt::format("{} it saw walls of which {:.0f} % are looked through by others",
-                                 when, 100.0 * s.ratio);
+  f.text = text_of(s, when);
   f.effect = "its position relative to the rest of the map is wrong there";
   f.remedy = "Look at the map for doubled walls. Check start poses; drive where others have been.";
   return f;
@@ -164,7 +173,8 @@ class RunMonitor {
 void RunMonitor::walls(const std::vector<map::KeyframeLooks>& looks) {
   std::vector<std::vector<monitor::WallSight>> sights(runs_.size());
   for (const map::KeyframeLooks& k : looks) {
-    sights[k.vehicle].push_back({k.t, k.walls.looks, k.walls.passes, k.made.places, k.made.passed});
+    sights[k.vehicle].push_back({k.t, k.walls.looks, k.walls.passes, k.made.places, k.made.passed,
+                                 k.walls.others_looks, k.walls.others_passes});
   }
   bool contradicted = false;
   for (const std::vector<monitor::WallSight>& own : sights) {

@@ -66,6 +66,8 @@ struct UsedRange {
 struct DeniedStart {
   VehicleId relative_to, vehicle;
   double off_m = 0.0, off_rad = 0.0;  ///< from where the vehicle is found to have started
+  /// Nobody knows where it started: comparisons of scans, so many, do not fit where it says.
+  int contradicted_by = 0;
 };
 
 /// One map of all vehicles that could be joined. A vehicle without a path is a group of its own.

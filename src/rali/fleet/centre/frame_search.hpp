@@ -13,12 +13,19 @@
 
 namespace rali::fleet {
 
+/// A start pose that the scans contradict: it was left out of the evidence.
+struct ContradictedStart {
+  std::size_t relative_to = 0, path = 0;
+  int comparisons = 0;
+};
+
 /// Frames of all paths, and what was compared on the way to them.
 struct FoundFrames {
   FrameSolver evidence;  ///< all but the ranges; nothing is solved
   FrameSolver solver;
   std::vector<LoopFound> seen;  ///< recognised without rival; not all need be right
   std::size_t compared = 0;     ///< pairs of pieces
+  std::vector<ContradictedStart> contradicted;
 };
 
 /// Looks for the frames of all paths (algorithms_fleet 7): by ranges, by start poses, and by what

@@ -191,6 +191,48 @@ TEST(FrameSearch, ranges_that_contradict_a_start_pose_and_scans_do_not_undo_it) 
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.5);
 }
 
+FoundFrames searched(const std::vector<VehiclePath>& paths, const std::vector<StartPrior>& starts) {
+  SerialExecutor executor;
+  const FleetSettings settings;
+  const auto submaps = cut_into_submaps(paths, settings.cut, settings.places, executor);
+  return find_frames(paths, submaps, {}, starts, settings, executor);
+}
+
+// Measured from the wrong side of the vehicle: no scan fits, and each looks through the other's
+// walls.
+TEST(FrameSearch, a_start_pose_that_all_scans_contradict_is_left_out_and_places_join_the_paths) {
+  const world::World w = lane(7);
+  const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
+                                          driven(w, 1, 56.0, 12.0, world::at(5.0, -3.0, 40.0))};
+  StartPrior wrong = start_of_second();
+  wrong.T_relative_path = world::at(28.0, 1.0, 100.0);
+  const FoundFrames out = searched(paths, {wrong});
+  ASSERT_EQ(out.contradicted.size(), 1U);
+  EXPECT_EQ(out.contradicted[0].path, 1U);
+  EXPECT_GE(out.contradicted[0].comparisons, 3);
+  const PathFrames frames = frames_of(paths, out.solver.frames());
+  ASSERT_EQ(frames.groups.size(), 1U);
+  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
+  EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.1);
+}
+
+TEST(FrameSearch, a_right_start_pose_is_contradicted_nowhere) {
+  const world::World w = lane(7);
+  const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
+                                          driven(w, 1, 56.0, 12.0, world::at(5.0, -3.0, 40.0))};
+  EXPECT_TRUE(searched(paths, {start_of_second()}).contradicted.empty());
+  // Two parts of a corridor that never saw the same: nothing confirms it, and nothing contradicts.
+  const world::World c = world::corridor({});
+  const std::vector<VehiclePath> apart = {driven(c, 0, -45.0, -15.0, SE3{}),
+                                          driven(c, 1, 5.0, 35.0, world::at(7.0, 1.0, 20.0))};
+  StartPrior start;
+  start.path = 1;
+  start.T_relative_path = world::at(50.0, 0.0, 0.0);
+  const FoundFrames out = searched(apart, {start});
+  EXPECT_TRUE(out.contradicted.empty());
+  EXPECT_EQ(frames_of(apart, out.solver.frames()).groups.size(), 1U);
+}
+
 // Every door is like the next one: what looks the same is 50 m away.
 TEST(FrameSearch, does_not_join_two_parts_of_a_corridor_that_only_look_alike) {
   const world::World w = world::corridor({});

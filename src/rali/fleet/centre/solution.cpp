@@ -114,6 +114,7 @@ class FleetSolve {
     if (!in_.stop.raised()) look_for_frames();
     if (!in_.stop.raised()) estimate();
     if (!in_.stop.raised() && found_ && frames_denied()) estimate();
+    if (!in_.stop.raised() && found_) tell_contradicted_starts();
     if (!in_.stop.raised() && found_) tell_who_waits();
     if (in_.memory != nullptr) out_.compared += in_.memory->compared.size() - before;
     return std::move(out_);
@@ -125,6 +126,7 @@ class FleetSolve {
   void take_frames(const FrameSolver& solver);
   void estimate();
   bool frames_denied();
+  void tell_contradicted_starts();
   void tell_who_waits();
 
   SolutionInput& in_;
@@ -210,6 +212,16 @@ bool FleetSolve::frames_denied() {
   take_frames(found_->solver);
   seen_.insert(seen_.end(), refused.begin(), refused.end());
   return true;
+}
+
+/// Of those whose frames are known, the group has said how far off they are.
+void FleetSolve::tell_contradicted_starts() {
+  for (const ContradictedStart& start : found_->contradicted) {
+    if (out_.frames.group[start.relative_to] == out_.frames.group[start.path]) continue;
+    DeniedStart denied{paths_[start.relative_to].vehicle(), paths_[start.path].vehicle()};
+    denied.contradicted_by = start.comparisons;
+    out_.estimate.denied_starts.push_back(denied);
+  }
 }
 
 /// Says of all who are in no group with the reference what is missing.

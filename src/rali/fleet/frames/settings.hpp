@@ -27,6 +27,9 @@ struct PriorSettings {
   double xyz_m = 0.5;
   double yaw_deg = 5.0;
   double wrong_chi2 = 30.0;
+  /// So many pieces of path where it has both vehicles see the same, of which one has solid things
+  /// where rays of the other went through, and none fits.
+  int contradicted_by = 3;
 
   template <class V>
   void visit(V& v) {
@@ -34,6 +37,8 @@ struct PriorSettings {
     v("yaw_deg", yaw_deg, 1e-2, 180.0, "sigma of a given start heading");
     v("wrong_chi2", wrong_chi2, 0.0, 1e6,
       "largest chi2 of a prior that contradicts everything else");
+    v("contradicted_by", contradicted_by, 0, 1000,
+      "comparisons of scans that must contradict a prior, if none fits; 0: none ever does");
   }
 };
 
