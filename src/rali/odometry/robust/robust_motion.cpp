@@ -162,7 +162,7 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   held_states_.push_back(before);
   const Time keep = state_.t - Duration::from_s(standstill_.window_s());
   while (held_states_.size() > 1 && held_states_.front().t < keep) held_states_.pop_front();
-  imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
+  imu_.drop_before(state_.t - Duration::from_s(standstill_.memory_s()));
   t_last_good_ = state_.t;
   last_posterior_ = state_;
   return result_of(scan, seen);

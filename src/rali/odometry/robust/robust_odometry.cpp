@@ -60,7 +60,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   if (inertial_ && trusted && standstill_.update(state_, imu_, blind_axis(), gyro_noise)) {
     begin_hold(findings);
   }
-  if (inertial_) imu_.drop_before(state_.t - Duration::from_s(2.0 * standstill_.window_s()));
+  if (inertial_) imu_.drop_before(state_.t - Duration::from_s(standstill_.memory_s()));
   map_.prune(state_.T_odom_body.p);
   last_posterior_ = state_;
   const ScanResult result = result_of(scan, done);

@@ -24,6 +24,7 @@ constexpr double kDrives_mps = 0.3;      // the LiDAR sees the vehicle drive
 constexpr double kChanceToBegin = 0.01;  // of a window of standing that one test refuses
 constexpr double kTests = 3.0;           // quiet, turns, pushed
 constexpr double kBlock_s = 0.1;         // stillness.hpp
+constexpr double kLong_s = 15.0;
 
 /// Noise alone is that large with less than this chance, or the figure is none.
 bool beyond(double chi2, int dof, double chance) {
@@ -105,10 +106,29 @@ bool StandstillDetector::moves_visibly(const FilterState& state, const Mat3& see
       P_v.diagonal().maxCoeff() > kSpeedSigmaMax_mps * kSpeedSigmaMax_mps) {
     return true;
   }
+  const Time begin = state.t - Duration::from_s(constraints_.rest_after_s);
+  return std::any_of(recent_.begin(), recent_.end(), [&](const Moment& m) {
+    return m.t >= begin && (seen * (m.T.p - state.T_odom_body.p)).norm() > kTravelMax_m;
+  });
+}
+
+double StandstillDetector::memory_s() const {
+  return std::max(2.0 * constraints_.rest_after_s, at_rest_ ? 0.0 : kLong_s);
+}
+
+bool StandstillDetector::still_for_long(const FilterState& state, const InertialBuffer& imu,
+                                        const Vec3& blind_axis) const {
+  constexpr double kAsideMax_m = 0.02;
+  constexpr double kTurnMax_rad = 0.004;
+  const Time begin = state.t - Duration::from_s(kLong_s);
+  if (recent_.front().t > begin) return false;
+  const Mat3 seen = Mat3::Identity() - blind_axis * blind_axis.transpose();
   for (const Moment& m : recent_) {
-    if ((seen * (m.p - state.T_odom_body.p)).norm() > kTravelMax_m) return true;
+    const geometry::Vec6 moved = geometry::boxminus(m.T, state.T_odom_body);
+    if ((seen * (m.T.p - state.T_odom_body.p)).norm() > kAsideMax_m) return false;
+    if (moved.head<3>().norm() > kTurnMax_rad) return false;
   }
-  return false;
+  return is_only_noise(block_means(imu.between(begin, state.t)));
 }
 
 /// Nothing shakes it, or no more than white noise as large as the sensor has shown at standstill.
@@ -145,15 +165,17 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
                                 const std::optional<Vec3>& blind_axis, double gyro_radps_rthz) {
   certain_ = false;
   const double by_chance = chance(state.t);
-  recent_.push_back({state.t, state.T_odom_body.p});
+  recent_.push_back({state.t, state.T_odom_body});
   const Time begin = state.t - Duration::from_s(constraints_.rest_after_s);
-  while (recent_.size() > 2 && recent_[1].t <= begin) recent_.pop_front();
+  const Time oldest = state.t - Duration::from_s(at_rest_ ? constraints_.rest_after_s : kLong_s);
+  while (recent_.size() > 2 && recent_[1].t <= oldest) recent_.pop_front();
   if (!constraints_.standstill || recent_.front().t > begin) return false;
   const std::vector<ImuSample> window = imu.between(begin, state.t);
   const imu::ImuStatistics raw = imu::statistics(window);
   const imu::ImuStatistics blocks = imu::statistics(block_means(window));
   learn_driving(state, raw);
-  const bool wheels = wheels_stand(raw);
+  const bool wheels =
+      at_rest_ ? wheels_stand(raw) : blind_axis && still_for_long(state, imu, *blind_axis);
   const bool still = quiet(blocks, by_chance) &&
                      !turns(state, blocks, gyro_radps_rthz, by_chance) &&
                      !pushed(state, blocks, raw, by_chance);

@@ -18,6 +18,10 @@ namespace rali::odometry {
 /// proves standstill, whatever the LiDAR seems to see. Until then, or where driving cannot be told
 /// from standing, speed and travel must be small where the LiDAR knows them.
 ///
+/// A vehicle that has not stood yet where its LiDAR is degenerate, with a sensor that is noisy or
+/// on a running engine: nothing tells standstill from slow driving within a second. In 15 s whoever
+/// drives steers, turns or sways; who does not, stands.
+///
 /// Each test asks whether noise alone explains what the sensor measures. How often it may say no of
 /// a vehicle that stands depends on what that costs. Before the vehicle is taken for standing it is
 /// a window lost: one in a hundred. Afterwards it is a false start, which lets the pose drift: one
@@ -54,15 +58,20 @@ class StandstillDetector {
 
   [[nodiscard]] double window_s() const { return constraints_.rest_after_s; }
 
+  /// Inertial samples of so long are asked for.
+  [[nodiscard]] double memory_s() const;
+
  private:
   struct Moment {
     Time t;
-    geometry::Vec3 p;
+    geometry::SE3 T;
   };
 
   /// What one test may say of a vehicle that stands by chance, now.
   [[nodiscard]] double chance(Time now) const;
   [[nodiscard]] bool wheels_stand(const imu::ImuStatistics& raw) const;
+  [[nodiscard]] bool still_for_long(const FilterState& state, const InertialBuffer& imu,
+                                    const geometry::Vec3& blind_axis) const;
   [[nodiscard]] bool quiet(const imu::ImuStatistics& blocks, double chance) const;
   [[nodiscard]] bool driving_shakes() const;
   [[nodiscard]] bool moves_visibly(const FilterState& state, const geometry::Mat3& seen) const;

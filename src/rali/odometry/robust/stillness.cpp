@@ -38,6 +38,32 @@ bool is_quiet(const imu::ImuStatistics& blocks, const imu::RestSettings& setting
          (blocks.accel_sd_mps2.array() < settings.accel_sd_max_mps2).all();
 }
 
+bool is_only_noise(std::span<const ImuSample> blocks) {
+  constexpr std::size_t kGroups = 10, kInGroupMin = 10;
+  constexpr double kAxisMost = 3.0;   // F of 9 and some 140 degrees of freedom: by chance 1 in 400
+  constexpr double kMeanMost = 1.55;  // of six axes: 1 in 400
+  using Row = Eigen::Matrix<double, 6, 1>;
+  const std::size_t n = blocks.size() / kGroups;
+  if (n < kInGroupMin) return false;
+  Row within = Row::Zero(), sum = Row::Zero(), squares = Row::Zero();
+  for (std::size_t g = 0; g < kGroups; ++g) {
+    Row mean = Row::Zero(), square = Row::Zero();
+    for (const ImuSample& s : blocks.subspan(g * n, n)) {
+      const Row row = (Row() << s.gyro_radps, s.accel_mps2 - blocks[0].accel_mps2).finished();
+      mean += row / static_cast<double>(n);
+      square += row.cwiseAbs2();
+    }
+    within += square - static_cast<double>(n) * mean.cwiseAbs2();
+    sum += mean;
+    squares += mean.cwiseAbs2();
+  }
+  const Row between =
+      static_cast<double>(n) * (squares - sum.cwiseAbs2() / kGroups) / (kGroups - 1.0);
+  const Row F = between.cwiseQuotient(within / static_cast<double>(kGroups * (n - 1)));
+  // Axis by axis: one that is silent (0/0) or not a number proves nothing.
+  return (F.array() < kAxisMost).all() && F.mean() < kMeanMost;
+}
+
 bool has_travelled(const Vec3& displacement_m, const Mat3& covariance_m2, double limit_m) {
   constexpr double kSigmas = 3.0;
   const Mat3 allowed_m2 = kSigmas * kSigmas * covariance_m2 + limit_m * limit_m * Mat3::Identity();

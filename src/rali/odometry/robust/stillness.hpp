@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "rali/imu/rest.hpp"
@@ -16,6 +17,13 @@ namespace rali::odometry {
 /// motion over a smooth floor looks the same; the LiDAR has to tell.
 /// @param blocks  statistics of block_means()
 [[nodiscard]] bool is_quiet(const imu::ImuStatistics& blocks, const imu::RestSettings& settings);
+
+/// The rates and forces hold nothing slow but noise: means over a tenth of the time vary no more
+/// than the means over 0.1 s within them let expect (one-way analysis of variance, six axes). That
+/// is what a noisy sensor shows at standstill, and one on a running engine; who drives steers, and
+/// floors are uneven.
+/// @param blocks  block_means() of 15 s: shorter ones do not tell slow driving over a smooth floor
+[[nodiscard]] bool is_only_noise(std::span<const sensor::ImuSample> blocks);
 
 /// The LiDAR proves motion: the displacement is longer than limit_m along a direction in which the
 /// LiDAR knows where it is. Where it is blind, its poses slide by metres while nothing moves.

@@ -1,8 +1,11 @@
 #include "rali/odometry/robust/stillness.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
 
 namespace rali::odometry {
 namespace {
@@ -39,6 +42,43 @@ TEST(Quiet, is_asked_axis_by_axis_and_never_of_nan) {
   imu::ImuStatistics broken = blocks;
   broken.gyro_sd_radps.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(is_quiet(broken, {}));
+}
+
+/// 15 s of block means: white noise, and something that sways at `hz`.
+std::vector<sensor::ImuSample> swaying(std::uint64_t seed, double hz, double gyro_radps) {
+  constexpr double kGyro_radps = 0.003, kAccel_mps2 = 0.05;
+  Rng rng(seed, "blocks");
+  std::vector<sensor::ImuSample> blocks;
+  for (int k = 0; k < 150; ++k) {
+    sensor::ImuSample s{Time::from_s(0.1 * k), Vec3::Zero(), Vec3(0.0, 0.0, 9.81)};
+    for (int i = 0; i < 3; ++i) {
+      s.gyro_radps[i] = kGyro_radps * rng.normal();
+      s.accel_mps2[i] += kAccel_mps2 * rng.normal();
+    }
+    s.gyro_radps.z() += gyro_radps * std::sin(6.28 * hz * 0.1 * k);
+    blocks.push_back(s);
+  }
+  return blocks;
+}
+
+TEST(OnlyNoise, is_what_a_noisy_sensor_shows_at_standstill_and_not_slow_steering) {
+  int still = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    still += is_only_noise(swaying(seed, 0.0, 0.0)) ? 1 : 0;
+    EXPECT_FALSE(is_only_noise(swaying(seed, 0.1, 0.006))) << seed;
+  }
+  EXPECT_GE(still, 390);
+}
+
+TEST(OnlyNoise, is_not_proved_by_too_little_by_silence_or_by_nan) {
+  std::vector<sensor::ImuSample> blocks = swaying(1, 0.0, 0.0);
+  EXPECT_TRUE(is_only_noise(blocks));
+  EXPECT_FALSE(is_only_noise(std::span(blocks).first(99)));
+  std::vector<sensor::ImuSample> silent = blocks;
+  for (sensor::ImuSample& s : silent) s.gyro_radps.x() = 0.0;
+  EXPECT_FALSE(is_only_noise(silent));
+  blocks[7].accel_mps2.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(is_only_noise(blocks));
 }
 
 TEST(Travel, counts_only_where_the_lidar_knows) {
