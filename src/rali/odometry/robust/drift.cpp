@@ -193,6 +193,7 @@ void Drift::add(const SE3& T_odom_body, const Mat6& P) {
   begin_epoch(T_odom_body, D_.back() + A * P * A.transpose());
   unmade_ = false;
   carried_ = D_.back();
+  establish_all();
 }
 
 }  // namespace rali::odometry

@@ -104,6 +104,11 @@ class Drift {
   [[nodiscard]] geometry::Mat3 release(const geometry::SE3& T_odom_body,
                                        const geometry::Mat3& axes_odom);
 
+  /// The map is begun anew with the present generation: it is the first one then, however far the
+  /// vehicle has come. Were it held for young, nothing in it could hold a vehicle whose inertial
+  /// sensor is not known yet.
+  void establish_all() { established_ = begun_odom_m_.size(); }
+
   /// A new map begins at a pose that is itself uncertain by P (boxplus): a new generation.
   void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 

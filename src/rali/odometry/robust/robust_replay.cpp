@@ -30,6 +30,7 @@ void RobustOdometry::replay_start(const InitialGuess& guess, FindingList& findin
   state_ = begin;
   map_ = PlaneMap(settings_.map);
   scans_in_map_ = 0;
+  drift_.establish_all();
   insert_at_constant_speed(scans.front(), gyro_rate(scans.front().t_begin, scans.front().t_end));
   double nis = 0.0;
   for (std::size_t k = 1; k < scans.size(); ++k) {
