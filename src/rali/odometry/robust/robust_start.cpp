@@ -246,8 +246,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   state_.P.block<5, 5>(kAccelBias, kAccelBias) = guess->bias_gravity_covariance;
   if (guess->at_rest) standstill_.learn(imu::statistics(imu_.between(track_.front().t, state_.t)));
   if (guess->at_rest && quiet_start_) begin_again_at_rest();
-  // Where the LiDAR is blind a map of few scans drags the pose along: once is enough.
-  if (!(guess->at_rest && quiet_start_) && !blind_axis()) replay_start(*guess, findings);
+  if (!(guess->at_rest && quiet_start_)) replay_start(*guess, findings);
   start_points_.clear();
   start_scans_.clear();
   track_.clear();

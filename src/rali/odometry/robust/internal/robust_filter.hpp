@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -125,6 +126,29 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void stand_if_still();
   void remember_start(const sensor::LidarScan& scan, const UpdateResult& seen);
   void begin_again_at_rest();
+
+  struct StartMemory;
+
+  /// At the begin of a track, in odom.
+  struct FirstSpeed {
+    geometry::Vec3 v_odom_mps;
+    double sigma_mps = 0.0;
+    /// Of gravity and the accelerometer's bias: they were solved for along another track.
+    double doubt = 1.0;  ///< factor of their variances
+  };
+
+  /// How well the first scans fit a first speed: means over them.
+  struct ReplayFit {
+    double nis = 0.0;
+    double on_planes = 0.0;  ///< ratio of a scan's points
+  };
+
+  [[nodiscard]] StartMemory start_memory() const;
+  void take(const StartMemory& memory);
+  ReplayFit replay(std::span<const sensor::LidarScan> scans, const FirstSpeed& first,
+                   FindingList& findings);
+  [[nodiscard]] std::optional<FirstSpeed> better_first_speed(
+      std::span<const sensor::LidarScan> scans, const FirstSpeed& guess, const StartMemory& before);
   void try_initialise(FindingList& findings);
   void insert(const sensor::LidarScan& scan);
   void insert_points(const geometry::SE3& T_odom_body);
