@@ -40,6 +40,11 @@ bool looks_through(std::span<const WallSight> sights, const MonitorSettings& set
                      [&](const WallSight& s) { return Through(s, settings).most() > 0.0; });
 }
 
+bool looks_through_others(std::span<const WallSight> sights, const MonitorSettings& settings) {
+  return std::any_of(sights.begin(), sights.end(),
+                     [&](const WallSight& s) { return Through(s, settings).others > 0.0; });
+}
+
 std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
                                      const MonitorSettings& settings) {
   constexpr double kJoin_s = 5.0;

@@ -42,6 +42,11 @@ struct SeenThrough {
 [[nodiscard]] bool looks_through(std::span<const WallSight> sights,
                                  const MonitorSettings& settings);
 
+/// Whether any keyframe looks through walls that another vehicle made. Of two corridors laid across
+/// each other both vehicles do; through what has driven away since the other saw it, only one does.
+[[nodiscard]] bool looks_through_others(std::span<const WallSight> sights,
+                                        const MonitorSettings& settings);
+
 /// How many keyframes see enough walls to be judged.
 [[nodiscard]] std::size_t judged(std::span<const WallSight> sights,
                                  const MonitorSettings& settings);

@@ -58,6 +58,8 @@ TEST(WallCheck, walls_of_another_vehicle_count_apart) {
   EXPECT_TRUE(found[0].of_others);
   EXPECT_NEAR(found[0].ratio, 430.0 / 450.0, 1e-9);
   EXPECT_TRUE(looks_through(std::vector<WallSight>{crossing}, {}));
+  EXPECT_TRUE(looks_through_others(std::vector<WallSight>{crossing}, {}));
+  EXPECT_FALSE(looks_through_others(std::vector<WallSight>{sight(1.0, 2400, 400)}, {}));
 }
 
 TEST(WallCheck, people_whom_another_saw_first_are_no_contradiction) {

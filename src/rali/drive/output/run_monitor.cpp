@@ -176,15 +176,20 @@ void RunMonitor::walls(const std::vector<map::KeyframeLooks>& looks) {
     sights[k.vehicle].push_back({k.t, k.walls.looks, k.walls.passes, k.made.places, k.made.passed,
                                  k.walls.others_looks, k.walls.others_passes});
   }
+  monitor::MonitorSettings settings = settings_;
+  const auto through_others = std::count_if(sights.begin(), sights.end(), [&](const auto& own) {
+    return monitor::looks_through_others(own, settings_);
+  });
+  if (through_others < 2) settings.through_others_max_ratio = 1.0;
   bool contradicted = false;
   for (const std::vector<monitor::WallSight>& own : sights) {
-    result_.tally.keyframes_checked += monitor::judged(own, settings_);
-    contradicted |= monitor::looks_through(own, settings_);
+    result_.tally.keyframes_checked += monitor::judged(own, settings);
+    contradicted |= monitor::looks_through(own, settings);
   }
   if (!contradicted) return;
   result_.map_contradicts_itself = true;
   for (std::size_t v = 0; v < runs_.size(); ++v) {
-    for (const SeenThrough& found : monitor::check_walls(sights[v], settings_)) {
+    for (const SeenThrough& found : monitor::check_walls(sights[v], settings)) {
       add(runs_[v], found.when, [&](const std::string& when) { return finding_of(found, when); });
     }
   }

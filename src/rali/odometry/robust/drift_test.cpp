@@ -145,6 +145,24 @@ TEST(Drift, planes_are_established_once_the_vehicle_has_gone_on) {
   EXPECT_GE(drift.newest_established(), 1.0) << "nor is it forgotten on return";
 }
 
+// A start in motion makes its map anew after a metre or two, and so does a vehicle that was lost:
+// held for young, none of it could hold the vehicle.
+TEST(Drift, a_map_that_is_begun_anew_is_the_first_one) {
+  Drift drift{from_nothing()};
+  const Mat6 P = local(0.0, 0.001);
+  for (const double x_m : {0.0, 0.6, 1.2}) {
+    static_cast<void>(drift.update(at(x_m), drift.epoch(), P, kFollows));
+  }
+  ASSERT_EQ(drift.epoch(), 2U);
+  ASSERT_EQ(drift.newest_established(), 0.0);
+  drift.establish_all();
+  EXPECT_EQ(drift.newest_established(), 2.0);
+  static_cast<void>(drift.update(at(1.8), drift.epoch(), P, kFollows));
+  EXPECT_EQ(drift.newest_established(), 2.0) << "what comes after has to grow old";
+  drift.add(at(1.8), P);
+  EXPECT_EQ(drift.newest_established(), static_cast<double>(drift.epoch()));
+}
+
 /// Drives to `x_m`, and sees all the way the newest planes.
 void drive(Drift& drift, double from_m, double to_m, const Mat6& P, const MapShare& share) {
   for (double x_m = from_m; x_m <= to_m; x_m += 0.51) {
