@@ -54,6 +54,18 @@ void RobustOdometry::take(const StartMemory& memory) {
   sampler_ = memory.sampler;
 }
 
+/// Down as the mean force has it, to what vehicles accelerate by over a start.
+void RobustOdometry::level_start(const Vec3& g_odom_mps2, FilterState& begin) const {
+  constexpr double kAcceleration_mps2 = 0.7;  // as fit_motion() has it
+  const double bias = settings_.initialisation.accel_bias_sigma_mps2;
+  const double tilt = kAcceleration_mps2 / settings_.initialisation.gravity_mps2;
+  begin.g_odom_mps2 = g_odom_mps2;
+  begin.accel_bias_mps2.setZero();
+  decorrelate(begin, kAccelBias, 5);
+  begin.P.diagonal().segment<3>(kAccelBias).setConstant(bias * bias);
+  begin.P.diagonal().segment<2>(kGravity).setConstant(tilt * tilt);
+}
+
 /// Goes through the first scans from the first pose on, at a first speed.
 RobustOdometry::ReplayFit RobustOdometry::replay(std::span<const LidarScan> scans,
                                                  const FirstSpeed& first, FindingList& findings) {
@@ -64,7 +76,7 @@ RobustOdometry::ReplayFit RobustOdometry::replay(std::span<const LidarScan> scan
   decorrelate(begin, kTheta, kGyroBias);
   begin.P.topLeftCorner<6, 6>() = 1e-10 * geometry::Mat6::Identity();
   begin.P.diagonal().segment<3>(kVel).setConstant(first.sigma_mps * first.sigma_mps);
-  begin.P.block<5, 5>(kAccelBias, kAccelBias) *= first.doubt;
+  if (first.g_odom_mps2) level_start(*first.g_odom_mps2, begin);
   state_ = begin;
   map_ = PlaneMap(settings_.map);
   scans_in_map_ = 0;
@@ -95,7 +107,9 @@ constexpr double kHonestNis = 6.0;  // of six degrees of freedom
 /// The LiDAR alone may have found another first speed than the true one: the rings that it draws on
 /// the floor drive along, and in a young map nothing else weighs more. Gone through at the true
 /// one, more of the points of the scans that follow lie on planes. Sought along the body: so ground
-/// vehicles drive. @return nothing: as the guess has it
+/// vehicles drive. What gravity was solved for along another track is worth nothing then; how well
+/// the prediction fits neither, since it begins with a step of half of the distance between two.
+/// @return nothing: as the guess has it
 std::optional<RobustOdometry::FirstSpeed> RobustOdometry::better_first_speed(
     std::span<const LidarScan> scans, const FirstSpeed& guess, const StartMemory& before) {
   constexpr std::size_t kEnough = 40;
@@ -103,16 +117,19 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::better_first_speed(
   constexpr double kStep_mps = 0.4;
   constexpr double kSigma_mps = 0.2;
   constexpr int kSteps = 8;
-  constexpr double kDoubt = 10.0;  // 5 to 10 find the same; at 1 and at 20 some starts are lost
   const auto few = scans.first(std::min(kEnough, scans.size()));
+  const Vec3 force =
+      imu::statistics(imu_.between(scans.front().t_end, scans.back().t_end)).accel_mean_mps2;
+  const Mat3& R = track_.front().T_odom_body.R;
+  const Vec3 g = -settings_.initialisation.gravity_mps2 * (R * force).normalized();
   FindingList unsaid;
   double most = kBetter * replay(few, guess, unsaid).on_planes;
   std::optional<FirstSpeed> best;
   for (int k = -kSteps; k <= kSteps; ++k) {
     take(before);
-    const FirstSpeed other{k * kStep_mps * track_.front().T_odom_body.R.col(0), kSigma_mps, kDoubt};
+    const FirstSpeed other{k * kStep_mps * R.col(0), kSigma_mps, g};
     const ReplayFit fit = replay(few, other, unsaid);
-    if (!(fit.nis < kHonestNis && fit.on_planes > most)) continue;
+    if (!(fit.on_planes > most)) continue;
     most = fit.on_planes;
     best = other;
   }
@@ -135,7 +152,7 @@ void RobustOdometry::replay_start(const InitialGuess& guess, FindingList& findin
   const std::optional<FirstSpeed> other = better_first_speed(scans, first, before);
   if (!other && blind_axis()) return;
   const ReplayFit fit = replay(scans, other.value_or(first), findings);
-  if (!(fit.nis < kHonestNis)) take(before);
+  if (!other && !(fit.nis < kHonestNis)) take(before);
 }
 
 /// The first scan has no motion before it: its own is taken for constant.

@@ -133,8 +133,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
   struct FirstSpeed {
     geometry::Vec3 v_odom_mps;
     double sigma_mps = 0.0;
-    /// Of gravity and the accelerometer's bias: they were solved for along another track.
-    double doubt = 1.0;  ///< factor of their variances
+    /// Nothing: as solved for along the track that this speed continues.
+    std::optional<geometry::Vec3> g_odom_mps2 = {};
   };
 
   /// How well the first scans fit a first speed: means over them.
@@ -144,6 +144,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   };
 
   [[nodiscard]] StartMemory start_memory() const;
+  void level_start(const geometry::Vec3& g_odom_mps2, FilterState& begin) const;
   void take(const StartMemory& memory);
   ReplayFit replay(std::span<const sensor::LidarScan> scans, const FirstSpeed& first,
                    FindingList& findings);
