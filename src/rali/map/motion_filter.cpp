@@ -20,8 +20,8 @@ constexpr std::size_t kTilesAtOnce = 64;
 constexpr double kOnPlane_m = 0.05;
 /// Fewer places on planes do not tell whether a keyframe sees through walls.
 constexpr std::size_t kPlanePlacesMin = 50;
-/// Of walls that another vehicle made a keyframe looks through 0.3 % at most in right maps of the
-/// campaign, and through 80 to 99 % where a start pose was wrong.
+/// Of walls that another vehicle made a keyframe looks through 2.4 % at most in right maps of the
+/// campaign, and through 43 to 99 % in those of wrong start poses or of an anchor that was moved.
 constexpr double kOthersShareMax = 0.2;
 
 /// Variance of the position of a place 10 m away, per axis, by the keyframe's own covariance.

@@ -14,8 +14,8 @@ struct MonitorSettings {
   double through_max_ratio = 0.05;
   int looks_min = 1500;  ///< fewer places on walls in view: a keyframe is not judged
   int made_min = 300;    ///< nor are fewer places that it was the first to see
-  /// The same of walls that another vehicle made: 0.003 at most in right maps, 0.8 to 0.99 where a
-  /// start pose was wrong.
+  /// The same of walls that another vehicle made: 0.024 at most in right maps, 0.43 to 0.99 in
+  /// those of wrong start poses or of an anchor that was moved.
   double through_others_max_ratio = 0.2;
   int others_looks_min = 100;
 };

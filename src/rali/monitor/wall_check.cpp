@@ -40,9 +40,16 @@ bool looks_through(std::span<const WallSight> sights, const MonitorSettings& set
                      [&](const WallSight& s) { return Through(s, settings).most() > 0.0; });
 }
 
-bool looks_through_others(std::span<const WallSight> sights, const MonitorSettings& settings) {
-  return std::any_of(sights.begin(), sights.end(),
-                     [&](const WallSight& s) { return Through(s, settings).others > 0.0; });
+MonitorSettings settings_for(std::span<const std::vector<WallSight>> vehicles,
+                             const MonitorSettings& settings) {
+  const auto lookers =
+      std::count_if(vehicles.begin(), vehicles.end(), [&](const std::vector<WallSight>& sights) {
+        return std::any_of(sights.begin(), sights.end(),
+                           [&](const WallSight& s) { return Through(s, settings).others > 0.0; });
+      });
+  MonitorSettings out = settings;
+  if (lookers < 2) out.through_others_max_ratio = 1.0;
+  return out;
 }
 
 std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,

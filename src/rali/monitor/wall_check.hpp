@@ -42,10 +42,12 @@ struct SeenThrough {
 [[nodiscard]] bool looks_through(std::span<const WallSight> sights,
                                  const MonitorSettings& settings);
 
-/// Whether any keyframe looks through walls that another vehicle made. Of two corridors laid across
-/// each other both vehicles do; through what has driven away since the other saw it, only one does.
-[[nodiscard]] bool looks_through_others(std::span<const WallSight> sights,
-                                        const MonitorSettings& settings);
+/// The settings to judge a map by: walls of other vehicles count where at least two vehicles look
+/// through them. Of two corridors laid across each other both do; through what has driven away
+/// since the other saw it, only one does.
+/// @param vehicles  sights of each
+[[nodiscard]] MonitorSettings settings_for(std::span<const std::vector<WallSight>> vehicles,
+                                           const MonitorSettings& settings);
 
 /// How many keyframes see enough walls to be judged.
 [[nodiscard]] std::size_t judged(std::span<const WallSight> sights,

@@ -58,8 +58,18 @@ TEST(WallCheck, walls_of_another_vehicle_count_apart) {
   EXPECT_TRUE(found[0].of_others);
   EXPECT_NEAR(found[0].ratio, 430.0 / 450.0, 1e-9);
   EXPECT_TRUE(looks_through(std::vector<WallSight>{crossing}, {}));
-  EXPECT_TRUE(looks_through_others(std::vector<WallSight>{crossing}, {}));
-  EXPECT_FALSE(looks_through_others(std::vector<WallSight>{sight(1.0, 2400, 400)}, {}));
+}
+
+// A truck that has left since the other vehicle saw it.
+TEST(WallCheck, what_one_vehicle_alone_looks_through_is_no_contradiction) {
+  WallSight through = sight(1.0, 20000, 500);
+  through.others_looks = 450;
+  through.others_passes = 430;
+  const auto contradicts = [](const std::vector<std::vector<WallSight>>& vehicles) {
+    return looks_through(vehicles[0], settings_for(vehicles, {}));
+  };
+  EXPECT_FALSE(contradicts({{through}, {sight(1.0, 20000, 500)}}));
+  EXPECT_TRUE(contradicts({{through}, {through}}));
 }
 
 TEST(WallCheck, people_whom_another_saw_first_are_no_contradiction) {

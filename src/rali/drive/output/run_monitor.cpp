@@ -176,11 +176,7 @@ void RunMonitor::walls(const std::vector<map::KeyframeLooks>& looks) {
     sights[k.vehicle].push_back({k.t, k.walls.looks, k.walls.passes, k.made.places, k.made.passed,
                                  k.walls.others_looks, k.walls.others_passes});
   }
-  monitor::MonitorSettings settings = settings_;
-  const auto through_others = std::count_if(sights.begin(), sights.end(), [&](const auto& own) {
-    return monitor::looks_through_others(own, settings_);
-  });
-  if (through_others < 2) settings.through_others_max_ratio = 1.0;
+  const monitor::MonitorSettings settings = monitor::settings_for(sights, settings_);
   bool contradicted = false;
   for (const std::vector<monitor::WallSight>& own : sights) {
     result_.tally.keyframes_checked += monitor::judged(own, settings);

@@ -165,8 +165,7 @@ struct MotionFit {
 /// @param speed_sigma_mps  of the first speed: the same
 MotionFit fit_motion(const std::vector<TrackedPose>& track, const ForceIntegral& force,
                      const Vec3& g_guess, double speed_sigma_mps) {
-  constexpr double kPoseFloor_m = 0.005;        // a young map is wrong by that much
-  constexpr double kMeanForceSigma_mps2 = 0.7;  // the vehicle's own acceleration
+  constexpr double kPoseFloor_m = 0.005;  // a young map is wrong by that much
   Eigen::Matrix<double, 9, 9> N = Eigen::Matrix<double, 9, 9>::Zero();
   Eigen::Matrix<double, 9, 1> rhs = Eigen::Matrix<double, 9, 1>::Zero();
   const double prior = 1.0 / (kMeanForceSigma_mps2 * kMeanForceSigma_mps2);

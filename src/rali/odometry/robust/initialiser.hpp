@@ -10,6 +10,9 @@
 
 namespace rali::odometry {
 
+/// The vehicle's own acceleration, averaged over a start: what the mean force errs by as gravity.
+inline constexpr double kMeanForceSigma_mps2 = 0.7;
+
 /// What the LiDAR alone saw while gravity was not known yet.
 struct TrackedPose {
   Time t;

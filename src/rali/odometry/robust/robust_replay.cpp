@@ -56,9 +56,8 @@ void RobustOdometry::take(const StartMemory& memory) {
 
 /// Down as the mean force has it, to what vehicles accelerate by over a start.
 void RobustOdometry::level_start(const Vec3& g_odom_mps2, FilterState& begin) const {
-  constexpr double kAcceleration_mps2 = 0.7;  // as fit_motion() has it
   const double bias = settings_.initialisation.accel_bias_sigma_mps2;
-  const double tilt = kAcceleration_mps2 / settings_.initialisation.gravity_mps2;
+  const double tilt = kMeanForceSigma_mps2 / settings_.initialisation.gravity_mps2;
   begin.g_odom_mps2 = g_odom_mps2;
   begin.accel_bias_mps2.setZero();
   decorrelate(begin, kAccelBias, 5);
@@ -76,8 +75,11 @@ RobustOdometry::ReplayFit RobustOdometry::replay(std::span<const LidarScan> scan
   decorrelate(begin, kTheta, kGyroBias);
   begin.P.topLeftCorner<6, 6>() = 1e-10 * geometry::Mat6::Identity();
   begin.P.diagonal().segment<3>(kVel).setConstant(first.sigma_mps * first.sigma_mps);
-  begin.P.block<5, 5>(kAccelBias, kAccelBias) *= first.doubt;
-  if (first.g_odom_mps2) level_start(*first.g_odom_mps2, begin);
+  if (first.g_odom_mps2) {
+    level_start(*first.g_odom_mps2, begin);
+  } else {
+    begin.P.block<5, 5>(kAccelBias, kAccelBias) *= first.variance_factor;
+  }
   state_ = begin;
   map_ = PlaneMap(settings_.map);
   scans_in_map_ = 0;
@@ -107,10 +109,10 @@ constexpr double kHonestNis = 6.0;  // of six degrees of freedom
 
 /// The LiDAR alone may have found another first speed than the true one: the rings that it draws on
 /// the floor drive along, and in a young map nothing else weighs more. Gone through at the true
-/// one, more of the points of the scans that follow lie on planes. Sought along the body: so ground
-/// vehicles drive. Gravity was solved for along another track: it is doubted, and where many more
-/// points lie on planes without it, it is the mean force's, and how well the prediction fits, which
-/// begins with a step, counts for nothing.
+/// one, more of the points of the scans that follow lie on planes. Searched along the body: so
+/// ground vehicles drive. Gravity was solved for along another track: its variance is widened, and
+/// where many more points lie on planes without it, it is the mean force's, and how well the
+/// prediction fits, which begins with a step, counts for nothing.
 /// @return nothing: as the guess has it
 std::optional<RobustOdometry::FirstSpeed> RobustOdometry::better_first_speed(
     std::span<const LidarScan> scans, const FirstSpeed& guess, const StartMemory& before) {
@@ -120,7 +122,8 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::better_first_speed(
   constexpr double kStep_mps = 0.4;
   constexpr double kSigma_mps = 0.2;
   constexpr int kSteps = 8;
-  constexpr double kDoubt = 10.0;  // 5 to 10 find the same; at 1 and at 20 some starts are lost
+  constexpr double kVarianceFactor =
+      10.0;  // 5 to 10 find the same; at 1 and at 20 some starts are lost
   const auto few = scans.first(std::min(kEnough, scans.size()));
   const Vec3 force =
       imu::statistics(imu_.between(scans.front().t_end, scans.back().t_end)).accel_mean_mps2;
@@ -134,7 +137,8 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::better_first_speed(
     const Vec3 v = k * kStep_mps * R.col(0);
     for (const bool by_track : {true, false}) {
       take(before);
-      const FirstSpeed other{v, kSigma_mps, by_track ? std::nullopt : std::optional(g), kDoubt};
+      const FirstSpeed other{v, kSigma_mps, by_track ? std::nullopt : std::optional(g),
+                             kVarianceFactor};
       const ReplayFit fit = replay(few, other, unsaid);
       const bool much = fit.on_planes > kMuchBetter * usual;
       if (!(fit.on_planes > most && (by_track ? fit.nis < kHonestNis : much))) continue;

@@ -118,14 +118,14 @@ double StandstillDetector::memory_s() const {
 
 bool StandstillDetector::still_for_long(const FilterState& state, const InertialBuffer& imu,
                                         const Vec3& blind_axis) const {
-  constexpr double kAsideMax_m = 0.02;
+  constexpr double kLateralMax_m = 0.02;
   constexpr double kTurnMax_rad = 0.004;
   const Time begin = state.t - Duration::from_s(kLong_s);
   if (recent_.front().t > begin) return false;
   const Mat3 seen = Mat3::Identity() - blind_axis * blind_axis.transpose();
   for (const Moment& m : recent_) {
     const geometry::Vec6 moved = geometry::boxminus(m.T, state.T_odom_body);
-    if ((seen * (m.T.p - state.T_odom_body.p)).norm() > kAsideMax_m) return false;
+    if ((seen * (m.T.p - state.T_odom_body.p)).norm() > kLateralMax_m) return false;
     if (moved.head<3>().norm() > kTurnMax_rad) return false;
   }
   return is_only_noise(block_means(imu.between(begin, state.t)));

@@ -19,7 +19,7 @@ namespace rali::odometry {
 /// from standing, speed and travel must be small where the LiDAR knows them.
 ///
 /// A vehicle that has not stood yet where its LiDAR is degenerate, with a sensor that is noisy or
-/// on a running engine: nothing tells standstill from slow driving within a second. In 15 s whoever
+/// on a running engine: standstill and slow driving look the same within a second. In 15 s whoever
 /// drives steers, turns or sways; who does not, stands.
 ///
 /// Each test asks whether noise alone explains what the sensor measures. How often it may say no of

@@ -135,7 +135,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
     double sigma_mps = 0.0;
     /// Nothing: as solved for along the track that this speed continues.
     std::optional<geometry::Vec3> g_odom_mps2 = {};
-    double doubt = 1.0;  ///< factor of the variances of gravity and bias, if so
+    double variance_factor = 1.0;  ///< of gravity and bias, if so
   };
 
   /// How well the first scans fit a first speed: means over them.
