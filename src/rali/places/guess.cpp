@@ -23,15 +23,29 @@ double horizontal_sigma_m(const Guess& guess) {
   return std::sqrt(std::max(0.0, mean + spread));
 }
 
-bool within(const Guess& guess, const geometry::SE3& T, double gate) {
-  constexpr double kLeast_m = 0.3;  // what a registration may find beside an overconfident guess
-  constexpr double kLeast_rad = 0.03;
-  const double yaw = wrapped(yaw_of(T.R) - yaw_of(guess.T_target_source.R));
-  if (std::abs(yaw) > gate * yaw_sigma_rad(guess) + kLeast_rad) return false;
+namespace {
+
+/// What a registration may find beside an overconfident guess.
+constexpr double kLeast_m = 0.3;
+constexpr double kLeast_rad = 0.03;
+
+Eigen::Matrix2d gated(const Guess& guess, double gate) {
   Eigen::Matrix2d P = gate * gate * guess.covariance.block<2, 2>(3, 3);
   P.diagonal().array() += kLeast_m * kLeast_m;
+  return P;
+}
+
+}  // namespace
+
+geometry::Vec2 reach_m_of(const Guess& guess, double gate) {
+  return gated(guess, gate).diagonal().cwiseMax(0.0).cwiseSqrt();
+}
+
+bool within(const Guess& guess, const geometry::SE3& T, double gate) {
+  const double yaw = wrapped(yaw_of(T.R) - yaw_of(guess.T_target_source.R));
+  if (std::abs(yaw) > gate * yaw_sigma_rad(guess) + kLeast_rad) return false;
   const geometry::Vec2 d = (T.p - guess.T_target_source.p).head<2>();
-  return d.dot(P.inverse() * d) <= 1.0;
+  return d.dot(gated(guess, gate).inverse() * d) <= 1.0;
 }
 
 }  // namespace rali::places

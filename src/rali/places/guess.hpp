@@ -13,6 +13,9 @@ struct Guess {
 /// A place for the source within the guess's bounds: horizontally and in yaw, at `gate` sigmas.
 [[nodiscard]] bool within(const Guess& guess, const geometry::SE3& T_target_source, double gate);
 
+/// Half sides of the rectangle around all such places, x and y [m].
+[[nodiscard]] geometry::Vec2 reach_m_of(const Guess& guess, double gate);
+
 /// Horizontal standard deviation along the worst direction [m].
 [[nodiscard]] double horizontal_sigma_m(const Guess& guess);
 

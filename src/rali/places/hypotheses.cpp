@@ -7,7 +7,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "rali/places/fft.hpp"
+#include "rali/places/correlator.hpp"
 
 namespace rali::places {
 
@@ -18,156 +18,10 @@ using geometry::Vec3;
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr std::size_t kSidesMost = 512;
-constexpr std::size_t kPerYaw = 40;  // peaks of one yaw that are looked at
 
-struct Place {
-  double yaw_rad = 0.0;
-  Vec2 shift_m = Vec2::Zero();
-  double correlation = 0.0;
-};
-
-/// Farthest mark from the middle, in cells.
-std::size_t reach_of(std::span<const Mark> marks, double cell_m) {
-  double reach_m = 0.0;
-  for (const Mark& m : marks) {
-    reach_m = std::max(reach_m, std::hypot(static_cast<double>(m.x_m), static_cast<double>(m.y_m)));
-  }
-  return std::min(kSidesMost / 2 - 2, static_cast<std::size_t>(reach_m / cell_m) + 1);
-}
-
-std::size_t side_for(const Picture& picture, std::size_t reach) {
-  const std::size_t cells =
-      static_cast<std::size_t>(std::max(picture.nx(), picture.ny())) + 2 * reach + 2;
-  std::size_t side = 32;
-  while (side < cells && side < kSidesMost) side *= 2;
-  return side;
-}
-
-/// Correlates rotated marks with one picture, two yaws per transform: one in the real part.
-class Correlator {
- public:
-  Correlator(const Picture& picture, std::span<const Mark> marks, double cell_m);
-
-  /// Peaks of both yaws are appended.
-  void correlate(double yaw1_rad, double yaw2_rad, std::vector<Place>& out);
-
- private:
-  void draw(double yaw_rad, bool imaginary);
-  void peaks(double yaw_rad, bool imaginary, std::vector<Place>& out) const;
-
-  [[nodiscard]] float value(std::size_t x, std::size_t y, bool imaginary) const {
-    const Fft2::Complex& c = work_[(y & mask_) * fft_.side() + (x & mask_)];
-    return imaginary ? c.imag() : c.real();
-  }
-
-  /// The transform is cyclic: shifts below zero are at its far end.
-  [[nodiscard]] double cells_of(std::size_t i) const {
-    const double v = static_cast<double>(i);
-    return i < fft_.side() - reach_ ? v : v - static_cast<double>(fft_.side());
-  }
-
-  double cell_m_;
-  std::span<const Mark> marks_;
-  std::size_t reach_;  ///< of the marks, in cells
-  Vec2 low_;
-  Fft2 fft_;
-  std::size_t mask_;
-  double scale_ = 1.0;  ///< from the transform's numbers to a share of the marks
-  std::vector<Fft2::Complex> picture_, work_;
-};
-
-Correlator::Correlator(const Picture& picture, std::span<const Mark> marks, double cell_m)
-    : cell_m_(cell_m),
-      marks_(marks),
-      reach_(reach_of(marks, cell_m)),
-      low_(picture.low_m()),
-      fft_(side_for(picture, reach_)),
-      mask_(fft_.side() - 1),
-      picture_(fft_.side() * fft_.side()),
-      work_(fft_.side() * fft_.side()) {
-  double all = 0.0;
-  for (const Mark& m : marks) all += static_cast<double>(m.weight);
-  const double n = static_cast<double>(fft_.side());
-  scale_ = 1.0 / (n * n * std::max(all, 1e-9));
-  for (std::size_t y = 0; y < static_cast<std::size_t>(picture.ny()); ++y) {
-    for (std::size_t x = 0; x < static_cast<std::size_t>(picture.nx()); ++x) {
-      picture_[(y & mask_) * fft_.side() + (x & mask_)] +=
-          picture.cells()[y * static_cast<std::size_t>(picture.nx()) + x];
-    }
-  }
-  fft_.forward(picture_);
-}
-
-/// Puts the turned marks around the corner of the picture, negative places at its far end.
-void Correlator::draw(double yaw_rad, bool imaginary) {
-  const double c = std::cos(yaw_rad);
-  const double s = std::sin(yaw_rad);
-  const int reach = static_cast<int>(reach_);
-  for (const Mark& m : marks_) {
-    const double mx = static_cast<double>(m.x_m);
-    const double my = static_cast<double>(m.y_m);
-    const int x = static_cast<int>(std::lround((c * mx - s * my) / cell_m_));
-    const int y = static_cast<int>(std::lround((s * mx + c * my) / cell_m_));
-    if (std::abs(x) > reach || std::abs(y) > reach) continue;
-    Fft2::Complex& cell = work_[(static_cast<std::size_t>(y) & mask_) * fft_.side() +
-                                (static_cast<std::size_t>(x) & mask_)];
-    cell += imaginary ? Fft2::Complex(0.0F, m.weight) : Fft2::Complex(m.weight, 0.0F);
-  }
-}
-
-void Correlator::peaks(double yaw_rad, bool imaginary, std::vector<Place>& out) const {
-  std::vector<Place> found;
-  const std::size_t n = fft_.side();
-  float best = 0.0F;
-  for (std::size_t i = 0; i < work_.size(); ++i) {
-    best = std::max(best, imaginary ? work_[i].imag() : work_[i].real());
-  }
-  for (std::size_t y = 0; y < n; ++y) {
-    for (std::size_t x = 0; x < n; ++x) {
-      const float v = value(x, y, imaginary);
-      if (v < 0.3F * best) continue;
-      bool peak = true;
-      for (std::size_t k = 0; k < 9 && peak; ++k) {
-        if (k != 4) peak = value(x + k % 3 + n - 1, y + k / 3 + n - 1, imaginary) <= v;
-      }
-      if (!peak) continue;
-      found.push_back({yaw_rad, low_ + cell_m_ * Vec2(cells_of(x) + 0.5, cells_of(y) + 0.5),
-                       static_cast<double>(v) * scale_});
-    }
-  }
-  const std::size_t keep = std::min(kPerYaw, found.size());
-  std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(keep), found.end(),
-                    [](const Place& a, const Place& b) {
-                      if (a.correlation != b.correlation) return a.correlation > b.correlation;
-                      return std::make_pair(a.shift_m.x(), a.shift_m.y()) <
-                             std::make_pair(b.shift_m.x(), b.shift_m.y());
-                    });
-  out.insert(out.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(keep));
-}
-
-void Correlator::correlate(double yaw1_rad, double yaw2_rad, std::vector<Place>& out) {
-  std::fill(work_.begin(), work_.end(), Fft2::Complex{});
-  draw(yaw1_rad, false);
-  draw(yaw2_rad, true);
-  fft_.forward(work_);
-  // Correlation of A with B1 + i B2 needs conj(F1) + i conj(F2): that of the mirrored picture,
-  // whose transform at k is that of the picture at -k.
-  const std::size_t n = fft_.side();
-  std::vector<Fft2::Complex> product(work_.size());
-  for (std::size_t y = 0; y < n; ++y) {
-    for (std::size_t x = 0; x < n; ++x) {
-      const Fft2::Complex f = picture_[y * n + x];
-      const Fft2::Complex g = work_[((n - y) & mask_) * n + ((n - x) & mask_)];
-      product[y * n + x] = {f.real() * g.real() - f.imag() * g.imag(),
-                            f.real() * g.imag() + f.imag() * g.real()};
-    }
-  }
-  work_.swap(product);
-  fft_.back(work_);
-  peaks(yaw1_rad, false, out);
-  peaks(yaw2_rad, true, out);
-}
+/// Products per yaw up to which the shifts within a guess are summed one by one: that is what a
+/// transform of all shifts costs.
+constexpr double kProductsMost = 4e6;
 
 bool stronger(const Place& a, const Place& b) {
   if (a.correlation != b.correlation) return a.correlation > b.correlation;
@@ -217,6 +71,8 @@ class Search {
 
  private:
   [[nodiscard]] std::vector<double> yaws() const;
+  [[nodiscard]] std::optional<ShiftWindow> window() const;
+  [[nodiscard]] std::vector<Place> coarse_peaks() const;
 
   [[nodiscard]] SE3 pose(const Place& p) const {
     return {geometry::rotation_from_rpy(0.0, 0.0, p.yaw_rad),
@@ -226,6 +82,8 @@ class Search {
   [[nodiscard]] bool allowed(const Place& p, double more) const {
     return !guess_ || within(*guess_, pose(p), s_.gate + more);
   }
+
+  static constexpr double kMore = 0.5;  ///< sigma more, before the peaks are refined
 
   [[nodiscard]] bool is_new(const Place& p, const std::vector<Place>& kept) const;
   std::vector<Place> distinct(std::vector<Place> found) const;
@@ -249,7 +107,6 @@ std::vector<double> Search::yaws() const {
     if (guess_ && std::abs(off) > s_.gate * yaw_sigma_rad(*guess_) + kTurn / n) continue;
     out.push_back(yaw);
   }
-  if (out.size() % 2 == 1) out.push_back(out.front());
   return out;
 }
 
@@ -304,16 +161,39 @@ void Search::add_ridge(const Place& best, Hypotheses& out) const {
   for (const Place& p : along) out.places.push_back({pose(p), p.correlation, true});
 }
 
+/// What the guess allows, if that is little enough to go through.
+std::optional<ShiftWindow> Search::window() const {
+  if (!guess_) return std::nullopt;
+  const Vec2 reach_m = reach_m_of(*guess_, s_.gate + kMore);
+  const Vec2 middle_m = guess_->T_target_source.p.head<2>();
+  const ShiftWindow window{middle_m - reach_m, middle_m + reach_m};
+  const double products =
+      window.count(coarse_m_) * static_cast<double>(std::max<std::size_t>(1, coarse_marks_.size()));
+  return products <= kProductsMost ? std::optional(window) : std::nullopt;
+}
+
+std::vector<Place> Search::coarse_peaks() const {
+  std::vector<Place> found;
+  const std::vector<double> turns = yaws();
+  if (const auto shifts = window()) {
+    for (const double yaw_rad : turns) {
+      correlate_within(coarse_, coarse_marks_, coarse_m_, yaw_rad, *shifts, found);
+    }
+    return found;
+  }
+  Correlator correlator(coarse_, coarse_marks_, coarse_m_);
+  // An odd one is looked at twice: the places are the same, and one of them is kept.
+  for (std::size_t k = 0; k < turns.size(); k += 2) {
+    correlator.correlate(turns[k], turns[std::min(k + 1, turns.size() - 1)], found);
+  }
+  return found;
+}
+
 Hypotheses Search::run() {
   Hypotheses out;
   if (marks_.empty() || fine_.cells().empty()) return out;
-  std::vector<Place> found;
-  Correlator correlator(coarse_, coarse_marks_, coarse_m_);
-  const std::vector<double> turns = yaws();
-  for (std::size_t k = 0; k + 1 < turns.size(); k += 2) {
-    correlator.correlate(turns[k], turns[k + 1], found);
-  }
-  std::erase_if(found, [&](const Place& p) { return !allowed(p, 0.5); });
+  std::vector<Place> found = coarse_peaks();
+  std::erase_if(found, [&](const Place& p) { return !allowed(p, kMore); });
   std::vector<Place> peaks = distinct(std::move(found));
   for (Place& p : peaks) {
     refine(fine_, marks_, s_.cell_m, s_.yaw_step_deg * kTurn / 360.0, p);

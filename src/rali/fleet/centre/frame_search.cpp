@@ -1,11 +1,14 @@
 #include "rali/fleet/centre/frame_search.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "rali/fleet/centre/path_frames.hpp"
 #include "rali/fleet/centre/scan_evidence.hpp"
 #include "rali/fleet/centre/sight_lines.hpp"
+#include "rali/fleet/centre/start_between.hpp"
 
 namespace rali::fleet {
 
@@ -57,6 +60,8 @@ class FrameSearch {
 
   void gather(const std::vector<StartPrior>& starts, int tries);
   bool look_by_start(const StartPrior& start);
+  [[nodiscard]] std::optional<StartPrior> start_of(std::size_t a, std::size_t b) const;
+  Fit look_near(const StartPrior& start);
   Fit look(std::vector<LoopCandidate> candidates);
   [[nodiscard]] bool doubt(const FleetFrames& frames, JointRanges& ranges) const;
 
@@ -70,6 +75,7 @@ class FrameSearch {
   FrameSolver evidence_;  ///< all but the ranges
   std::vector<LoopFound> seen_;
   std::vector<ContradictedStart> contradicted_;
+  std::vector<GivenStart> holding_;  ///< start poses that nothing contradicts
   int groups_ = 0;
 };
 
@@ -86,17 +92,22 @@ FrameSearch::Fit FrameSearch::look(std::vector<LoopCandidate> candidates) {
   return fit;
 }
 
-/// The start pose is evidence, unless the scans contradict it: it says where both vehicles see the
-/// same, and nowhere they do. One that is merely not confirmed holds: it needs no second opinion.
-/// @return whether it holds
-bool FrameSearch::look_by_start(const StartPrior& start) {
+/// Compares what both should see by a start pose.
+FrameSearch::Fit FrameSearch::look_near(const StartPrior& start) {
   std::vector<LoopCandidate> near =
       near_candidates(submaps_,
                       guess_from_start(paths_, submaps_, start.relative_to, start.path,
                                        start.T_relative_path, start.sigma_m, start.sigma_rad),
                       settings_.places.near, settings_.loops);
   near.resize(std::min(near.size(), static_cast<std::size_t>(settings_.loops.blind_tries)));
-  const Fit fit = look(std::move(near));
+  return look(std::move(near));
+}
+
+/// The start pose is evidence, unless the scans contradict it: it says where both vehicles see the
+/// same, and nowhere they do. One that is merely not confirmed holds: it needs no second opinion.
+/// @return whether it holds
+bool FrameSearch::look_by_start(const StartPrior& start) {
+  const Fit fit = look_near(start);
   const int limit = settings_.init.prior.contradicted_by;
   if (limit > 0 && fit.found == 0 && fit.contradicted >= limit) {
     contradicted_.push_back({start.relative_to, start.path, fit.contradicted});
@@ -104,16 +115,34 @@ bool FrameSearch::look_by_start(const StartPrior& start) {
   }
   add_start(paths_[start.relative_to], paths_[start.path], start.T_relative_path, start.sigma_m,
             start.sigma_rad, settings_.init, evidence_);
+  holding_.push_back({.relative_to = paths_[start.relative_to].vehicle(),
+                      .vehicle = paths_[start.path].vehicle(),
+                      .T_relative_vehicle = start.T_relative_path,
+                      .sigma_m = start.sigma_m,
+                      .sigma_rad = start.sigma_rad});
   return true;
 }
 
+/// Where path b starts as seen from a, by a chain of start poses that hold.
+std::optional<StartPrior> FrameSearch::start_of(std::size_t a, std::size_t b) const {
+  const auto chain = start_between(holding_, paths_[a].vehicle(), paths_[b].vehicle());
+  if (!chain) return std::nullopt;
+  return StartPrior{a, b, chain->T_relative_vehicle, chain->sigma_m, chain->sigma_rad};
+}
+
+/// Start poses first, then the pairs that have none of their own: where a chain of start poses
+/// relates them the places that both should see, and any that look alike where these say nothing.
 void FrameSearch::gather(const std::vector<StartPrior>& starts, int tries) {
+  std::set<std::pair<std::size_t, std::size_t>> known;
+  for (const StartPrior& start : starts) {
+    const auto pair = std::minmax(start.path, start.relative_to);
+    if (!known.contains(pair) && look_by_start(start)) known.insert(pair);
+  }
   for (std::size_t b = 0; b < paths_.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
-      const auto start = std::find_if(starts.begin(), starts.end(), [&](const StartPrior& s) {
-        return std::minmax(s.path, s.relative_to) == std::minmax(a, b);
-      });
-      if (start != starts.end() && look_by_start(*start)) continue;
+      if (known.contains({a, b})) continue;
+      const std::optional<StartPrior> chain = start_of(a, b);
+      if (chain && look_near(*chain).found > 0) continue;
       look(alike_candidates(submaps_, a, b, settings_.places.descriptor, settings_.loops, tries));
     }
   }

@@ -1,5 +1,6 @@
 #include "rali/fleet/centre/frame_search.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -138,6 +139,29 @@ TEST(FrameSearch, joins_a_third_through_a_second_that_joins_late) {
   const PathFrames frames = found(paths, {}, starts, settings);
   ASSERT_EQ(frames.groups.size(), 1U);
   EXPECT_NEAR(frames.T_map_odom[2].p.x(), 24.0, 0.1);
+}
+
+// Start poses of two relative to the first say where these two see the same, too: no need to look
+// for what is alike anywhere.
+TEST(FrameSearch, compares_two_that_start_from_a_third_where_their_start_poses_tell) {
+  const world::World w = lane(7);
+  const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 30.0, world::at(-4.0, 0.0, 0.0)),
+                                          driven(w, 1, 10.0, 36.0, world::at(-10.0, 0.0, 0.0)),
+                                          driven(w, 2, 14.0, 40.0, world::at(-14.0, 0.0, 0.0))};
+  std::vector<StartPrior> starts(2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    starts[k].path = k + 1;
+    starts[k].T_relative_path = world::at(k == 0 ? 6.0 : 10.0, 0.0, 0.0);
+  }
+  SerialExecutor executor;
+  const FleetSettings settings;
+  const auto submaps = cut_into_submaps(paths, settings.cut, settings.places, executor);
+  const FoundFrames frames = find_frames(paths, submaps, {}, starts, settings, executor);
+  EXPECT_EQ(frames.solver.frames().groups.size(), 1U);
+  EXPECT_TRUE(std::any_of(frames.seen.begin(), frames.seen.end(), [&](const LoopFound& f) {
+    return submaps[f.candidate.target].path == 1 && submaps[f.candidate.source].path == 2;
+  }));
+  for (const LoopFound& f : frames.seen) EXPECT_TRUE(f.candidate.guess.has_value());
 }
 
 // Over the opening that both have driven through is wall: their radios hear each other through it.
