@@ -1,4 +1,5 @@
 // Veto of a loop by the graph without loops (algorithms_fleet 8.4).
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,15 +19,21 @@ namespace {
 using Eigen::MatrixXd;
 using geometry::Mat6;
 
+/// Where a loop turns nothing by more, the rise that the curvature predicts is none too small: a
+/// robust loss rises more slowly than the parabola that it was weighed by, and what turning moves
+/// by its square is 2 cm at 100 m.
+constexpr double kStraight_rad = 0.02;
+
 /// The graph without loops at its minimum, factored once for all the loops that are asked about.
 class LoopJudge {
  public:
   LoopJudge(const Window& window, const GraphSettings& settings, StopFlag stop);
 
-  [[nodiscard]] LoopVerdict verdict(const RelativePoseFactor& loop);
+  /// May be called at the same time for several loops.
+  [[nodiscard]] LoopVerdict verdict(const RelativePoseFactor& loop) const;
 
  private:
-  [[nodiscard]] std::optional<double> cost_with(const RelativeTerm& loop, double rise_enough);
+  [[nodiscard]] double cost_with(const RelativeTerm& loop, double rise_enough) const;
   [[nodiscard]] double cost_anew(const RelativeTerm& loop) const;
 
   const GraphSettings& settings_;
@@ -36,6 +43,49 @@ class LoopJudge {
   double cost_ = 0.0;
   bool factored_ = false;
 };
+
+/// Steps from the graph's minimum towards the one with a loop: with the curvature that the graph
+/// has without it and the loop's own on top (Woodbury).
+class StepsWithLoop {
+ public:
+  StepsWithLoop(Window graph, const RelativeTerm& loop, double huber_sd)
+      : graph_(std::move(graph)), loop_(loop), huber_sd_(huber_sd) {
+    look();
+  }
+
+  [[nodiscard]] double cost() const { return slope_.cost + rows_.cost; }
+
+  [[nodiscard]] const Window& graph() const { return graph_; }
+
+  /// @param equations factored, of this graph without the loop  @return by how much the cost fell
+  double step(const NormalEquations& equations);
+
+ private:
+  void look() {
+    slope_ = NormalEquations::slope(graph_, huber_sd_);
+    linearise(graph_, loop_, rows_);
+  }
+
+  Window graph_;
+  const RelativeTerm& loop_;
+  double huber_sd_;
+  NormalEquations::Slope slope_;
+  LinearFactor rows_;
+};
+
+double StepsWithLoop::step(const NormalEquations& equations) {
+  const double before = cost();
+  const MatrixXd Jt = equations.right_of(rows_);
+  MatrixXd right(Jt.rows(), Jt.cols() + 1);
+  right << Jt, slope_.gradient + Jt * rows_.r;
+  const MatrixXd solved = equations.solve(right);
+  const auto V = solved.leftCols(Jt.cols());
+  const Eigen::VectorXd y = solved.rightCols<1>();
+  const MatrixXd S = MatrixXd::Identity(Jt.cols(), Jt.cols()) + Jt.transpose() * V;
+  graph_.move(V * S.ldlt().solve(Jt.transpose() * y) - y);
+  look();
+  return before - cost();
+}
 
 Window without_loops(Window window) {
   window.loops.clear();
@@ -53,9 +103,19 @@ LoopJudge::LoopJudge(const Window& window, const GraphSettings& settings, StopFl
   factored_ = factorise_with_floor(equations_);
 }
 
+/// The farthest that a step turns a node [rad].
+double farthest_rad(const Window& window, const Eigen::VectorXd& step) {
+  double farthest = 0.0;
+  for (const KeyframeNode& node : window.keyframes) {
+    if (node.fixed) continue;
+    farthest = std::max(farthest, step.segment<3>(window.column(node.seq) + kTheta).norm());
+  }
+  return farthest;
+}
+
 // e'(J P J' + R)^-1 e, with residual and J divided by sigma: then R is 1 in the directions that the
 // loop claims, and the others are zero in e and J and add nothing.
-LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) {
+LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) const {
   const RelativeTerm term = with_root(graph_, loop);
   RelativeTerm plain = term;
   plain.root.setIdentity();
@@ -69,54 +129,54 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) {
     verdict.covariance.diagonal().setConstant(std::numeric_limits<double>::infinity());
     return verdict;
   }
-  verdict.covariance = equations_.covariance(rows);
+  const MatrixXd Jt = equations_.right_of(rows);
+  const MatrixXd V = equations_.solve(Jt);
+  const MatrixXd P = Jt.transpose() * V;
+  verdict.covariance = 0.5 * (P + P.transpose());
   const geometry::Vec6 e = term.root * rows.r;
   const Mat6 S = term.root * verdict.covariance * term.root.transpose() + Mat6::Identity();
-  verdict.chi2 = S.allFinite() ? e.dot(S.ldlt().solve(e)) : 0.0;
-  if (verdict.chi2 >= settings_.veto_exact_from && verdict.chi2 <= settings_.veto_exact_to) {
-    const std::optional<double> with = cost_with(term, 0.5 * loop_chi2_veto(verdict.dof));
-    verdict.chi2 = 2.0 * ((with ? *with : cost_anew(term)) - cost_);
-    verdict.exact = true;
+  if (!S.allFinite()) return verdict;
+  const geometry::Vec6 weighted = S.ldlt().solve(e);
+  verdict.chi2 = e.dot(weighted);
+  if (verdict.chi2 < settings_.veto_exact_from || verdict.chi2 > settings_.veto_exact_to) {
+    return verdict;
   }
+  const Eigen::VectorXd step = -V * (term.root.transpose() * weighted);
+  if (!verdict.vetoed() && farthest_rad(graph_, step) < kStraight_rad) return verdict;
+  verdict.chi2 = 2.0 * (cost_with(term, 0.5 * loop_chi2_veto(verdict.dof)) - cost_);
+  verdict.exact = true;
   return verdict;
 }
 
-/// The minimum with the loop, by steps with the curvature that the graph has without it and the
-/// loop's own on top (Woodbury): the loop moves things by their doubt, and over that the curvature
-/// is nearly the same. A factorisation for each loop would take nearly all the time of a long
-/// mission.
+/// The minimum with the loop. The loop moves things by their doubt, and over that the curvature is
+/// nearly the same: the factorisation that is there serves, as one for each loop would take nearly
+/// all the time of a long mission. Only where such steps do not come to rest it is made anew, for
+/// the same pattern.
 /// @param rise_enough where the cost has risen by no more than this the minimum has not either, and
 /// need not be found
-/// @return nothing where these steps do not come to rest
-std::optional<double> LoopJudge::cost_with(const RelativeTerm& loop, double rise_enough) {
-  constexpr int kStepsMax = 20;
+double LoopJudge::cost_with(const RelativeTerm& loop, double rise_enough) const {
+  constexpr int kStepsMax = 20, kAnewMax = 8;
   constexpr double kFallMin = 1e-3;  // chi2 to a hundredth of what decides
-  SavedValues minimum;
-  minimum.save(graph_);
-  Eigen::VectorXd gradient = equations_.gradient();
-  LinearFactor rows;
-  linearise(graph_, loop, rows);
-  double cost = cost_ + rows.cost;
-  std::optional<double> rest;
-  for (int k = 0; k < kStepsMax && !rest; ++k) {
-    const MatrixXd Jt = equations_.right_of(rows);
-    MatrixXd right(Jt.rows(), Jt.cols() + 1);
-    right << Jt, gradient + Jt * rows.r;
-    const MatrixXd solved = equations_.solve(right);
-    const auto V = solved.leftCols(Jt.cols());
-    const Eigen::VectorXd y = solved.rightCols<1>();
-    const MatrixXd S = MatrixXd::Identity(Jt.cols(), Jt.cols()) + Jt.transpose() * V;
-    graph_.move(V * S.ldlt().solve(Jt.transpose() * y) - y);
-    const NormalEquations::Slope slope = equations_.slope(graph_, settings_.huber_sd);
-    linearise(graph_, loop, rows);
-    const double fall = cost - (slope.cost + rows.cost);
-    if (!(fall >= -kFallMin)) break;
-    cost -= fall;
-    gradient = slope.gradient;
-    if (fall <= kFallMin || cost - cost_ <= rise_enough) rest = cost;
+  StepsWithLoop steps(graph_, loop, settings_.huber_sd);
+  const auto rests = [&](double fall) {
+    return std::abs(fall) <= kFallMin || steps.cost() - cost_ <= rise_enough;
+  };
+  double fall = 0.0;
+  for (int k = 0; k < kStepsMax && fall >= -kFallMin; ++k) {
+    // The first step leaves the valley where stiff factors bend it; the next one mends that.
+    fall = steps.step(equations_);
+    if (rests(fall)) return steps.cost();
+    if (k == 0) fall = 0.0;
   }
-  minimum.restore(graph_);
-  return rest;
+  NormalEquations equations = equations_;
+  fall = 0.0;
+  for (int k = 0; k < kAnewMax && fall >= -kFallMin; ++k) {
+    equations.relinearise(steps.graph(), settings_.huber_sd);
+    if (!factorise_with_floor(equations)) break;
+    fall = steps.step(equations);
+    if (rests(fall)) return steps.cost();
+  }
+  return cost_anew(loop);
 }
 
 double LoopJudge::cost_anew(const RelativeTerm& loop) const {
@@ -129,13 +189,14 @@ double LoopJudge::cost_anew(const RelativeTerm& loop) const {
 }  // namespace
 
 std::vector<LoopVerdict> judge_loops(const Window& window, const GraphSettings& settings,
-                                     const std::vector<RelativePoseFactor>& loops, StopFlag stop) {
-  std::vector<LoopVerdict> verdicts;
+                                     const std::vector<RelativePoseFactor>& loops,
+                                     Executor& executor, StopFlag stop) {
+  std::vector<LoopVerdict> verdicts(loops.size());
   if (loops.empty()) return verdicts;
-  LoopJudge judge(window, settings, stop);
-  for (const RelativePoseFactor& loop : loops) {
-    verdicts.push_back(stop.raised() ? LoopVerdict{} : judge.verdict(loop));
-  }
+  const LoopJudge judge(window, settings, stop);
+  executor.for_blocks(loops.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+    if (!stop.raised()) verdicts[k] = judge.verdict(loops[k]);
+  });
   return verdicts;
 }
 

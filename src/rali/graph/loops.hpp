@@ -1,5 +1,6 @@
 #pragma once
 
+#include "rali/base/executor.hpp"
 #include "rali/base/stop_flag.hpp"
 #include "rali/graph/levenberg_marquardt.hpp"
 #include "rali/graph/normal_equations.hpp"
@@ -29,8 +30,8 @@ SolveReport solve_with_guard(Window& window, const GraphSettings& settings, Stop
 
 /// How a loop fits to a graph that does not contain it.
 struct LoopVerdict {
-  /// By which the graph's minimum would rise, doubled cost; where it was tried and is no veto, this
-  /// is no less.
+  /// By which the graph's minimum would rise, doubled cost; where it is no veto, this is no less,
+  /// but for a few hundredths where it was not tried.
   double chi2 = 0.0;
   int dof = 0;         ///< directions that the loop claims
   bool exact = false;  ///< found by solving with the loop, not predicted
@@ -46,6 +47,6 @@ struct LoopVerdict {
 [[nodiscard]] std::vector<LoopVerdict> judge_loops(const Window& window,
                                                    const GraphSettings& settings,
                                                    const std::vector<RelativePoseFactor>& loops,
-                                                   StopFlag stop = {});
+                                                   Executor& executor, StopFlag stop = {});
 
 }  // namespace rali::graph

@@ -154,8 +154,8 @@ class PoseGraph {
   /// Judges each candidate against the graph without any loop, in the directions it claims
   /// (algorithms_fleet 8.4). The graph is solved without loops, from the present values; it keeps
   /// what it has. What lies in the settings' band is tried in the graph.
-  [[nodiscard]] std::vector<LoopVerdict> judge(
-      const std::vector<RelativePoseFactor>& candidates) const;
+  [[nodiscard]] std::vector<LoopVerdict> judge(const std::vector<RelativePoseFactor>& candidates,
+                                               Executor& executor) const;
 
  private:
   Seq add_node(const KeyframeState& x, int dim);

@@ -87,8 +87,9 @@ RangePrediction PoseGraph::predict(const RangeFactor& factor) {
   return {row.r(0) + factor.range_m, marginals().covariance(row)(0, 0)};
 }
 
-std::vector<LoopVerdict> PoseGraph::judge(const std::vector<RelativePoseFactor>& candidates) const {
-  return judge_loops(window(), settings_, candidates, stop_);
+std::vector<LoopVerdict> PoseGraph::judge(const std::vector<RelativePoseFactor>& candidates,
+                                          Executor& executor) const {
+  return judge_loops(window(), settings_, candidates, executor, stop_);
 }
 
 }  // namespace rali::graph

@@ -44,7 +44,8 @@ struct GraphSettings {
     v("guard_iterations", guard_iterations, 1, 100, "Levenberg-Marquardt steps between");
     v("gnc_factor", gnc_factor, 1.01, 10.0, "by which gnc sharpens its switch each time");
     v("veto_exact_from", veto_exact_from, 0.0, 1e6,
-      "chi2 from which a loop is tried in the graph and not only predicted");
+      "predicted chi2 from which a loop that would be refused, or turns paths far, is tried in the "
+      "graph");
     v("veto_exact_to", veto_exact_to, 0.0, 1e6, "and up to which; beyond it is wrong anyway");
   }
 };

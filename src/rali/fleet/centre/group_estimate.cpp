@@ -88,7 +88,7 @@ class Group {
   [[nodiscard]] LoopVerdict verdict_of(const Loop& loop) const;
   bool look_once(Executor& executor);
   void note(const LoopFound& found);
-  void judge(const std::vector<LoopMemory::Pair>& pairs);
+  void judge(const std::vector<LoopMemory::Pair>& pairs, Executor& executor);
   [[nodiscard]] Time time_of(KeyframeId keyframe) const;
   void tell_paths(std::size_t group, FleetEstimate& out);
   void tell_loops(FleetEstimate& out);
@@ -208,7 +208,7 @@ void Group::close_loops(Executor& executor) {
     if (!memory_.of_frames.contains(pair)) known.push_back(pair);
   }
   if (!known.empty()) {
-    judge(known);
+    judge(known, executor);
     if (!joint_.graph().loops().empty()) joint_.solve();
   }
   for (int pass = 0; pass < in_.settings.loops.passes && !in_.stop.raised(); ++pass) {
@@ -239,7 +239,7 @@ bool Group::look_once(Executor& executor) {
     fresh.emplace_back(loop.from, loop.to);
     memory_.loops[fresh.back()] = loop;
   }
-  judge(fresh);
+  judge(fresh, executor);
   return true;
 }
 
@@ -259,7 +259,7 @@ void Group::note(const LoopFound& found) {
 
 /// Each on its own against paths and ranges, before any may speak for another (the veto of 8.4).
 /// Those of other groups, or of nodes before the boundary, are passed over.
-void Group::judge(const std::vector<LoopMemory::Pair>& pairs) {
+void Group::judge(const std::vector<LoopMemory::Pair>& pairs, Executor& executor) {
   std::vector<graph::RelativePoseFactor> asked;
   std::vector<const Loop*> loops;
   const std::size_t first = loops_.size();
@@ -271,7 +271,7 @@ void Group::judge(const std::vector<LoopMemory::Pair>& pairs) {
     loops.push_back(&loop);
     loops_.push_back(verdict_of(loop));
   }
-  const std::vector<graph::LoopVerdict> judged = joint_.graph().judge(asked);
+  const std::vector<graph::LoopVerdict> judged = joint_.graph().judge(asked, executor);
   for (std::size_t k = 0; k < judged.size(); ++k) {
     LoopVerdict& verdict = loops_[first + k];
     const Vec3 shift_m = judged[k].T_i_j.p - verdict.T_from_to.p;
