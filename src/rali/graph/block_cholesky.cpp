@@ -151,12 +151,15 @@ MatrixXd BlockCholesky::permuted(const MatrixXd& x, bool back) const {
   return y;
 }
 
+/// A front whose right sides are zero leaves all as it is: of a right side with few rows that are
+/// not, only the way from these to the root is gone.
 void BlockCholesky::forward(MatrixXd& x) const {
   const std::size_t end = plan_.supernodes.size() - (keep_last_ ? 1 : 0);
   for (std::size_t s = 0; s < end; ++s) {
     const Supernode& front = plan_.supernodes[s];
     const int p = front.pivot_size();
     auto pivots = x.middleRows(first_at_[at(front.first)], p);
+    if ((pivots.array() == 0.0).all()) continue;
     panels_[s].topRows(p).triangularView<Eigen::Lower>().solveInPlace(pivots);
     if (front.size() == p) continue;
     const MatrixXd moved = panels_[s].bottomRows(front.size() - p) * pivots;
@@ -168,19 +171,48 @@ void BlockCholesky::forward(MatrixXd& x) const {
   }
 }
 
-void BlockCholesky::backward(MatrixXd& x) const {
-  for (std::size_t s = plan_.supernodes.size(); s-- > 0;) {
-    const Supernode& front = plan_.supernodes[s];
-    const int p = front.pivot_size();
-    auto pivots = x.middleRows(first_at_[at(front.first)], p);
-    MatrixXd below(front.size() - p, x.cols());
-    for (std::size_t r = at(front.pivots); r < front.rows.size(); ++r) {
-      const int dim = front.offsets[r + 1] - front.offsets[r];
-      below.middleRows(front.offsets[r] - p, dim) = x.middleRows(first_at_[at(front.rows[r])], dim);
-    }
-    pivots.noalias() -= panels_[s].bottomRows(front.size() - p).transpose() * below;
-    panels_[s].topRows(p).triangularView<Eigen::Lower>().transpose().solveInPlace(pivots);
+void BlockCholesky::backward_front(std::size_t s, MatrixXd& x) const {
+  const Supernode& front = plan_.supernodes[s];
+  const int p = front.pivot_size();
+  auto pivots = x.middleRows(first_at_[at(front.first)], p);
+  MatrixXd below(front.size() - p, x.cols());
+  for (std::size_t r = at(front.pivots); r < front.rows.size(); ++r) {
+    const int dim = front.offsets[r + 1] - front.offsets[r];
+    below.middleRows(front.offsets[r] - p, dim) = x.middleRows(first_at_[at(front.rows[r])], dim);
   }
+  pivots.noalias() -= panels_[s].bottomRows(front.size() - p).transpose() * below;
+  panels_[s].topRows(p).triangularView<Eigen::Lower>().transpose().solveInPlace(pivots);
+}
+
+void BlockCholesky::backward(MatrixXd& x) const {
+  for (std::size_t s = plan_.supernodes.size(); s-- > 0;) backward_front(s, x);
+}
+
+BlockCholesky::PartialSolution::PartialSolution(const BlockCholesky& factor, const MatrixXd& right)
+    : factor_(factor),
+      x_(factor.permuted(right, false)),
+      done_(factor.plan_.supernodes.size(), false) {
+  RALI_ASSERT(!factor.keep_last_);
+  factor.forward(x_);
+}
+
+/// A front needs those above it alone.
+MatrixXd BlockCholesky::PartialSolution::of(int variable) {
+  const Elimination& plan = factor_.plan_;
+  const int position = plan.position[at(variable)];
+  std::vector<int> open;
+  for (int s = plan.supernode_at[at(position)]; s >= 0 && !done_[at(s)];
+       s = plan.supernodes[at(s)].parent) {
+    open.push_back(s);
+  }
+  for (auto s = open.rbegin(); s != open.rend(); ++s) {
+    factor_.backward_front(at(*s), x_);
+    done_[at(*s)] = true;
+  }
+  const Supernode& front = plan.supernodes[at(plan.supernode_at[at(position)])];
+  const int k = position - front.first;
+  return x_.middleRows(factor_.first_at_[at(position)],
+                       front.offsets[at(k + 1)] - front.offsets[at(k)]);
 }
 
 MatrixXd BlockCholesky::solve(const MatrixXd& right) const {

@@ -21,6 +21,21 @@ class BlockCholesky {
   /// One or more right sides, each a column in the order of the matrix. Not with `keep_last`.
   [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
 
+  /// A solution of which few blocks are asked for: the others are not worked out. The factor must
+  /// stay as it is.
+  class PartialSolution {
+   public:
+    PartialSolution(const BlockCholesky& factor, const Eigen::MatrixXd& right);
+
+    /// The rows of one variable, as solve() has them.
+    [[nodiscard]] Eigen::MatrixXd of(int variable);
+
+   private:
+    const BlockCholesky& factor_;
+    Eigen::MatrixXd x_;       ///< in elimination order; final in the fronts that are done
+    std::vector<bool> done_;  ///< by front
+  };
+
   /// With `keep_last`: what is left of the matrix for the last variables, in their order.
   [[nodiscard]] const Eigen::MatrixXd& schur() const { return schur_; }
 
@@ -49,6 +64,7 @@ class BlockCholesky {
                 Eigen::MatrixXd& front);
   void forward(Eigen::MatrixXd& x) const;
   void backward(Eigen::MatrixXd& x) const;
+  void backward_front(std::size_t s, Eigen::MatrixXd& x) const;
   [[nodiscard]] Eigen::MatrixXd permuted(const Eigen::MatrixXd& x, bool back) const;
 
   Elimination plan_;

@@ -71,6 +71,23 @@ TEST(block_cholesky, damps_the_diagonal_and_nothing_else) {
   EXPECT_LT((damped * cholesky.solve(b) - b).norm(), 1e-10);
 }
 
+TEST(block_cholesky, solves_for_the_rows_that_are_asked_for_as_for_all) {
+  Rng rng(6, "partial");
+  const Sample s = sample(60, rng);
+  BlockCholesky cholesky(s.blocks, {58, 59});
+  ASSERT_TRUE(cholesky.factorise(s.blocks, 0.0, 0.0));
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(s.dense.rows(), 3);
+  right.middleRows(7, 3) = right_sides(3, 3, rng);
+  const Eigen::MatrixXd whole = cholesky.solve(right);
+  EXPECT_LT((s.dense * whole - right).norm(), 1e-10);
+  BlockCholesky::PartialSolution partial(cholesky, right);
+  for (const int v : {59, 3, 3, 40, 0, 17}) {
+    int first = 0;
+    for (int k = 0; k < v; ++k) first += s.blocks.dim(k);
+    EXPECT_EQ(partial.of(v), whole.middleRows(first, s.blocks.dim(v))) << v;
+  }
+}
+
 TEST(block_cholesky, gives_the_diagonal_of_the_inverse_without_inverting) {
   Rng rng(3, "inverse");
   const Sample s = sample(60, rng);

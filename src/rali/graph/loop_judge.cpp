@@ -129,10 +129,7 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) const {
     verdict.covariance.diagonal().setConstant(std::numeric_limits<double>::infinity());
     return verdict;
   }
-  const MatrixXd Jt = equations_.right_of(rows);
-  const MatrixXd V = equations_.solve(Jt);
-  const MatrixXd P = Jt.transpose() * V;
-  verdict.covariance = 0.5 * (P + P.transpose());
+  verdict.covariance = equations_.covariance(rows);
   const geometry::Vec6 e = term.root * rows.r;
   const Mat6 S = term.root * verdict.covariance * term.root.transpose() + Mat6::Identity();
   if (!S.allFinite()) return verdict;
@@ -141,7 +138,8 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) const {
   if (verdict.chi2 < settings_.veto_exact_from || verdict.chi2 > settings_.veto_exact_to) {
     return verdict;
   }
-  const Eigen::VectorXd step = -V * (term.root.transpose() * weighted);
+  const Eigen::VectorXd step =
+      -equations_.solve(equations_.right_of(rows) * (term.root.transpose() * weighted));
   if (!verdict.vetoed() && farthest_rad(graph_, step) < kStraight_rad) return verdict;
   verdict.chi2 = 2.0 * (cost_with(term, 0.5 * loop_chi2_veto(verdict.dof)) - cost_);
   verdict.exact = true;

@@ -27,30 +27,26 @@ Marginals::Marginals(const Window& window, double huber_sd) : equations_(window,
   solved_ = factorise_with_floor(equations_);
 }
 
-/// Whole columns of the covariance.
-Eigen::MatrixXd Marginals::solutions(const std::vector<int>& columns) const {
+Eigen::MatrixXd Marginals::unit_columns(const std::vector<int>& columns) const {
   const auto n = static_cast<Eigen::Index>(columns.size());
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(equations_.gradient().size(), n);
   for (Eigen::Index c = 0; c < n; ++c) right(columns[static_cast<std::size_t>(c)], c) = 1.0;
-  return equations_.solve(right);
+  return right;
 }
 
 Eigen::MatrixXd Marginals::covariance(const std::vector<int>& columns) const {
   if (!solved_) return infinite(static_cast<Eigen::Index>(columns.size()));
-  const Eigen::MatrixXd P = rows_of(solutions(columns), columns);
+  const Eigen::MatrixXd P = rows_of(equations_.solve(unit_columns(columns)), columns);
   return 0.5 * (P + P.transpose());
 }
 
-Eigen::MatrixXd Marginals::between(const std::vector<int>& a, const std::vector<int>& b) {
-  if (!solved_) {
-    return Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(a.size()),
-                                 static_cast<Eigen::Index>(b.size()));
-  }
+Eigen::MatrixXd Marginals::between(int a, const std::vector<int>& b) {
+  if (!solved_) return Eigen::MatrixXd::Zero(own(a).rows(), static_cast<Eigen::Index>(b.size()));
   if (b != last_b_) {
-    of_last_b_ = solutions(b);
+    of_last_b_.emplace(equations_.cholesky(), unit_columns(b));
     last_b_ = b;
   }
-  return rows_of(of_last_b_, a);
+  return of_last_b_->of(equations_.variable_at(a));
 }
 
 const Eigen::MatrixXd& Marginals::own(int column) {

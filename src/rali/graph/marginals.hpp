@@ -13,6 +13,8 @@ namespace rali::graph {
 class Marginals {
  public:
   Marginals(const Window& window, double huber_sd);
+  Marginals(const Marginals&) = delete;  // the solution refers to the factor
+  Marginals& operator=(const Marginals&) = delete;
 
   /// Rows and columns of the covariance for these columns of the window, in their order.
   [[nodiscard]] Eigen::MatrixXd covariance(const std::vector<int>& columns) const;
@@ -20,9 +22,10 @@ class Marginals {
   /// J P J^T of a factor's rows.
   [[nodiscard]] Eigen::MatrixXd covariance(const LinearFactor& rows) const;
 
-  /// Covariance of the unknowns `a` (rows) with those of `b` (columns). The solution for `b` is
-  /// kept for the next question: whoever asks for many pairs asks for all of one `b` in a row.
-  [[nodiscard]] Eigen::MatrixXd between(const std::vector<int>& a, const std::vector<int>& b);
+  /// Covariance of the keyframe or global whose first column is `a` (rows) with the unknowns `b`
+  /// (columns). The solution for `b` is kept for the next question: whoever asks for many pairs
+  /// asks for all of one `b` in a row.
+  [[nodiscard]] Eigen::MatrixXd between(int a, const std::vector<int>& b);
 
   /// Own block of the keyframe or global whose first column this is; the first question works out
   /// those of all.
@@ -31,12 +34,12 @@ class Marginals {
  private:
   /// Own block of each free keyframe and then of each global, all at once.
   [[nodiscard]] const std::vector<Eigen::MatrixXd>& diagonal();
-  [[nodiscard]] Eigen::MatrixXd solutions(const std::vector<int>& columns) const;
+  [[nodiscard]] Eigen::MatrixXd unit_columns(const std::vector<int>& columns) const;
 
   NormalEquations equations_;
   bool solved_ = false;
   std::vector<int> last_b_;
-  Eigen::MatrixXd of_last_b_;
+  std::optional<BlockCholesky::PartialSolution> of_last_b_;
   std::optional<std::vector<Eigen::MatrixXd>> diagonal_;
 };
 

@@ -149,8 +149,15 @@ Eigen::MatrixXd NormalEquations::right_of(const LinearFactor& factor) const {
 }
 
 Eigen::MatrixXd NormalEquations::covariance(const LinearFactor& factor) const {
-  const Eigen::MatrixXd right = right_of(factor);
-  const Eigen::MatrixXd P = right.transpose() * solve(right);
+  BlockCholesky::PartialSolution solution(cholesky_, right_of(factor));
+  const Eigen::Index rows = factor.r.size();
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(rows, rows);
+  for (int b = 0; b < factor.block_count; ++b) {
+    const auto& block = factor.blocks[at(b)];
+    if (block.column < 0) continue;
+    P += factor.J.middleCols(block.local, block.dim) *
+         solution.of(variable_at(block.column)).topRows(block.dim);
+  }
   return 0.5 * (P + P.transpose());
 }
 

@@ -55,7 +55,7 @@ Eigen::Matrix<double, 12, 12> PoseGraph::covariance(Seq a, Seq b) {
   if (!of_a.empty()) P.topLeftCorner<6, 6>() = own(of_a.front());
   if (!of_b.empty()) P.bottomRightCorner<6, 6>() = own(of_b.front());
   if (of_a.empty() || of_b.empty()) return P;
-  P.topRightCorner<6, 6>() = marginals().between(of_a, of_b);
+  P.topRightCorner<6, 6>() = marginals().between(of_a.front(), of_b).topRows<6>();
   P.bottomLeftCorner<6, 6>() = P.topRightCorner<6, 6>().transpose();
   return P;
 }

@@ -1,10 +1,12 @@
 #include "rali/places/correlator.hpp"
 
 #include <algorithm>
-#include <random>
+#include <cmath>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "rali/base/rng.hpp"
 
 namespace rali::places {
 namespace {
@@ -15,7 +17,7 @@ constexpr double kCell_m = 0.4;
 
 /// An L of two walls with clutter: marks in the middle of cells, as marks_of() gives them.
 std::vector<Mark> marks(std::uint64_t seed) {
-  std::mt19937_64 rng(seed);
+  Rng rng(seed, "marks");
   std::vector<Mark> out;
   const auto add = [&](int x, int y) {
     out.push_back(
@@ -24,7 +26,7 @@ std::vector<Mark> marks(std::uint64_t seed) {
   for (int k = -20; k < 20; ++k) add(k, 8);
   for (int k = -6; k < 8; ++k) add(20, k);
   for (int k = 0; k < 30; ++k) {
-    add(static_cast<int>(rng() % 30) - 15, static_cast<int>(rng() % 20) - 10);
+    add(static_cast<int>(rng.below(30)) - 15, static_cast<int>(rng.below(20)) - 10);
   }
   return out;
 }
