@@ -15,13 +15,14 @@ using geometry::Vec2;
 
 constexpr double kCell_m = 0.4;
 
-/// An L of two walls with clutter: marks in the middle of cells, as marks_of() gives them.
+/// An L of two walls with clutter: marks in the middle of cells, as marks_of() gives them. No two
+/// weigh the same: of neighbours that are equal rounding would say which is the peak.
 std::vector<Mark> marks(std::uint64_t seed) {
   Rng rng(seed, "marks");
   std::vector<Mark> out;
   const auto add = [&](int x, int y) {
-    out.push_back(
-        {static_cast<float>((x + 0.5) * kCell_m), static_cast<float>((y + 0.5) * kCell_m), 1.0F});
+    out.push_back({static_cast<float>((x + 0.5) * kCell_m), static_cast<float>((y + 0.5) * kCell_m),
+                   static_cast<float>(rng.uniform(0.5, 1.0))});
   };
   for (int k = -20; k < 20; ++k) add(k, 8);
   for (int k = -6; k < 8; ++k) add(20, k);
@@ -54,8 +55,7 @@ TEST(CorrelateWithin, finds_the_peaks_that_the_transform_finds_there) {
         if (!inside(window, p.shift_m)) continue;
         EXPECT_TRUE(std::any_of(near.begin(), near.end(),
                                 [&](const Place& q) {
-                                  // Of neighbours that are equal rounding says which is the peak.
-                                  return (p.shift_m - q.shift_m).norm() < 1.5 * kCell_m &&
+                                  return (p.shift_m - q.shift_m).norm() < 1e-6 &&
                                          std::abs(p.correlation - q.correlation) < 1e-4;
                                 }))
             << "seed " << seed << ", yaw " << yaw_rad << " at " << p.shift_m.transpose();
@@ -72,7 +72,7 @@ TEST(CorrelateWithin, has_the_marks_own_place_as_its_best_peak) {
   ASSERT_FALSE(near.empty());
   // Shifts are whole cells, and marks are rounded to one: half a cell aside is as near as it gets.
   EXPECT_LT(near.front().shift_m.norm(), kCell_m);
-  EXPECT_GT(near.front().correlation, 0.8);
+  EXPECT_GT(near.front().correlation, 0.6);
 }
 
 TEST(CorrelateWithin, finds_nothing_where_the_window_is_beside_the_picture) {
