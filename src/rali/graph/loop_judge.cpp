@@ -138,18 +138,20 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) const {
   if (verdict.chi2 < settings_.veto_exact_from || verdict.chi2 > settings_.veto_exact_to) {
     return verdict;
   }
-  const Eigen::VectorXd step =
-      -equations_.solve(equations_.right_of(rows) * (term.root.transpose() * weighted));
-  if (!verdict.vetoed() && farthest_rad(graph_, step) < kStraight_rad) return verdict;
+  if (!verdict.vetoed()) {
+    const Eigen::VectorXd step =
+        equations_.solve(equations_.right_of(rows) * (term.root.transpose() * weighted));
+    if (farthest_rad(graph_, step) < kStraight_rad) return verdict;
+  }
   verdict.chi2 = 2.0 * (cost_with(term, 0.5 * loop_chi2_veto(verdict.dof)) - cost_);
   verdict.exact = true;
   return verdict;
 }
 
-/// The minimum with the loop. The loop moves things by their doubt, and over that the curvature is
-/// nearly the same: the factorisation that is there serves, as one for each loop would take nearly
-/// all the time of a long mission. Only where such steps do not come to rest it is made anew, for
-/// the same pattern.
+/// The minimum with the loop. The loop moves nodes by their uncertainty, and over that the
+/// curvature is nearly the same: the factorisation that is there serves, as one for each loop would
+/// take nearly all the time of a long mission. Only where such steps do not come to rest it is made
+/// anew, for the same pattern.
 /// @param rise_enough where the cost has risen by no more than this the minimum has not either, and
 /// need not be found
 double LoopJudge::cost_with(const RelativeTerm& loop, double rise_enough) const {
@@ -159,20 +161,19 @@ double LoopJudge::cost_with(const RelativeTerm& loop, double rise_enough) const 
   const auto rests = [&](double fall) {
     return std::abs(fall) <= kFallMin || steps.cost() - cost_ <= rise_enough;
   };
-  double fall = 0.0;
-  for (int k = 0; k < kStepsMax && fall >= -kFallMin; ++k) {
-    // The first step leaves the valley where stiff factors bend it; the next one mends that.
-    fall = steps.step(equations_);
+  for (int k = 0; k < kStepsMax; ++k) {
+    const double fall = steps.step(equations_);
     if (rests(fall)) return steps.cost();
-    if (k == 0) fall = 0.0;
+    // The first step leaves the valley where stiff factors bend it; the next one mends that.
+    if (k > 0 && !(fall >= 0.0)) break;
   }
   NormalEquations equations = equations_;
-  fall = 0.0;
-  for (int k = 0; k < kAnewMax && fall >= -kFallMin; ++k) {
+  for (int k = 0; k < kAnewMax; ++k) {
     equations.relinearise(steps.graph(), settings_.huber_sd);
     if (!factorise_with_floor(equations)) break;
-    fall = steps.step(equations);
+    const double fall = steps.step(equations);
     if (rests(fall)) return steps.cost();
+    if (!(fall >= 0.0)) break;
   }
   return cost_anew(loop);
 }

@@ -31,6 +31,34 @@ std::size_t side_for(const Picture& picture, std::size_t reach) {
   return side;
 }
 
+double weight_of(std::span<const Mark> marks) {
+  double all = 0.0;
+  for (const Mark& m : marks) all += static_cast<double>(m.weight);
+  return std::max(all, 1e-9);
+}
+
+/// Turns marks: f(x, y, weight) in whole cells from the middle.
+template <class F>
+void for_turned(std::span<const Mark> marks, double cell_m, double yaw_rad, const F& f) {
+  const double c = std::cos(yaw_rad);
+  const double s = std::sin(yaw_rad);
+  for (const Mark& m : marks) {
+    const double x = static_cast<double>(m.x_m), y = static_cast<double>(m.y_m);
+    f(static_cast<int>(std::lround((c * x - s * y) / cell_m)),
+      static_cast<int>(std::lround((s * x + c * y) / cell_m)), m.weight);
+  }
+}
+
+/// Whether value(x, y) is none of its eight neighbours' to exceed.
+template <class Value>
+bool is_peak(const Value& value, int x, int y) {
+  const float v = value(x, y);
+  for (int k = 0; k < 9; ++k) {
+    if (k != 4 && !(value(x + k % 3 - 1, y + k / 3 - 1) <= v)) return false;
+  }
+  return true;
+}
+
 /// The best few in order.
 void append_best(std::vector<Place> found, std::vector<Place>& out) {
   const std::size_t keep = std::min(kPerYaw, found.size());
@@ -54,10 +82,8 @@ Correlator::Correlator(const Picture& picture, std::span<const Mark> marks, doub
       mask_(fft_.side() - 1),
       picture_(fft_.side() * fft_.side()),
       work_(fft_.side() * fft_.side()) {
-  double all = 0.0;
-  for (const Mark& m : marks) all += static_cast<double>(m.weight);
   const double n = static_cast<double>(fft_.side());
-  scale_ = 1.0 / (n * n * std::max(all, 1e-9));
+  scale_ = 1.0 / (n * n * weight_of(marks));
   for (std::size_t y = 0; y < static_cast<std::size_t>(picture.ny()); ++y) {
     for (std::size_t x = 0; x < static_cast<std::size_t>(picture.nx()); ++x) {
       picture_[(y & mask_) * fft_.side() + (x & mask_)] +=
@@ -69,19 +95,13 @@ Correlator::Correlator(const Picture& picture, std::span<const Mark> marks, doub
 
 /// Puts the turned marks around the corner of the picture, negative places at its far end.
 void Correlator::draw(double yaw_rad, bool imaginary) {
-  const double c = std::cos(yaw_rad);
-  const double s = std::sin(yaw_rad);
   const int reach = static_cast<int>(reach_);
-  for (const Mark& m : marks_) {
-    const double mx = static_cast<double>(m.x_m);
-    const double my = static_cast<double>(m.y_m);
-    const int x = static_cast<int>(std::lround((c * mx - s * my) / cell_m_));
-    const int y = static_cast<int>(std::lround((s * mx + c * my) / cell_m_));
-    if (std::abs(x) > reach || std::abs(y) > reach) continue;
+  for_turned(marks_, cell_m_, yaw_rad, [&](int x, int y, float weight) {
+    if (std::abs(x) > reach || std::abs(y) > reach) return;
     Fft2::Complex& cell = work_[(static_cast<std::size_t>(y) & mask_) * fft_.side() +
                                 (static_cast<std::size_t>(x) & mask_)];
-    cell += imaginary ? Fft2::Complex(0.0F, m.weight) : Fft2::Complex(m.weight, 0.0F);
-  }
+    cell += imaginary ? Fft2::Complex(0.0F, weight) : Fft2::Complex(weight, 0.0F);
+  });
 }
 
 void Correlator::peaks(double yaw_rad, bool imaginary, std::vector<Place>& out) const {
@@ -91,17 +111,17 @@ void Correlator::peaks(double yaw_rad, bool imaginary, std::vector<Place>& out) 
   for (std::size_t i = 0; i < work_.size(); ++i) {
     best = std::max(best, imaginary ? work_[i].imag() : work_[i].real());
   }
-  for (std::size_t y = 0; y < n; ++y) {
-    for (std::size_t x = 0; x < n; ++x) {
-      const float v = value(x, y, imaginary);
-      if (v < kPeakShare * best) continue;
-      bool peak = true;
-      for (std::size_t k = 0; k < 9 && peak; ++k) {
-        if (k != 4) peak = value(x + k % 3 + n - 1, y + k / 3 + n - 1, imaginary) <= v;
-      }
-      if (!peak) continue;
-      found.push_back({yaw_rad, low_ + cell_m_ * Vec2(cells_of(x) + 0.5, cells_of(y) + 0.5),
-                       static_cast<double>(v) * scale_});
+  const auto at = [&](int x, int y) {
+    return value(static_cast<std::size_t>(x), static_cast<std::size_t>(y), imaginary);
+  };
+  for (int y = 0; y < static_cast<int>(n); ++y) {
+    for (int x = 0; x < static_cast<int>(n); ++x) {
+      const float v = at(x, y);
+      if (v < kPeakShare * best || !is_peak(at, x, y)) continue;
+      const Vec2 cells(cells_of(static_cast<std::size_t>(x)),
+                       cells_of(static_cast<std::size_t>(y)));
+      found.push_back(
+          {yaw_rad, low_ + cell_m_ * Vec2(cells.array() + 0.5), static_cast<double>(v) * scale_});
     }
   }
   append_best(std::move(found), out);
@@ -153,8 +173,6 @@ class WindowSums {
                  static_cast<std::size_t>(x)];
   }
 
-  [[nodiscard]] bool is_peak(int x, int y) const;
-
   const Picture& picture_;
   double cell_m_;
   int x0_, y0_;  ///< shift of the first one: the cell of the picture that the middle lies on
@@ -187,20 +205,14 @@ void WindowSums::add(int mark_x, int mark_y, float weight) {
   }
 }
 
-bool WindowSums::is_peak(int x, int y) const {
-  for (int k = 0; k < 9; ++k) {
-    if (k != 4 && at(x + k % 3 - 1, y + k / 3 - 1) > at(x, y)) return false;
-  }
-  return true;
-}
-
 std::vector<Place> WindowSums::peaks(double yaw_rad, double scale) const {
   std::vector<Place> found;
   const float best = *std::max_element(sums_.begin(), sums_.end());
   if (!(best > 0.0F)) return found;
+  const auto value = [this](int x, int y) { return at(x, y); };
   for (int y = 1; y + 1 < ny_; ++y) {
     for (int x = 1; x + 1 < nx_; ++x) {
-      if (at(x, y) < kPeakShare * best || !is_peak(x, y)) continue;
+      if (at(x, y) < kPeakShare * best || !is_peak(value, x, y)) continue;
       const Vec2 shift_m = picture_.low_m() + cell_m_ * Vec2(x0_ + x + 0.5, y0_ + y + 0.5);
       found.push_back({yaw_rad, shift_m, static_cast<double>(at(x, y)) * scale});
     }
@@ -213,16 +225,8 @@ std::vector<Place> WindowSums::peaks(double yaw_rad, double scale) const {
 void correlate_within(const Picture& picture, std::span<const Mark> marks, double cell_m,
                       double yaw_rad, const ShiftWindow& window, std::vector<Place>& out) {
   WindowSums sums(picture, cell_m, window);
-  const double c = std::cos(yaw_rad);
-  const double s = std::sin(yaw_rad);
-  double all = 0.0;
-  for (const Mark& m : marks) {
-    const double x = static_cast<double>(m.x_m), y = static_cast<double>(m.y_m);
-    sums.add(static_cast<int>(std::lround((c * x - s * y) / cell_m)),
-             static_cast<int>(std::lround((s * x + c * y) / cell_m)), m.weight);
-    all += static_cast<double>(m.weight);
-  }
-  append_best(sums.peaks(yaw_rad, 1.0 / std::max(all, 1e-9)), out);
+  for_turned(marks, cell_m, yaw_rad, [&](int x, int y, float weight) { sums.add(x, y, weight); });
+  append_best(sums.peaks(yaw_rad, 1.0 / weight_of(marks)), out);
 }
 
 }  // namespace rali::places

@@ -44,6 +44,7 @@ std::vector<Place> everywhere(const Picture& picture, std::span<const Mark> of, 
 }
 
 TEST(CorrelateWithin, finds_the_peaks_that_the_transform_finds_there) {
+  int compared = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const std::vector<Mark> source = marks(seed);
     const Picture picture(source, kCell_m);
@@ -53,6 +54,7 @@ TEST(CorrelateWithin, finds_the_peaks_that_the_transform_finds_there) {
       correlate_within(picture, source, kCell_m, yaw_rad, window, near);
       for (const Place& p : everywhere(picture, source, yaw_rad)) {
         if (!inside(window, p.shift_m)) continue;
+        ++compared;
         EXPECT_TRUE(std::any_of(near.begin(), near.end(),
                                 [&](const Place& q) {
                                   return (p.shift_m - q.shift_m).norm() < 1e-6 &&
@@ -62,6 +64,7 @@ TEST(CorrelateWithin, finds_the_peaks_that_the_transform_finds_there) {
       }
     }
   }
+  EXPECT_GE(compared, 15) << "one for each seed and yaw, at least";
 }
 
 TEST(CorrelateWithin, has_the_marks_own_place_as_its_best_peak) {
@@ -70,7 +73,7 @@ TEST(CorrelateWithin, has_the_marks_own_place_as_its_best_peak) {
   correlate_within(Picture(source, kCell_m), source, kCell_m, 0.0, {Vec2(-3, -3), Vec2(3, 3)},
                    near);
   ASSERT_FALSE(near.empty());
-  // Shifts are whole cells, and marks are rounded to one: half a cell aside is as near as it gets.
+  // Shifts are whole cells, and marks are rounded to one: half a cell off is as near as it gets.
   EXPECT_LT(near.front().shift_m.norm(), kCell_m);
   EXPECT_GT(near.front().correlation, 0.6);
 }

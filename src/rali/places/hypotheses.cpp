@@ -18,6 +18,7 @@ using geometry::Vec3;
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kMore = 0.5;  ///< sigma more, before the peaks are refined
 
 /// Products per yaw up to which the shifts within a guess are summed one by one: that is what a
 /// transform of all shifts costs.
@@ -82,8 +83,6 @@ class Search {
   [[nodiscard]] bool allowed(const Place& p, double more) const {
     return !guess_ || within(*guess_, pose(p), s_.gate + more);
   }
-
-  static constexpr double kMore = 0.5;  ///< sigma more, before the peaks are refined
 
   [[nodiscard]] bool is_new(const Place& p, const std::vector<Place>& kept) const;
   std::vector<Place> distinct(std::vector<Place> found) const;
@@ -167,8 +166,7 @@ std::optional<ShiftWindow> Search::window() const {
   const Vec2 reach_m = reach_m_of(*guess_, s_.gate + kMore);
   const Vec2 middle_m = guess_->T_target_source.p.head<2>();
   const ShiftWindow window{middle_m - reach_m, middle_m + reach_m};
-  const double products =
-      window.count(coarse_m_) * static_cast<double>(std::max<std::size_t>(1, coarse_marks_.size()));
+  const double products = window.count(coarse_m_) * static_cast<double>(coarse_marks_.size());
   return products <= kProductsMost ? std::optional(window) : std::nullopt;
 }
 

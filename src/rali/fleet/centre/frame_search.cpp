@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "rali/fleet/centre/path_frames.hpp"
@@ -59,7 +58,8 @@ class FrameSearch {
   };
 
   void gather(const std::vector<StartPrior>& starts, int tries);
-  bool look_by_start(const StartPrior& start);
+  void look_by_start(const StartPrior& start);
+  [[nodiscard]] bool holds_between(std::size_t a, std::size_t b) const;
   [[nodiscard]] std::optional<StartPrior> start_of(std::size_t a, std::size_t b) const;
   Fit look_near(const StartPrior& start);
   Fit look(std::vector<LoopCandidate> candidates);
@@ -105,13 +105,12 @@ FrameSearch::Fit FrameSearch::look_near(const StartPrior& start) {
 
 /// The start pose is evidence, unless the scans contradict it: it says where both vehicles see the
 /// same, and nowhere they do. One that is merely not confirmed holds: it needs no second opinion.
-/// @return whether it holds
-bool FrameSearch::look_by_start(const StartPrior& start) {
+void FrameSearch::look_by_start(const StartPrior& start) {
   const Fit fit = look_near(start);
   const int limit = settings_.init.prior.contradicted_by;
   if (limit > 0 && fit.found == 0 && fit.contradicted >= limit) {
     contradicted_.push_back({start.relative_to, start.path, fit.contradicted});
-    return false;
+    return;
   }
   add_start(paths_[start.relative_to], paths_[start.path], start.T_relative_path, start.sigma_m,
             start.sigma_rad, settings_.init, evidence_);
@@ -120,7 +119,13 @@ bool FrameSearch::look_by_start(const StartPrior& start) {
                       .T_relative_vehicle = start.T_relative_path,
                       .sigma_m = start.sigma_m,
                       .sigma_rad = start.sigma_rad});
-  return true;
+}
+
+bool FrameSearch::holds_between(std::size_t a, std::size_t b) const {
+  return std::any_of(holding_.begin(), holding_.end(), [&](const GivenStart& s) {
+    return std::minmax(s.relative_to, s.vehicle) ==
+           std::minmax(paths_[a].vehicle(), paths_[b].vehicle());
+  });
 }
 
 /// Where path b starts as seen from a, by a chain of start poses that hold.
@@ -133,14 +138,12 @@ std::optional<StartPrior> FrameSearch::start_of(std::size_t a, std::size_t b) co
 /// Start poses first, then the pairs that have none of their own: where a chain of start poses
 /// relates them the places that both should see, and any that look alike where these say nothing.
 void FrameSearch::gather(const std::vector<StartPrior>& starts, int tries) {
-  std::set<std::pair<std::size_t, std::size_t>> known;
   for (const StartPrior& start : starts) {
-    const auto pair = std::minmax(start.path, start.relative_to);
-    if (!known.contains(pair) && look_by_start(start)) known.insert(pair);
+    if (!holds_between(start.relative_to, start.path)) look_by_start(start);
   }
   for (std::size_t b = 0; b < paths_.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
-      if (known.contains({a, b})) continue;
+      if (holds_between(a, b)) continue;
       const std::optional<StartPrior> chain = start_of(a, b);
       if (chain && look_near(*chain).found > 0) continue;
       look(alike_candidates(submaps_, a, b, settings_.places.descriptor, settings_.loops, tries));

@@ -106,6 +106,14 @@ JointRanges late_ranges(const std::vector<VehiclePath>& paths, const SE3& T_odom
   return joint;
 }
 
+StartPrior start_ahead(std::size_t relative_to, std::size_t path, double x_m) {
+  StartPrior start;
+  start.relative_to = relative_to;
+  start.path = path;
+  start.T_relative_path = world::at(x_m, 0.0, 0.0);
+  return start;
+}
+
 // Without ranges, start poses or clocks in common: two recordings of other days.
 TEST(FrameSearch, joins_two_paths_by_the_places_that_both_saw) {
   const world::World w = lane(7);
@@ -128,12 +136,7 @@ TEST(FrameSearch, joins_a_third_through_a_second_that_joins_late) {
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 20.0, world::at(-4.0, 0.0, 0.0)),
                                           driven(w, 1, 14.0, 34.0, world::at(-14.0, 0.0, 0.0)),
                                           driven(w, 2, 28.0, 44.0, world::at(-28.0, 0.0, 0.0))};
-  std::vector<StartPrior> starts(2);
-  for (std::size_t k = 0; k < 2; ++k) {
-    starts[k].relative_to = k;
-    starts[k].path = k + 1;
-    starts[k].T_relative_path = world::at(k == 0 ? 10.0 : 14.0, 0.0, 0.0);
-  }
+  const std::vector<StartPrior> starts = {start_ahead(0, 1, 10.0), start_ahead(1, 2, 14.0)};
   FleetSettings settings;
   settings.loops.blind_tries = 3;
   const PathFrames frames = found(paths, {}, starts, settings);
@@ -148,11 +151,7 @@ TEST(FrameSearch, compares_two_that_start_from_a_third_where_their_start_poses_t
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 30.0, world::at(-4.0, 0.0, 0.0)),
                                           driven(w, 1, 10.0, 36.0, world::at(-10.0, 0.0, 0.0)),
                                           driven(w, 2, 14.0, 40.0, world::at(-14.0, 0.0, 0.0))};
-  std::vector<StartPrior> starts(2);
-  for (std::size_t k = 0; k < 2; ++k) {
-    starts[k].path = k + 1;
-    starts[k].T_relative_path = world::at(k == 0 ? 6.0 : 10.0, 0.0, 0.0);
-  }
+  const std::vector<StartPrior> starts = {start_ahead(0, 1, 6.0), start_ahead(0, 2, 10.0)};
   SerialExecutor executor;
   const FleetSettings settings;
   const auto submaps = cut_into_submaps(paths, settings.cut, settings.places, executor);
