@@ -37,6 +37,21 @@ TEST(Motion, a_recording_that_begins_in_motion_begins_without_a_blow) {
   }
 }
 
+// The spline's last derivatives, held for a minute, were a gyro that turns and a body that does
+// not.
+TEST(Motion, a_vehicle_that_has_arrived_feels_gravity_alone) {
+  std::vector<Trajectory::Control> controls;
+  for (int i = 0; i < 8; ++i) controls.push_back(0.1 * i * Trajectory::Control::Ones());
+  const Trajectory trajectory(controls, 0.1);
+  EXPECT_GT(trajectory.at(trajectory.duration_s()).omega_body_radps.norm(), 0.1);
+  const MotionState after = trajectory.at(trajectory.duration_s() + 5.0);
+  EXPECT_EQ(after.omega_body_radps.norm(), 0.0);
+  EXPECT_EQ(after.v_world_mps.norm(), 0.0);
+  EXPECT_EQ(after.a_world_mps2.norm(), 0.0);
+  EXPECT_EQ(after.alpha_body_radps2.norm(), 0.0);
+  EXPECT_EQ(after.T_world_body.p, trajectory.pose_at(trajectory.duration_s()).p);
+}
+
 TEST(Motion, a_body_tilts_under_acceleration_and_never_beyond_its_stops) {
   const World world = make_world(Scene::kLoop, 1);
   const Route route(world.route, world.rounding_m);

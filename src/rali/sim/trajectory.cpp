@@ -108,6 +108,10 @@ MotionState Trajectory::at(double t_s) const {
                       (spacing_s_ * spacing_s_);
   MotionState state;
   state.T_world_body = smooth_pose_at({i, u});
+  if (t_s > duration_s()) {
+    state.T_world_body = pose_at(t_s);
+    return state;
+  }
   state.v_world_mps = rate.head<3>();
   state.a_world_mps2 = second.head<3>();
 
