@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <deque>
 #include <limits>
 #include <map>
 #include <memory>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <variant>
 
+#include "rali/drive/fleet_slice.hpp"
 #include "rali/drive/live/live_map.hpp"
 #include "rali/drive/loop_progress.hpp"
 #include "rali/drive/ranges/range_files.hpp"
@@ -44,7 +44,6 @@ struct Track {
   std::unique_ptr<ReadAhead> ahead;
   std::optional<vehicle::Event> next;  ///< empty: its source has ended
   Time t_last;                         ///< of the last event it read
-  bool ended = false;                  ///< the vehicle was told so
   bool at_rest = false;                ///< by its last pose
   std::unique_ptr<LoopProgress> progress;
   std::size_t findings_shown = 0;
@@ -93,15 +92,16 @@ class FleetLoop {
   void settle();
   void put(std::size_t source, Time t, int rank, Letter letter);
   void hand_out(Time before);
-  void hand_over(Letter letter);
+  [[nodiscard]] std::vector<SliceStep> cut_slice(Time end);
+  void work(std::vector<SliceStep> steps);
+  void take(const SliceStep& step);
   void end(std::size_t index);
-  void deliver(std::size_t to, vehicle::Event event);
-  void step(const Letter& letter);
   void follow(std::size_t index, const vehicle::OutputList& outputs);
   void interrupt();
-  [[nodiscard]] Status place_in_map(FleetMember& member);
+  [[nodiscard]] Status place_in_map(FleetMember& member, const vehicle::OutputList& outputs);
   void show_findings();
 
+  std::span<FleetMember> members_;
   std::span<const sensor::RangeSample> ranges_;
   const RangeOptions& range_options_;
   FleetLoopOptions options_;
@@ -117,12 +117,14 @@ class FleetLoop {
   std::optional<Time> newest_;  ///< of what was read
   std::map<Key, Letter> due_;   ///< read, not yet handed out
   std::uint64_t order_ = 0;
-  std::deque<Letter> letters_;
-  vehicle::OutputList outputs_;
-  bool broken_ = false;  ///< the disk: nothing more can be taken
+  std::vector<SliceStep> reports_;  ///< of vehicles about themselves, for the next slice
+  std::vector<bool> ended_;         ///< by vehicle: it was told so
+  bool broken_ = false;             ///< the disk: nothing more can be taken
 };
 
 void FleetLoop::start(std::span<FleetMember> members) {
+  members_ = members;
+  ended_.assign(members.size(), false);
   for (FleetMember& member : members) {
     Track track;
     track.member = &member;
@@ -150,7 +152,7 @@ std::optional<std::size_t> FleetLoop::oldest() const {
 void FleetLoop::fetch(std::size_t index) {
   Track& track = tracks_[index];
   track.next.reset();
-  if (track.ended) return;
+  if (ended_[index]) return;
   Result<std::optional<vehicle::Event>> next = track.events().next();
   if (!next) track.member->end.error = next.error();
   if (next && *next) {
@@ -206,64 +208,70 @@ void FleetLoop::put(std::size_t source, Time t, int rank, Letter letter) {
   due_.emplace(Key{t, rank, source, order_++}, std::move(letter));
 }
 
+/// Whole slices that are due before a time: nothing of them can come any more.
 void FleetLoop::hand_out(Time before) {
-  while (!due_.empty() && std::get<Time>(due_.begin()->first) < before && !broken_) {
-    Letter letter = std::move(due_.begin()->second);
-    due_.erase(due_.begin());
-    hand_over(std::move(letter));
+  while (!due_.empty() && !broken_) {
+    const Time end = std::get<Time>(due_.begin()->first) + kSlice;
+    if (end > before) return;
+    work(cut_slice(end));
   }
 }
 
-void FleetLoop::hand_over(Letter letter) {
-  if (letter.to == kBothEnds) {
+/// Reports of the slice before come first, then events in order of time; a range goes to both its
+/// ends.
+std::vector<SliceStep> FleetLoop::cut_slice(Time end) {
+  std::vector<SliceStep> steps = std::exchange(reports_, {});
+  const auto add = [&](std::size_t to, vehicle::Event event) {
+    steps.push_back({to, std::move(event), {}, false, false});
+  };
+  while (!due_.empty() && std::get<Time>(due_.begin()->first) < end) {
+    Letter letter = std::move(due_.begin()->second);
+    due_.erase(due_.begin());
+    if (letter.to != kBothEnds) {
+      add(letter.to, std::move(letter.event));
+      continue;
+    }
     const auto sample = std::get<sensor::RangeSample>(letter.event);
     log_.add_handed(sample);
-    deliver(sample.from.value, sample);
-    deliver(sample.to.value, sample);
-    return;
+    add(sample.from.value, sample);
+    add(sample.to.value, sample);
   }
-  Track& track = tracks_[letter.to];
-  if (track.ended) return;  // a strict end came before
-  if (std::holds_alternative<vehicle::EndOfData>(letter.event)) return end(letter.to);
-  const std::size_t index = letter.to;
-  deliver(index, std::move(letter.event));
-  const auto& poses = track.member->run->poses();
-  const bool lost = !poses.empty() && poses.back().quality == vehicle::PoseQuality::kDiverged;
-  if (options_.strict && lost && !broken_) return end(index);
-  track.progress->report(track.events().progress(), false);
+  return steps;
+}
+
+void FleetLoop::work(std::vector<SliceStep> steps) {
+  run_slice(members_, ended_, options_.strict, executor_, steps);
+  for (const SliceStep& step : steps) {
+    if (step.done && !broken_) take(step);
+  }
+}
+
+/// What followed from one event, to the disk, the map and the other vehicles.
+void FleetLoop::take(const SliceStep& step) {
+  Track& track = tracks_[step.vehicle];
+  FleetMember& member = *track.member;
+  Status taken = member.run->see(step.event);
+  if (taken) taken = member.run->take(step.outputs, member.findings);
+  if (taken) taken = place_in_map(member, step.outputs);
+  show_findings();
+  follow(step.vehicle, step.outputs);
+  track.progress->report(track.events().progress(), step.last);
+  if (step.last) {
+    ended_[step.vehicle] = true;
+    track.next.reset();
+    track.ahead.reset();
+  }
+  if (taken) return;
+  member.end.error = taken.error();
+  broken_ = true;
 }
 
 /// What was handed over is finished: the vehicle still works on waiting scans.
 void FleetLoop::end(std::size_t index) {
-  Track& track = tracks_[index];
-  deliver(index, vehicle::EndOfData{});
-  track.ended = true;
-  track.next.reset();
-  track.progress->report(track.events().progress(), true);
-  track.ahead.reset();
-}
-
-void FleetLoop::deliver(std::size_t to, vehicle::Event event) {
-  letters_.push_back({to, std::move(event)});
-  while (!letters_.empty() && !broken_) {
-    const Letter letter = std::move(letters_.front());
-    letters_.pop_front();
-    if (!tracks_[letter.to].ended) step(letter);
-  }
-}
-
-void FleetLoop::step(const Letter& letter) {
-  FleetMember& member = *tracks_[letter.to].member;
-  outputs_.clear();
-  member.step(letter.event, executor_, outputs_);
-  Status taken = member.run->see(letter.event);
-  if (taken) taken = member.run->take(outputs_, member.findings);
-  if (taken) taken = place_in_map(member);
-  show_findings();
-  follow(letter.to, outputs_);
-  if (taken) return;
-  member.end.error = taken.error();
-  broken_ = true;
+  std::vector<SliceStep> steps(1);
+  steps.front().vehicle = index;
+  steps.front().event = vehicle::EndOfData{};
+  work(std::move(steps));
 }
 
 /// One vehicle's facts may withdraw another from the map.
@@ -275,12 +283,12 @@ void FleetLoop::show_findings() {
 }
 
 /// What was told goes into the map while it is made, and the pose is told in it.
-Status FleetLoop::place_in_map(FleetMember& member) {
+Status FleetLoop::place_in_map(FleetMember& member, const vehicle::OutputList& outputs) {
   if (live_ == nullptr) return {};
-  for (const vehicle::Output& output : outputs_) {
+  for (const vehicle::Output& output : outputs) {
     if (const auto* made = std::get_if<vehicle::FactMade>(&output)) live_->add(*made->fact);
   }
-  for (const vehicle::Output& output : outputs_) {
+  for (const vehicle::Output& output : outputs) {
     const auto* pose = std::get_if<vehicle::PoseEstimate>(&output);
     if (pose == nullptr) continue;
     live_->advance(pose->t, executor_);
@@ -306,8 +314,7 @@ void FleetLoop::follow(std::size_t index, const vehicle::OutputList& outputs) {
       track.at_rest = pose->at_rest;
     } else if (const auto* status = std::get_if<vehicle::PeerStatus>(&output)) {
       for (std::size_t i = 0; i < tracks_.size() && !options_.separate; ++i) {
-        if (i == index || tracks_[i].ended) continue;
-        letters_.push_back({i, *status});
+        if (i != index) reports_.push_back({i, *status, {}, false, false});
       }
     }
   }
@@ -316,7 +323,7 @@ void FleetLoop::follow(std::size_t index, const vehicle::OutputList& outputs) {
 /// What was handed over is finished, what was only read is left.
 void FleetLoop::interrupt() {
   for (std::size_t i = 0; i < tracks_.size() && !broken_; ++i) {
-    if (tracks_[i].ended) continue;
+    if (ended_[i]) continue;
     tracks_[i].member->end.interrupted = true;
     end(i);
   }

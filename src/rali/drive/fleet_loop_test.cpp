@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/drive/tbb_executor.hpp"
 #include "rali/io/files/test_folder.hpp"
 
 namespace rali::drive {
@@ -91,13 +92,13 @@ struct Fleet {
       members[i].run = &runs[i];
       members[i].step = [this, i](const vehicle::Event& event, Executor& /*executor*/,
                                   vehicle::OutputList& out) {
-        told.push_back(std::to_string(i) + ' ' + word_of(event));
+        note(i, word_of(event));
         if (answers) answers(i, event, out);
       };
     }
-    SerialExecutor executor;
+    const std::unique_ptr<Executor> executor = make_executor(threads);
     NoSink sink;
-    run_fleet(members, ranges, options, loop, executor, log, nullptr, sink, stop);
+    run_fleet(members, ranges, options, loop, *executor, log, nullptr, sink, stop);
     for (const FleetMember& member : members) ends.push_back(member.end);
   }
 
@@ -113,7 +114,12 @@ struct Fleet {
   RangeLog log;
   std::function<void(std::size_t, const vehicle::Event&, vehicle::OutputList&)> answers;
   std::atomic<bool> stop{false};
+  int threads = 1;
   std::vector<std::string> told;
+  std::function<void(std::size_t, const std::string&)> note = [this](std::size_t i,
+                                                                     const std::string& word) {
+    told.push_back(std::to_string(i) + ' ' + word);
+  };
   std::vector<LoopEnd> ends;
 };
 
@@ -150,7 +156,7 @@ TEST(FleetLoop, a_range_goes_to_its_two_ends_in_order_of_time_and_to_nobody_else
   fleet.ranges = {range(1.5, 2, 0)};
   fleet.run();
   const Words middle(fleet.told.begin() + 3, fleet.told.begin() + 5);
-  EXPECT_EQ(middle, (Words{"2 range 1500", "0 range 1500"}));
+  EXPECT_EQ(middle, (Words{"0 range 1500", "2 range 1500"}));
   EXPECT_EQ(std::count(fleet.told.begin(), fleet.told.end(), "1 range 1500"), 0);
 }
 
@@ -163,18 +169,44 @@ TEST(FleetLoop, a_range_of_one_recording_reaches_the_other_vehicle_too) {
                                "1 imu 1300", "0 imu 2000", "0 end", "1 imu 2100", "1 end"}));
 }
 
-TEST(FleetLoop, the_others_hear_what_a_vehicle_says_of_itself) {
+TEST(FleetLoop, the_others_hear_what_a_vehicle_says_of_itself_with_the_next_slice) {
   Fleet fleet(3);
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0)};
   fleet.sources[0].events = {imu_at(0.5)};
+  fleet.sources[2].events = {imu_at(1.0), imu_at(1.05), imu_at(1.2)};
   fleet.answers = [](std::size_t i, const vehicle::Event& event, vehicle::OutputList& out) {
     if (i != 1 || !std::holds_alternative<sensor::ImuSample>(event)) return;
     out.emplace_back(vehicle::PeerStatus{VehicleId{1}, Time::from_s(1.0), true});
   };
   fleet.run();
-  EXPECT_EQ(fleet.told, (Words{"0 imu 500", "0 end", "1 imu 1000", "2 peer 1 rests", "2 imu 1000",
-                               "1 end", "2 end"}))
+  EXPECT_EQ(fleet.told, (Words{"0 imu 500", "0 end", "1 imu 1000", "1 end", "2 imu 1000",
+                               "2 imu 1050", "2 peer 1 rests", "2 imu 1200", "2 end"}))
       << "who has ended is told nothing";
+}
+
+// A run must not depend on how many threads there are.
+TEST(FleetLoop, vehicles_are_told_the_same_by_any_number_of_threads) {
+  std::vector<Words> serial;
+  for (const int threads : {1, 4}) {
+    Fleet fleet(3);
+    for (int i = 0; i < 200; ++i) {
+      for (ListedEvents& source : fleet.sources) source.events.push_back(imu_at(1.0 + 0.013 * i));
+      if (i % 3 == 0) fleet.ranges.push_back(range(1.0 + 0.014 * i, i % 2, 2));
+    }
+    std::vector<Words> by_vehicle(3);  // each written by one thread at a time
+    fleet.note = [&](std::size_t i, const std::string& word) { by_vehicle[i].push_back(word); };
+    fleet.answers = [](std::size_t i, const vehicle::Event& event, vehicle::OutputList& out) {
+      const auto* imu = std::get_if<sensor::ImuSample>(&event);
+      if (imu == nullptr || imu->t.ns % 5 != 0) return;
+      out.emplace_back(vehicle::PeerStatus{VehicleId{static_cast<std::uint16_t>(i)}, imu->t, true});
+    };
+    fleet.threads = threads;
+    fleet.run();
+    if (threads == 1) serial = by_vehicle;
+    EXPECT_EQ(by_vehicle, serial);
+    EXPECT_GT(by_vehicle[2].size(), 300U);
+    EXPECT_EQ(fleet.log.tally().total, 67U);
+  }
 }
 
 TEST(FleetLoop, a_vehicle_that_fails_does_not_stop_the_others) {

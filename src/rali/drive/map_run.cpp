@@ -1,6 +1,7 @@
 #include "rali/drive/map_run.hpp"
 
 #include <exception>
+#include <mutex>
 #include <utility>
 
 #include "rali/drive/fact_path.hpp"
@@ -40,23 +41,35 @@ Status MapRun::open_sources() {
   return {};
 }
 
-/// Estimates what is asked for and opens the source once more with it.
-Status MapRun::find_time_offset(std::size_t index) {
-  VehicleJob job = member_job(job_, index, ranges_);
-  if (job_.facts || !job.find_time_offset || !sources_[index]->report().has_imu) return {};
-  Progress progress;
-  progress.vehicle = job.input.vehicle;
-  progress.stage = "time offset";
-  job.input.lidar_time_offset =
-      estimate_time_offset(job, *executor_, threads_ > 1, [&](double share) {
-        progress.share = share;
-        sink_.progress(progress);
-        return !stop_.load(std::memory_order_relaxed);
-      });
-  Result<std::unique_ptr<ReportedSource>> source = open_events(job);
-  if (!source) return tl::make_unexpected(source.error());
-  sources_[index] = std::move(*source);
-  report(time_offset_finding(job.input.lidar_time_offset, sources_[index]->report()));
+/// Estimates what is asked for, for all vehicles side by side, and opens their sources once more
+/// with it.
+Status MapRun::find_time_offsets() {
+  std::vector<std::size_t> asked;
+  for (std::size_t i = 0; i < sources_.size() && !job_.facts; ++i) {
+    if (job_.vehicles[i].find_time_offset && sources_[i]->report().has_imu) asked.push_back(i);
+  }
+  std::vector<VehicleJob> jobs;
+  jobs.reserve(asked.size());
+  for (const std::size_t i : asked) jobs.push_back(member_job(job_, i, ranges_));
+  std::mutex telling;  // of the sink, which knows no threads
+  executor_->for_blocks(asked.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+    Progress progress;
+    progress.vehicle = jobs[k].input.vehicle;
+    progress.stage = "time offset";
+    jobs[k].input.lidar_time_offset =
+        estimate_time_offset(jobs[k], *executor_, threads_ > 1, [&](double share) {
+          const std::lock_guard lock(telling);
+          progress.share = share;
+          sink_.progress(progress);
+          return !stop_.load(std::memory_order_relaxed);
+        });
+  });
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    Result<std::unique_ptr<ReportedSource>> source = open_events(jobs[k]);
+    if (!source) return tl::make_unexpected(source.error());
+    sources_[asked[k]] = std::move(*source);
+    report(time_offset_finding(jobs[k].input.lidar_time_offset, sources_[asked[k]]->report()));
+  }
   return {};
 }
 
@@ -189,8 +202,7 @@ Result<MapSummary> MapRun::run() {
 Result<MapSummary> MapRun::run_in_folder() {
   log_.stage("open");
   for (const Finding& f : range_list_.findings) report(f);
-  Status status;
-  for (std::size_t i = 0; status && i < sources_.size(); ++i) status = find_time_offset(i);
+  Status status = find_time_offsets();
   log_.stage("time offset");
   if (status) status = open_session();
   if (status) status = job_.facts ? run_facts() : run_vehicles();

@@ -39,7 +39,7 @@ class MapRun {
   Result<MapSummary> run_in_folder();
 
   Status open_sources();
-  Status find_time_offset(std::size_t index);
+  Status find_time_offsets();
   Status open_session();
   void forget_keyframes();
   Status start_vehicles();

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "rali/base/executor.hpp"
+#include "rali/base/time.hpp"
+#include "rali/drive/fleet_loop.hpp"
+#include "rali/vehicle/event.hpp"
+
+namespace rali::drive {
+
+/// Vehicles step side by side through slices of so much data time. What a vehicle reports of itself
+/// reaches the others with the next slice, as if the message took that long. A slice holds about
+/// one scan of each vehicle, so that none waits long for another.
+inline constexpr Duration kSlice = Duration::from_ns(100'000'000);
+
+/// One event of a slice, and what followed from it.
+struct SliceStep {
+  std::size_t vehicle = 0;
+  vehicle::Event event;
+  vehicle::OutputList outputs;  ///< if done
+  bool done = false;            ///< not where the vehicle's events had ended
+  bool last = false;            ///< its events end with this one
+};
+
+/// Steps each vehicle through its events of a slice, in their order; different vehicles on
+/// different threads. A vehicle's events end with EndOfData, or, where `strict`, with the first
+/// pose that is lost: EndOfData is then told in the same step.
+/// @param ended by vehicle: those are told nothing
+void run_slice(std::span<const FleetMember> members, const std::vector<bool>& ended, bool strict,
+               Executor& executor, std::vector<SliceStep>& steps);
+
+}  // namespace rali::drive
