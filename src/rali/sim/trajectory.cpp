@@ -108,7 +108,7 @@ MotionState Trajectory::at(double t_s) const {
                       (spacing_s_ * spacing_s_);
   MotionState state;
   state.T_world_body = smooth_pose_at({i, u});
-  if (t_s > duration_s()) {
+  if (t_s > duration_s() + spacing_s_) {  // whoever appends asks for the end, to rounding
     state.T_world_body = pose_at(t_s);
     return state;
   }
