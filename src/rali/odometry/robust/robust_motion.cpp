@@ -176,11 +176,22 @@ void RobustOdometry::end_hold(const FilterState& before) {
   const FilterState held = state_;
   state_ = held_states_.empty() ? before : held_states_.front();
   carry_side_states(held, state_);
+  widen_gravity();
   held_states_.clear();
   last_posterior_ = state_;
   moved_scans_ = 0;
   motion_noise_.interrupt();
   standstill_.reset();
+}
+
+/// At standstill gravity is estimated relative to the map of that place. Once the vehicle moves,
+/// the scans fit a map that is tilted against it: few rings measure pitch in the first metres, and
+/// new points inherit the tilt of the pose. This error is common to all scans that follow. Modelled
+/// as noise of each scan (share_tilt_error in update.cpp) it averages away, and a degenerate
+/// stretch would start with a force that is known too well.
+void RobustOdometry::widen_gravity() {
+  const double tilt_rad = settings_.update.tilt_sigma_rad;
+  state_.P.diagonal().segment<2>(kGravity).array() += tilt_rad * tilt_rad;
 }
 
 /// The pose is held from now on. A speed that the filter has although the wheels stand was drawn
@@ -222,7 +233,8 @@ void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) 
 }
 
 /// Where the LiDAR is blind the speed is the integral of what gravity and bias leave of the force,
-/// and grows without end. A vehicle's does not: it comes back to what is usual.
+/// and grows without end. A vehicle's does not: it comes back to what is usual. The prior bounds
+/// the error of the speed; applied more often, it would pull a vehicle of constant speed to a stop.
 void RobustOdometry::bound_speed(FindingList& findings) {
   constexpr double kIndependent_s = 3.0;  // a vehicle may keep its speed so long
   const auto axis = blind_axis();
@@ -238,7 +250,7 @@ void RobustOdometry::bound_speed(FindingList& findings) {
   constexpr double kImpossible = 3.0;
   if (std::abs(axis->dot(state_.v)) > kImpossible * (usual + std::sqrt(variance))) {
     widen_speed(*axis, findings);
-  } else if (variance < 0.25 * usual * usual) {
+  } else if (variance < usual * usual) {
     return;
   }
   t_speed_bounded_ = state_.t;
