@@ -118,7 +118,7 @@ class FleetLoop {
   std::map<Key, Letter> due_;   ///< read, not yet handed out
   std::uint64_t order_ = 0;
   std::vector<SliceStep> reports_;  ///< of vehicles about themselves, for the next slice
-  std::vector<bool> ended_;         ///< by vehicle: it was told so
+  std::vector<bool> ended_;         ///< by vehicle: it has got EndOfData
   bool broken_ = false;             ///< the disk: nothing more can be taken
 };
 
@@ -222,7 +222,7 @@ void FleetLoop::hand_out(Time before) {
 std::vector<SliceStep> FleetLoop::cut_slice(Time end) {
   std::vector<SliceStep> steps = std::exchange(reports_, {});
   const auto add = [&](std::size_t to, vehicle::Event event) {
-    steps.push_back({to, std::move(event), {}, false, false});
+    steps.push_back({to, std::move(event)});
   };
   while (!due_.empty() && std::get<Time>(due_.begin()->first) < end) {
     Letter letter = std::move(due_.begin()->second);
@@ -267,12 +267,7 @@ void FleetLoop::take(const SliceStep& step) {
 }
 
 /// What was handed over is finished: the vehicle still works on waiting scans.
-void FleetLoop::end(std::size_t index) {
-  std::vector<SliceStep> steps(1);
-  steps.front().vehicle = index;
-  steps.front().event = vehicle::EndOfData{};
-  work(std::move(steps));
-}
+void FleetLoop::end(std::size_t index) { work({{index, vehicle::EndOfData{}}}); }
 
 /// One vehicle's facts may withdraw another from the map.
 void FleetLoop::show_findings() {
@@ -314,7 +309,7 @@ void FleetLoop::follow(std::size_t index, const vehicle::OutputList& outputs) {
       track.at_rest = pose->at_rest;
     } else if (const auto* status = std::get_if<vehicle::PeerStatus>(&output)) {
       for (std::size_t i = 0; i < tracks_.size() && !options_.separate; ++i) {
-        if (i != index) reports_.push_back({i, *status, {}, false, false});
+        if (i != index) reports_.push_back({i, *status});
       }
     }
   }

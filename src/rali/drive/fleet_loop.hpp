@@ -42,8 +42,8 @@ class LiveMap;
 
 /// Feeds all vehicles with their events and their ranges in slices of data time (fleet_slice.hpp).
 /// The next event is the oldest over all sources (at one time inertial samples before ranges before
-/// scans, then by the vehicles' order), and what follows is taken in the same order. After each pose
-/// of a vehicle the others are told, with the next slice, where it stands. A vehicle whose data has
+/// scans, then by the vehicles' order), and what follows is taken in the same order. After each
+/// pose of a vehicle the others get its peer state with the next slice. A vehicle whose data has
 /// ended or failed is no longer waited for; a full disk ends all.
 /// @param ranges of files, by time; those of topics come with the sources
 /// @param log gets every range, and what the vehicles made of it

@@ -20,15 +20,15 @@ inline constexpr Duration kSlice = Duration::from_ns(100'000'000);
 struct SliceStep {
   std::size_t vehicle = 0;
   vehicle::Event event;
-  vehicle::OutputList outputs;  ///< if done
-  bool done = false;            ///< not where the vehicle's events had ended
-  bool last = false;            ///< its events end with this one
+  vehicle::OutputList outputs = {};  ///< if done
+  bool done = false;                 ///< not where the vehicle's events had ended
+  bool last = false;                 ///< its events end with this one
 };
 
 /// Steps each vehicle through its events of a slice, in their order; different vehicles on
 /// different threads. A vehicle's events end with EndOfData, or, where `strict`, with the first
-/// pose that is lost: EndOfData is then told in the same step.
-/// @param ended by vehicle: those are told nothing
+/// pose that is lost: EndOfData then follows in the same step.
+/// @param ended by vehicle: those get no events
 void run_slice(std::span<const FleetMember> members, const std::vector<bool>& ended, bool strict,
                Executor& executor, std::vector<SliceStep>& steps);
 

@@ -51,14 +51,14 @@ Status MapRun::find_time_offsets() {
   std::vector<VehicleJob> jobs;
   jobs.reserve(asked.size());
   for (const std::size_t i : asked) jobs.push_back(member_job(job_, i, ranges_));
-  std::mutex telling;  // of the sink, which knows no threads
+  std::mutex reporting;  // the sink is not thread-safe
   executor_->for_blocks(asked.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
     Progress progress;
     progress.vehicle = jobs[k].input.vehicle;
     progress.stage = "time offset";
     jobs[k].input.lidar_time_offset =
         estimate_time_offset(jobs[k], *executor_, threads_ > 1, [&](double share) {
-          const std::lock_guard lock(telling);
+          const std::lock_guard lock(reporting);
           progress.share = share;
           sink_.progress(progress);
           return !stop_.load(std::memory_order_relaxed);

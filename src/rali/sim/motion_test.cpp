@@ -37,8 +37,7 @@ TEST(Motion, a_recording_that_begins_in_motion_begins_without_a_blow) {
   }
 }
 
-// The spline's last derivatives, held for a minute, were a gyro that turns and a body that does
-// not.
+// Holding the spline's last derivatives would give a gyro that turns and a body that does not.
 TEST(Motion, a_vehicle_that_has_arrived_feels_gravity_alone) {
   std::vector<Trajectory::Control> controls;
   for (int i = 0; i < 8; ++i) controls.push_back(0.1 * i * Trajectory::Control::Ones());

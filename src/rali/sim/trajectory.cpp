@@ -96,6 +96,8 @@ geometry::SE3 Trajectory::smooth_pose_at(const Place& place) const {
 }
 
 MotionState Trajectory::at(double t_s) const {
+  // Whoever appends controls asks for the end, to rounding.
+  if (t_s > duration_s() + spacing_s_) return {.T_world_body = pose_at(t_s)};
   const auto [i, u] = place(t_s);
   const Vec6& a = controls_[i];
   const Vec6& b = controls_[i + 1];
@@ -108,10 +110,6 @@ MotionState Trajectory::at(double t_s) const {
                       (spacing_s_ * spacing_s_);
   MotionState state;
   state.T_world_body = smooth_pose_at({i, u});
-  if (t_s > duration_s() + spacing_s_) {  // whoever appends asks for the end, to rounding
-    state.T_world_body = pose_at(t_s);
-    return state;
-  }
   state.v_world_mps = rate.head<3>();
   state.a_world_mps2 = second.head<3>();
 

@@ -37,8 +37,8 @@ class Trajectory {
   /// motion.
   void add_jolts(const Jolts& jolts);
 
-  /// State t_s seconds after the start; t_s is at least 0. After duration_s() the vehicle stands
-  /// where it has arrived.
+  /// State t_s seconds after the start; t_s is at least 0. One spacing after duration_s(), and
+  /// later, the vehicle stands where it has arrived.
   [[nodiscard]] MotionState at(double t_s) const;
   /// Pose only; cheaper.
   [[nodiscard]] geometry::SE3 pose_at(double t_s) const;

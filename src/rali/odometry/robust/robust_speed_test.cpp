@@ -54,6 +54,25 @@ TEST(SpeedBound, a_speed_that_the_lidar_has_seen_is_usual) {
   EXPECT_FALSE(contradicts(driven));
 }
 
+// Applied again and again it would claim that the vehicle stands.
+TEST(SpeedBound, bounds_the_uncertainty_of_the_speed_and_adds_nothing_to_it) {
+  constexpr double kUsual_mps = 1.0;
+  OdometrySettings settings;
+  settings.robust.constraints.speed_usual_mps = kUsual_mps;
+  Driven driven(tunnel(), 25, true, settings);
+  driven.room.accel_noise_mps2 = 2.0;  // it shakes, else it would count as at rest
+  ASSERT_TRUE(driven.filter->blind_axis());
+  double largest_mps = 0.0;
+  double last_mps = 0.0;
+  for (int k = 0; k < 600; ++k) {
+    driven.sweep();
+    last_mps = std::sqrt(driven.filter->covariance(unit_rows(*driven.filter))(6, 6));
+    largest_mps = std::max(largest_mps, last_mps);
+  }
+  EXPECT_GT(largest_mps, 0.9 * kUsual_mps);
+  EXPECT_GT(last_mps, 0.6 * kUsual_mps);
+}
+
 TEST(SpeedBound, of_a_vehicle_that_drives_as_usual_nothing_is_said) {
   Driven driven(tunnel(), 25, true);
   drive_pushed(driven, 60, 0.0);
