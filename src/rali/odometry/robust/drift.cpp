@@ -108,9 +108,10 @@ bool Drift::has_grown(const Mat6& newest, const Mat6& now) {
 
 Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local,
                    const MapShare& share, const std::optional<Level>& level,
-                   std::span<const HeldAlong> held) {
+                   std::span<const HeldAlong> held, const Mat6& turned) {
   const Mat6 A = left_from_boxplus(T_odom_body);
   const Mat6 B = boxplus_from_left(T_odom_body);
+  if (turned.isZero(0.0)) end_turned();
   Mat6 seen = B * error_at(mean_epoch) * B.transpose();
   for (const HeldAlong& h : held) {
     const Mat6 other = B * error_at(h.mean_epoch) * B.transpose();
@@ -131,16 +132,22 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   const bool travelled = (T_odom_body.p - begun_odom_m_.back()).norm() > settings_.epoch_m;
   if (travelled || has_grown(B * D_.back() * B.transpose(), map_error_ + P_local)) {
     begin_epoch(T_odom_body, error);
+    if (!turned.isZero(0.0)) turned_.push_back({D_.size() - 1, A * turned * A.transpose()});
     unmade_ = true;
   }
   carried_ = A * map_error_ * A.transpose();
-  return map_error_ + P_local;
+  return map_error_ + P_local + turned;
 }
 
 void Drift::begin_epoch(const SE3& T_odom_body, const Mat6& error) {
   ++epoch_;
   D_.push_back(error);
   begun_odom_m_.push_back(T_odom_body.p);
+}
+
+void Drift::end_turned() {
+  for (const Turned& t : turned_) D_[t.generation] += t.P;
+  turned_.clear();
 }
 
 void Drift::establish(const Vec3& p_odom_m) {

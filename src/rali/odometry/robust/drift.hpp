@@ -88,11 +88,15 @@ class Drift {
   /// @param P_local covariance (boxplus) of the pose, the map taken for granted.
   /// @param level nothing: gravity is not known.
   /// @param held  translations whose planes may be of other generations than the mean
+  /// @param turned  what the bend of a degenerate stretch adds to P_local (Bend); zero where there
+  /// is none. Planes of the stretch show it to who sees them later, when it has ended: in it the
+  /// pose has it by itself.
   /// @return covariance (boxplus) of the pose relative to odom's origin.
   geometry::Mat6 update(const geometry::SE3& T_odom_body, double mean_epoch,
                         const geometry::Mat6& P_local, const MapShare& share,
                         const std::optional<Level>& level = std::nullopt,
-                        std::span<const HeldAlong> held = {});
+                        std::span<const HeldAlong> held = {},
+                        const geometry::Mat6& turned = geometry::Mat6::Zero());
 
   /// What of the last update's covariance is the map's (boxplus).
   [[nodiscard]] const geometry::Mat6& map_error() const { return map_error_; }
@@ -117,11 +121,19 @@ class Drift {
   [[nodiscard]] static bool has_grown(const geometry::Mat6& newest, const geometry::Mat6& now);
   void hold_level(const geometry::SE3& T_odom_body, const Level& level);
   void begin_epoch(const geometry::SE3& T_odom_body, const geometry::Mat6& error);
+  void end_turned();
   void establish(const geometry::Vec3& p_odom_m);
 
   DriftSettings settings_;
   std::uint32_t epoch_ = 0;
-  std::vector<geometry::Mat6> D_;             ///< by generation
+  std::vector<geometry::Mat6> D_;  ///< by generation
+
+  struct Turned {
+    std::size_t generation = 0;
+    geometry::Mat6 P;  ///< as a left perturbation
+  };
+
+  std::vector<Turned> turned_;                ///< of the degenerate stretch that has not ended
   std::vector<geometry::Vec3> begun_odom_m_;  ///< by generation: where the vehicle was
   std::size_t established_ = 1;               ///< so many of the first generations are
   bool unmoved_ = true;                       ///< the vehicle has not left where it began

@@ -110,6 +110,25 @@ TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
   EXPECT_NEAR(sigma_x(far), 0.0, 1e-3);
 }
 
+// In a bent tunnel the heading is off by what the position along it is. Whoever has left the tunnel
+// knows neither better, although it sees all directions again.
+TEST(Drift, what_a_bend_has_turned_stays_turned_behind_it) {
+  Drift drift{from_nothing()};
+  const Mat6 P = local(1e-4, 1e-3);
+  Mat6 turned = Mat6::Zero();
+  Mat6 inside = P;
+  for (int k = 1; k <= 40; ++k) {
+    turned(2, 2) = std::pow(1e-3 * k, 2);
+    inside = drift.update(at(0.51 * k), drift.epoch(), P, kFollows, std::nullopt, {}, turned);
+  }
+  EXPECT_NEAR(std::sqrt(inside(2, 2)), 0.04, 1e-3) << "once, not once more by each generation";
+  Mat6 behind = inside;
+  for (int k = 41; k <= 44; ++k) behind = drift.update(at(0.51 * k), drift.epoch(), P, kFollows);
+  EXPECT_NEAR(std::sqrt(behind(2, 2)), 0.04, 2e-3);
+  EXPECT_LT(std::sqrt(drift.update(at(0.1), 0.0, P, kFollows)(2, 2)), 1e-3)
+      << "at the first planes";
+}
+
 TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.01);

@@ -145,6 +145,7 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
   axes_ = done.axes;
   lidar_known_ = done.known;
   remember_blindness(done);
+  follow_bend(done);
   return done;
 }
 
@@ -175,6 +176,15 @@ void RobustOdometry::remember_blindness(const UpdateResult& done) {
   if (was_blind && !blind_[0]) t_seen_ = state_.t;
   const bool glimpse = t_seen_ && (state_.t - *t_seen_).s() < kGlimpse_s;
   if (!was_blind && blind_[0] && !glimpse) t_blind_ = state_.t;
+}
+
+/// Without inertial data nothing but the scans tells how the vehicle turns.
+void RobustOdometry::follow_bend(const UpdateResult& done) {
+  const auto axis = blind_axis();
+  if (!axis || !inertial_) return bend_.end();
+  if (done.matches < settings_.update.matches_min) return;
+  const double variance_m2 = axis->dot(state_.P.block<3, 3>(kPos, kPos) * *axis);
+  bend_.follow(*axis, done.bend_radpm, std::sqrt(variance_m2));
 }
 
 void RobustOdometry::insert(const LidarScan& scan) {
@@ -214,7 +224,8 @@ std::optional<Level> RobustOdometry::level() const {
 Mat6 RobustOdometry::covariance(const UpdateResult& update) {
   Mat6 local = state_.P.topLeftCorner<6, 6>();
   if (update.matches < settings_.update.matches_min) {
-    return drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level());
+    return drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level(), {},
+                         bend_.turned_covariance(state_));
   }
   const double weak = 1.0 / (settings_.drift.sigma_max_m * settings_.drift.sigma_max_m);
   const Mat6 single = (update.information + weak * Mat6::Identity()).inverse();
@@ -224,8 +235,8 @@ Mat6 RobustOdometry::covariance(const UpdateResult& update) {
     const Vec3& d_odom = update.directions[k].direction_odom;
     if (const auto epoch = matcher_.mean_epoch(d_odom)) held.push_back({d_odom, *epoch});
   }
-  const Mat6 all =
-      drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level(), held);
+  const Mat6 all = drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share,
+                                 level(), held, bend_.turned_covariance(state_));
   if (!update.untouched.isZero(0.0)) {
     const Mat3 released = drift_.release(state_.T_odom_body, update.untouched);
     state_.P.block<3, 3>(kPos, kPos) += released;
@@ -310,7 +321,7 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   constexpr double kDegree = std::numbers::pi / 180.0;
   out.covariance = covariance(update) + mounting_covariance(*T_odom_first_, out.T_odom_body,
                                                             kDegree * settings_.mounting_sigma_deg);
-  out.lidar_information = update.information;
+  out.lidar_information = bend_.unseen_in(update.information, state_);
   out.planes = matcher_.evidence();
   if (update.matches > 0) out.directions = update.directions;
   out.matches = update.matches;

@@ -109,7 +109,8 @@ void RobustOdometry::walk_side(int index, double variance) {
 }
 
 double RobustOdometry::variance(const SideMeasurement& m) const {
-  const Eigen::Matrix<double, 1, kStateDim> H = row_of(m, state_, inertial_);
+  const Eigen::Matrix<double, 1, kStateDim> H =
+      row_of(m, state_, inertial_) * bend_.jacobian(state_);
   const double map = (m.d_pose * drift_.map_error() * m.d_pose.transpose()).value();
   double out = map + (H * state_.P * H.transpose()).value();
   if (m.d_side.size() > 0) {
@@ -120,7 +121,8 @@ double RobustOdometry::variance(const SideMeasurement& m) const {
 }
 
 Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
-  const Eigen::Matrix<double, 1, kStateDim> H = row_of(m, state_, inertial_);
+  const Eigen::Matrix<double, 1, kStateDim> H =
+      row_of(m, state_, inertial_) * bend_.jacobian(state_);
   StateVec PH = state_.P * H.transpose();
   if (m.d_side.size() > 0) PH += state_.P_side * m.d_side;
   const SideStates::Vector side_PH =
@@ -141,7 +143,7 @@ Vec3 RobustOdometry::apply(const SideMeasurement& m, double R) {
     state_.side.mean += moved * (m.residual / S);
   }
   const FilterState before = state_;
-  add_error(state_, shift);
+  bend_.move(state_, shift);
   move_history(before);
   doubt_across(shift.segment<3>(kPos));
   return shift.segment<3>(kPos);
@@ -171,10 +173,11 @@ void RobustOdometry::doubt_across(const Vec3& shift_m) {
 
 Eigen::MatrixXd RobustOdometry::joint_rows(const SideRowList& rows) const {
   const int n = state_.side.size();
+  const StateCov J = bend_.jacobian(state_);
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(static_cast<int>(rows.size()), kStateDim + n);
   for (int k = 0; k < H.rows(); ++k) {
     const SideMeasurement& row = rows[static_cast<std::size_t>(k)];
-    H.row(k).head<kStateDim>() = row_of(row, state_, inertial_);
+    H.row(k).head<kStateDim>() = row_of(row, state_, inertial_) * J;
     if (row.d_side.size() > 0) H.row(k).tail(n) = row.d_side.transpose();
   }
   return H;
@@ -202,7 +205,7 @@ Vec3 RobustOdometry::replace(const SideRowList& rows, const SideStates::Vector& 
   state_.side.mean += moved.tail(n);
   const StateVec own = moved.head<kStateDim>();
   const FilterState before = state_;
-  add_error(state_, own);
+  bend_.move(state_, own);
   move_history(before);
   doubt_across(own.segment<3>(kPos));
   return own.segment<3>(kPos);

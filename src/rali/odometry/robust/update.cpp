@@ -9,6 +9,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "rali/odometry/robust/bend.hpp"
+
 namespace rali::odometry {
 
 using geometry::Mat3;
@@ -67,6 +69,15 @@ class Untouched {
     m.template middleRows<3>(kVel) -= (axes_v_ * m.template middleRows<3>(kVel)).eval();
   }
 
+  /// What the LiDAR says of the rest does not depend on the position along what it cannot see: the
+  /// error state is about the screw on which all that does (bend.hpp).
+  void clear_coupling(LidarSystem& system) const {
+    Mat6 rest = Mat6::Identity();
+    rest.bottomRightCorner<3, 3>() -= axes_;
+    system.I = (rest * system.I * rest).eval();
+    system.b = (rest * system.b).eval();
+  }
+
   /// How a pose of covariance P follows the map: along what is untouched not at all, and nothing
   /// else by what it has in common with that.
   [[nodiscard]] MapShare share(const Mat6& P, const Mat6& information) const {
@@ -85,6 +96,11 @@ class Untouched {
   Mat3 axes_ = Mat3::Zero();    ///< projector on the blind translations
   Mat3 axes_v_ = Mat3::Zero();  ///< the same for the velocity
 };
+
+double bend_along(const Vec3& axis_odom, const FilterState& state, const Mat6& I) {
+  const Vec3 up_body = state.T_odom_body.R.transpose() * -state.g_odom_mps2.normalized();
+  return unseen_turn_radpm(I, axis_odom, up_body);
+}
 
 /// What was blind stays so whatever this scan seems to tell.
 void keep_blind(const std::array<bool, 3>& blind_before, UpdateResult& result) {
@@ -177,6 +193,17 @@ void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& resul
   }
 }
 
+/// Takes out of the system what the LiDAR tells by chance, of what it does not see, and of tilt.
+void keep_what_is_seen(const FilterState& state, const Mat3& R_odom_v,
+                       const UpdateSettings& settings, bool inertial, LidarSystem& system,
+                       UpdateResult& result) {
+  result.bend_radpm = bend_along(result.axes.col(0), state, system.I);
+  degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
+  if (!inertial) return;
+  Untouched(result.directions, R_odom_v).clear_coupling(system);
+  share_tilt_error(state, settings.tilt_sigma_rad, system);
+}
+
 /// @return true: partners are to be looked for again
 bool moved_on(const StateVec& delta, const Vec6& before, const UpdateSettings& settings,
               UpdateResult& result) {
@@ -233,8 +260,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     result.directions = degeneracy::direction_information(system.I, matcher.evidence(),
                                                           state.T_odom_body.R, result.axes, aware);
     keep_blind(blind_before, result);
-    degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
-    if (inertial) share_tilt_error(state, settings.update.tilt_sigma_rad, system);
+    keep_what_is_seen(state, R_odom_v, settings.update, inertial, system, result);
     result.information = system.I;
     result.mean_epoch = system.mean_epoch;
 

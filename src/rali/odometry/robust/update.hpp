@@ -25,6 +25,7 @@ struct UpdateResult {
   /// Projector on the translations that the scan may not touch.
   geometry::Mat3 untouched = geometry::Mat3::Zero();
   std::array<degeneracy::DirectionInfo, 6> directions;
+  double bend_radpm = 0.0;     ///< unseen_turn_radpm() along the first axis
   std::array<bool, 3> sees{};  ///< translations of which this scan alone tells something
   /// Where the LiDAR alone has the pose, from the prediction (boxplus); zero where it does not
   /// know.

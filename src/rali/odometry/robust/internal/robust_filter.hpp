@@ -11,6 +11,7 @@
 #include "rali/cloud/voxel_sampler.hpp"
 #include "rali/odometry/odometry.hpp"
 #include "rali/odometry/robust/acceleration.hpp"
+#include "rali/odometry/robust/bend.hpp"
 #include "rali/odometry/robust/drift.hpp"
 #include "rali/odometry/robust/inertial.hpp"
 #include "rali/odometry/robust/initialiser.hpp"
@@ -113,6 +114,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void bend_poses(const geometry::SE3& end);
   void remember_blindness(const UpdateResult& done);
+  void follow_bend(const UpdateResult& done);
   void look_around(const FilterState& predicted, UpdateResult& done);
   // What a scan without inertial data must pass: robust_alone.cpp.
   bool settle_alone(const sensor::LidarScan& scan, const FilterState& predicted,
@@ -232,6 +234,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::array<bool, 3> blind_{};  ///< translations along axes_ that the LiDAR does not see
+  Bend bend_;                    ///< along the first of them
   bool thin_ = false;            ///< what holds the first of them in this scan counts as nothing
   std::array<int, 3> seeing_scans_{};  ///< in a row, that told something there
   TrackState track_state_ = TrackState::kWaiting;
