@@ -134,6 +134,23 @@ void JointGraph::add_start_of_inertial(Seq seq) {
   graph_->add(prior);
 }
 
+namespace {
+
+/// Whether ranges have moved the filter between two nodes: its step is then no motion, along a
+/// passage by metres, across it and in its turn by what the bend of the passage was not known to.
+bool moved_by_ranges(const VehiclePath::Node& before, const VehiclePath::Node& node) {
+  constexpr double kMoved_m = 0.15;
+  const auto v_body_mps = [](const Increment& step) {
+    return Vec3(step.T_odom_body.R.transpose() * step.v_odom_mps);
+  };
+  const double half_s = 0.5 * (node.t - before.t).s();
+  const Vec3 driven_m = half_s * (v_body_mps(before.step) + v_body_mps(node.step));
+  const SE3 T = before.step.T_odom_body.inverse() * node.step.T_odom_body;
+  return (T.p - driven_m).norm() > kMoved_m;
+}
+
+}  // namespace
+
 void JointGraph::add_steps(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   for (std::size_t k = begin_[path] + 1; k < nodes.size(); ++k) {
@@ -154,14 +171,15 @@ void JointGraph::add_steps(std::size_t path) {
       shape.information.diagonal().tail<3>().setConstant(inverse_square(settings_.isotropic_m));
     } else {
       shape.information =
-          shape_information(step.lidar_information, before.T_odom_body, settings_.shape);
+          shape_information(step.lidar_information, before.T_odom_body, settings_.shape,
+                            unseen_variance_m2(before.covariance, step.covariance));
       if (blind_steps_ == BlindSteps::kFilter) {
         tie_by_filter(shape.information, before.covariance, step.covariance, settings_.shape);
       } else if (!inertial) {
         loosen_gap(shape.information, settings_.shape);
       }
     }
-    graph_->add(shape);
+    if (!inertial || !moved_by_ranges(nodes[k - 1], nodes[k])) graph_->add(shape);
     if (inertial) {
       graph::InertialFactor factor = *step.inertial;
       factor.i = shape.i;

@@ -26,9 +26,10 @@ Mat3 share_of(const Mat3& information, const Mat3& weak) {
 
 }  // namespace
 
-/// Shift and turn apart: of a scan that leaves the shift along a passage open, the turn that goes
-/// with it is noise of its points, some 1e-3 rad per metre. A gyroscope that knows the turn would
-/// tell how far the vehicle went.
+/// Where the scan leaves a shift open, the turn is known but for what goes with that shift: a bent
+/// passage fits as well further on, turned by its bend. Who then moves a step along it turns it as
+/// well, and a gyroscope that knows the turn tells how far the vehicle went. Else shift and turn
+/// are apart.
 Mat6 known_share(const Mat6& lidar_information, const ShapeSettings& s) {
   const Mat3 weak_turn = Mat3::Identity() / (s.known_rad * s.known_rad);
   const Mat3 weak_shift = Mat3::Identity() / (s.known_m * s.known_m);
@@ -40,17 +41,26 @@ Mat6 known_share(const Mat6& lidar_information, const ShapeSettings& s) {
       share_of(turn - both * (shift + weak_shift).inverse() * both.transpose(), weak_turn);
   share.bottomRightCorner<3, 3>() =
       share_of(shift - both.transpose() * (turn + weak_turn).inverse() * both, weak_shift);
+  const Mat3 open = Mat3::Identity() - share.bottomRightCorner<3, 3>();
+  share.topRightCorner<3, 3>() =
+      share.topLeftCorner<3, 3>() * (turn + weak_turn).inverse() * both * open;
   return share;
 }
 
 Mat6 shape_information(const Mat6& lidar_information, const geometry::SE3& T_odom_before,
-                       const ShapeSettings& s) {
+                       const ShapeSettings& s, double unseen_m2) {
   const Mat6 share = known_share(lidar_information, s);
-  const Mat6 I = share.transpose() * inverse_squares(s.shape_rad, s.shape_m) * share;
+  const double turn_rad = std::hypot(s.shape_rad, s.bend_radpm * std::sqrt(unseen_m2));
+  const Mat6 I = share.transpose() * inverse_squares(turn_rad, s.shape_m) * share;
   Mat6 G = Mat6::Identity();
   G.block<3, 3>(3, 3) = T_odom_before.R;
   const Mat6 turned = G.transpose() * I * G;
   return 0.5 * (turned + turned.transpose());
+}
+
+double unseen_variance_m2(const Mat6& covariance_before, const Mat6& covariance) {
+  const Mat6 grown = covariance - covariance_before;
+  return std::max(0.0, grown.bottomRightCorner<3, 3>().trace());
 }
 
 bool is_loose(const Mat6& lidar_information, const ShapeSettings& s) {

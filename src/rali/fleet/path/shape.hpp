@@ -13,6 +13,7 @@ struct ShapeSettings {
   double known_rad = 0.05;
   double shape_m = 0.002;
   double shape_rad = 2e-4;
+  double bend_radpm = 3e-4;  ///< of one place: scans of it share the planes of the map
   double gap_m = 0.3;
   double loose_m = 0.01;
   double loose_rad = 1e-3;
@@ -23,6 +24,8 @@ struct ShapeSettings {
     v("known_rad", known_rad, 1e-4, 10.0, "the same of a rotation");
     v("shape_m", shape_m, 1e-5, 1.0, "sigma of a step in observable directions: keeps the shape");
     v("shape_rad", shape_rad, 1e-6, 0.1, "the same of its turn");
+    v("bend_radpm", bend_radpm, 0.0, 0.1,
+      "sigma of how a passage turns the vehicle per metre that no scan sees");
     v("gap_m", gap_m, 1e-3, 100.0, "sigma of a step over a gap in the inertial data");
     v("loose_m", loose_m, 1e-4, 10.0,
       "steps with a larger sigma are also constrained by inertial data");
@@ -37,9 +40,17 @@ struct ShapeSettings {
 
 /// How stiff a step of the path is: as the filter went where the LiDAR knows, free where it is
 /// blind. Rotation, then position in the body before (graph::RelativePoseFactor).
+/// @param unseen_m2 variance of the position that the step has added without seeing it: by so much
+/// the bend, which is not known exactly, may turn it otherwise. What is wrong of the bend is wrong
+/// in all steps of a passage, so that variances of steps add up to that of the passage.
 [[nodiscard]] geometry::Mat6 shape_information(const geometry::Mat6& lidar_information,
                                                const geometry::SE3& T_odom_before,
-                                               const ShapeSettings& settings);
+                                               const ShapeSettings& settings,
+                                               double unseen_m2 = 0.0);
+
+/// Of a step between two nodes of a filter's path, by their covariances (boxplus).
+[[nodiscard]] double unseen_variance_m2(const geometry::Mat6& covariance_before,
+                                        const geometry::Mat6& covariance);
 
 /// Whether the shape leaves a direction, or a turn, of a step open.
 [[nodiscard]] bool is_loose(const geometry::Mat6& lidar_information, const ShapeSettings& settings);

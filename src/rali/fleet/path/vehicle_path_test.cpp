@@ -95,9 +95,9 @@ TEST(Shape, is_free_along_the_direction_the_lidar_does_not_see) {
   EXPECT_NEAR(I(3, 3), 1.0 / (s.shape_m * s.shape_m), 1.0);
 }
 
-// Noise of points couples a turn to the shift that is open: were it kept, the gyroscope would tell
-// the way along a tunnel.
-TEST(Shape, lets_no_turn_tell_a_shift_that_is_open) {
+// A bent tunnel fits as well further on, turned by its bend: a path of which a step becomes longer
+// must turn with it, or it leaves the tunnel.
+TEST(Shape, a_shift_that_is_open_turns_the_step_by_the_bend) {
   const ShapeSettings s;
   geometry::Vec6 open;
   open << 0.0, 0.0, 1e-3, 1.0, 0.0, 0.0;  // a metre along x goes with a milliradian of yaw
@@ -106,8 +106,26 @@ TEST(Shape, lets_no_turn_tell_a_shift_that_is_open) {
   const Mat6 seen = full - along * along.transpose() / open.dot(along);
   const Mat6 I = shape_information(seen, SE3{}, s);
   EXPECT_NEAR(I(2, 2), 1.0 / (s.shape_rad * s.shape_rad), 1e4) << "the turn itself is known";
-  EXPECT_EQ(I(2, 3), 0.0);
-  EXPECT_LT(I(3, 3), 1.0) << "a step of a metre is free";
+  EXPECT_LT(0.5 * open.dot(I * open), 1.0) << "a step of a metre that turns by the bend is free";
+  geometry::Vec6 straight = open;
+  straight[2] = 0.0;
+  EXPECT_NEAR(straight.dot(I * straight), std::pow(1e-3 / s.shape_rad, 2), 0.5)
+      << "one that does not is five sigma of its turn off";
+}
+
+TEST(Shape, a_bend_that_is_not_known_exactly_turns_a_long_unseen_way_by_its_error) {
+  const ShapeSettings s;
+  const Mat6 seen = 1e8 * Mat6::Identity();
+  double variance_rad2 = 0.0;
+  Mat6 covariance = Mat6::Zero();
+  for (int k = 0; k < 100; ++k) {
+    const Mat6 before = covariance;
+    covariance(3, 3) = std::pow(0.2 * (k + 1), 2);  // 20 m in the end
+    const Mat6 I = shape_information(seen, SE3{}, s, unseen_variance_m2(before, covariance));
+    variance_rad2 += 1.0 / I(2, 2);
+  }
+  EXPECT_NEAR(std::sqrt(variance_rad2), std::hypot(20.0 * s.bend_radpm, 10.0 * s.shape_rad), 1e-4);
+  EXPECT_EQ(unseen_variance_m2(covariance, Mat6::Zero()), 0.0) << "ranges have taken it back";
 }
 
 }  // namespace
