@@ -123,11 +123,39 @@ motion: {{speed_mps: 1.2, standstill_s: 6}}
 """
 
 
+def bent_return_scene(seed):
+    """A bent tunnel: v1 stands at the portal, v2 drives 140 m, out of sight for half of it, and back."""
+    rng = random.Random(seed)
+    k = rng.choice([-1, 1]) / rng.uniform(220, 450)
+
+    def point(s, side):
+        yaw = k * s
+        return (math.sin(yaw) / k - side * math.sin(yaw),
+                (1 - math.cos(yaw)) / k + side * math.cos(yaw))
+
+    def start(side):
+        x, y = point(4, side)
+        return f"  - {{start: [{x:.3f}, {y:.3f}], yaw_deg: {math.degrees(k * 4):.3f}}}\n"
+
+    way = [*range(8, 148, 4), *range(144, 16, -4)]
+    route = ", ".join("[%.3f, %.3f]" % point(s, -1.2) for s in way)
+    return f"""\
+schema: 1
+tunnel: {{length_m: 200, width_m: 7, wall_height_m: 1.5, roughness_m: 0.01, curvature_per_m: {k:.6f}, gradient: 0.01}}
+vehicles:
+{start(1.2)}{start(-1.2)}rounds:
+  - {{anchor: v1, routes: {{v2: [{route}]}}}}
+uwb: {{max_range_m: 200}}
+motion: {{speed_mps: 1.2, standstill_s: 6}}
+"""
+
+
 # scene, seconds of data (0: all), whether the map is compared unfiltered with the mesh
 CASES = {
     "corridor": (corridor_scene, 171, False),
     "portal": (portal_scene, 0, False),
     "leap_frog": (leap_frog_scene, 1050, False),
+    "bent_return": (bent_return_scene, 0, False),
     "pair_corridor": (pair_corridor_scene, 150, True),
     "single_corridor": (shipped("corridor"), 80, True),
     "floor": (shipped("floor"), 90, True),
