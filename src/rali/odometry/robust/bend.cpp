@@ -75,7 +75,10 @@ Mat6 Bend::turned_covariance(const FilterState& state) const {
   screw.tail<3>() = axis_odom_;
   const Mat6 straight = variance_m2 * screw * screw.transpose();
   screw.head<3>() = gathered_radpm_ * up_body(state);
-  return variance_m2 * screw * screw.transpose() - straight;
+  // Two sigma along an arc end beside its tangent by four times this.
+  geometry::Vec6 beside = geometry::Vec6::Zero();
+  beside.tail<3>() = 0.5 * gathered_radpm_ * variance_m2 * up_odom(state).cross(axis_odom_);
+  return variance_m2 * screw * screw.transpose() - straight + beside * beside.transpose();
 }
 
 Mat6 Bend::unseen_in(const Mat6& information, const FilterState& state) const {

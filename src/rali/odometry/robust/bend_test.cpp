@@ -118,6 +118,7 @@ TEST(Bend, who_does_not_know_the_position_does_not_know_the_heading) {
   EXPECT_NEAR(std::sqrt(P(2, 2)), kBend_radpm, 1e-9);
   EXPECT_NEAR(P(2, 3), kBend_radpm, 1e-9);
   EXPECT_NEAR(P(3, 3), 0.0, 1e-12);  // the filter has it
+  EXPECT_NEAR(std::sqrt(P(4, 4)), 0.5 * kBend_radpm, 1e-9) << "an arc ends beside its tangent";
 }
 
 TEST(Bend, where_nothing_is_degenerate_nothing_is_turned) {
