@@ -78,6 +78,13 @@ def pair_corridor_scene(_seed):
     return "schema: 1\nscene: corridor\nvehicles: 2\nuwb: {rate_hz: 40}\nmotion: {standstill_s: 6}\n"
 
 
+def on_arc(curvature_per_m, s, side):
+    """The point `side` to the left of an arc from the origin along x, after s metres."""
+    yaw = curvature_per_m * s
+    return (math.sin(yaw) / curvature_per_m - side * math.sin(yaw),
+            (1 - math.cos(yaw)) / curvature_per_m + side * math.cos(yaw))
+
+
 def leap_frog_scene(seed):
     """Four vehicles in 600 m of a bent, inclined tunnel; pairs leap 60 to 75 m beyond each other."""
     rng = random.Random(seed)
@@ -87,9 +94,7 @@ def leap_frog_scene(seed):
     lanes = {"v1": 0.8, "v2": 1.9, "v3": -0.8, "v4": -1.9}
 
     def point(s, side):
-        yaw = k * s
-        return (math.sin(yaw) / k - side * math.sin(yaw),
-                (1 - math.cos(yaw)) / k + side * math.cos(yaw))
+        return on_arc(k, s, side)
 
     def route(begin, end, side):
         n = max(1, math.ceil((end - begin) / 4))
@@ -129,9 +134,7 @@ def bent_return_scene(seed):
     k = rng.choice([-1, 1]) / rng.uniform(220, 450)
 
     def point(s, side):
-        yaw = k * s
-        return (math.sin(yaw) / k - side * math.sin(yaw),
-                (1 - math.cos(yaw)) / k + side * math.cos(yaw))
+        return on_arc(k, s, side)
 
     def start(side):
         x, y = point(4, side)

@@ -27,6 +27,20 @@ graph::KeyframeState state_in_map(const Increment& step, const SE3& T_map_odom) 
           step.accel_bias_mps2};
 }
 
+/// Whether the filter was corrected between two nodes, by ranges or by structure at the end of a
+/// degenerate stretch. Its step is no motion then: along a passage by metres, and in its turn and
+/// across it by the error of the bend.
+bool is_corrected(const VehiclePath::Node& before, const VehiclePath::Node& node) {
+  constexpr double kCorrected_m = 0.15;
+  const auto v_body_mps = [](const Increment& step) {
+    return Vec3(step.T_odom_body.R.transpose() * step.v_odom_mps);
+  };
+  const double half_s = 0.5 * (node.t - before.t).s();
+  const Vec3 driven_m = half_s * (v_body_mps(before.step) + v_body_mps(node.step));
+  const SE3 T = before.step.T_odom_body.inverse() * node.step.T_odom_body;
+  return (T.p - driven_m).norm() > kCorrected_m;
+}
+
 }  // namespace
 
 JointGraph::JointGraph(std::span<const VehiclePath> paths,
@@ -134,23 +148,6 @@ void JointGraph::add_start_of_inertial(Seq seq) {
   graph_->add(prior);
 }
 
-namespace {
-
-/// Whether ranges have moved the filter between two nodes: its step is then no motion, along a
-/// passage by metres, across it and in its turn by what the bend of the passage was not known to.
-bool moved_by_ranges(const VehiclePath::Node& before, const VehiclePath::Node& node) {
-  constexpr double kMoved_m = 0.15;
-  const auto v_body_mps = [](const Increment& step) {
-    return Vec3(step.T_odom_body.R.transpose() * step.v_odom_mps);
-  };
-  const double half_s = 0.5 * (node.t - before.t).s();
-  const Vec3 driven_m = half_s * (v_body_mps(before.step) + v_body_mps(node.step));
-  const SE3 T = before.step.T_odom_body.inverse() * node.step.T_odom_body;
-  return (T.p - driven_m).norm() > kMoved_m;
-}
-
-}  // namespace
-
 void JointGraph::add_steps(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   for (std::size_t k = begin_[path] + 1; k < nodes.size(); ++k) {
@@ -179,7 +176,7 @@ void JointGraph::add_steps(std::size_t path) {
         loosen_gap(shape.information, settings_.shape);
       }
     }
-    if (!inertial || !moved_by_ranges(nodes[k - 1], nodes[k])) graph_->add(shape);
+    if (!inertial || !is_corrected(nodes[k - 1], nodes[k])) graph_->add(shape);
     if (inertial) {
       graph::InertialFactor factor = *step.inertial;
       factor.i = shape.i;

@@ -27,23 +27,22 @@ Mat3 share_of(const Mat3& information, const Mat3& weak) {
 }  // namespace
 
 /// Where the scan leaves a shift open, the turn is known but for what goes with that shift: a bent
-/// passage fits as well further on, turned by its bend. Who then moves a step along it turns it as
-/// well, and a gyroscope that knows the turn tells how far the vehicle went. Else shift and turn
-/// are apart.
+/// passage fits as well further on, turned by its bend. A step that becomes longer turns with it,
+/// and a gyroscope that measures the turn measures the distance. Else shift and turn are apart.
 Mat6 known_share(const Mat6& lidar_information, const ShapeSettings& s) {
   const Mat3 weak_turn = Mat3::Identity() / (s.known_rad * s.known_rad);
   const Mat3 weak_shift = Mat3::Identity() / (s.known_m * s.known_m);
   const Mat3 turn = lidar_information.topLeftCorner<3, 3>();
   const Mat3 shift = lidar_information.bottomRightCorner<3, 3>();
   const Mat3 both = lidar_information.topRightCorner<3, 3>();
+  const Mat3 turn_inverse = (turn + weak_turn).inverse();
   Mat6 share = Mat6::Zero();
   share.topLeftCorner<3, 3>() =
       share_of(turn - both * (shift + weak_shift).inverse() * both.transpose(), weak_turn);
   share.bottomRightCorner<3, 3>() =
-      share_of(shift - both.transpose() * (turn + weak_turn).inverse() * both, weak_shift);
+      share_of(shift - both.transpose() * turn_inverse * both, weak_shift);
   const Mat3 open = Mat3::Identity() - share.bottomRightCorner<3, 3>();
-  share.topRightCorner<3, 3>() =
-      share.topLeftCorner<3, 3>() * (turn + weak_turn).inverse() * both * open;
+  share.topRightCorner<3, 3>() = share.topLeftCorner<3, 3>() * turn_inverse * both * open;
   return share;
 }
 

@@ -89,11 +89,11 @@ Mat6 Bend::unseen_in(const Mat6& information, const FilterState& state) const {
   return across.transpose() * information * across;
 }
 
-double unseen_turn_radpm(const Mat6& information, const Vec3& axis_odom, const Vec3& up_body) {
+double unseen_turn_radpm(const Mat6& information, const Vec3& axis_odom, const FilterState& state) {
   const Mat3 of_turn = information.topLeftCorner<3, 3>();
   const Vec3 coupled = information.topRightCorner<3, 3>() * axis_odom;
   const Vec3 turn = -of_turn.ldlt().solve(coupled);
-  return turn.allFinite() ? up_body.dot(turn) : 0.0;
+  return turn.allFinite() ? up_body(state).dot(turn) : 0.0;
 }
 
 }  // namespace rali::odometry

@@ -10,10 +10,10 @@ namespace rali::odometry {
 /// In a bent tunnel a scan fits as well further on, turned by the bend: the motion that the LiDAR
 /// does not see is a screw, not a translation. So an error of the position along the axis is an
 /// error of the heading as well, and one of the speed looks like an error of the gyro's bias. Each
-/// scan tells the bend with noise of some 3e-4 rad/m; taken scan by scan, the differences between
-/// them would fix the position along the axis to centimetres, of which no scan knows anything. The
-/// direction that is not observed must be the same in all scans (Huang, Mourikis, Roumeliotis
-/// 2010), hence the mean over a few metres.
+/// scan measures the bend with noise of some 3e-4 rad/m; taken scan by scan, the differences
+/// between them would fix the position along the axis to centimetres, of which no scan knows
+/// anything. The direction that is not observed must be the same in all scans (Huang, Mourikis,
+/// Roumeliotis 2010), hence the mean over a few metres.
 ///
 /// While one axis is degenerate the error state of the filter is about this screw: its heading and
 /// gyro bias are what is left when the position and speed along the axis are right. So the
@@ -64,9 +64,8 @@ class Bend {
 };
 
 /// Turn about up of a vehicle that moves a metre along the axis, if no scan is to see it.
-/// @param information of one scan, boxplus order
+/// @param information of one scan at the state's pose, boxplus order
 [[nodiscard]] double unseen_turn_radpm(const geometry::Mat6& information,
-                                       const geometry::Vec3& axis_odom,
-                                       const geometry::Vec3& up_body);
+                                       const geometry::Vec3& axis_odom, const FilterState& state);
 
 }  // namespace rali::odometry

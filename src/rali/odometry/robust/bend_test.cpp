@@ -49,10 +49,9 @@ Mat6 scan_of_bent_walls(double radpm) {
 }
 
 TEST(Bend, of_bent_walls_is_their_curvature) {
-  EXPECT_NEAR(unseen_turn_radpm(scan_of_bent_walls(kBend_radpm), Vec3::UnitX(), Vec3::UnitZ()),
+  EXPECT_NEAR(unseen_turn_radpm(scan_of_bent_walls(kBend_radpm), Vec3::UnitX(), driving()),
               kBend_radpm, 1e-9);
-  EXPECT_NEAR(unseen_turn_radpm(scan_of_bent_walls(-0.01), Vec3::UnitX(), Vec3::UnitZ()), -0.01,
-              1e-9);
+  EXPECT_NEAR(unseen_turn_radpm(scan_of_bent_walls(-0.01), Vec3::UnitX(), driving()), -0.01, 1e-9);
 }
 
 TEST(Bend, turns_the_other_way_when_the_axis_points_back) {

@@ -178,7 +178,7 @@ void RobustOdometry::remember_blindness(const UpdateResult& done) {
   if (!was_blind && blind_[0] && !glimpse) t_blind_ = state_.t;
 }
 
-/// Without inertial data nothing but the scans tells how the vehicle turns.
+/// Without inertial data only the scans measure how the vehicle turns.
 void RobustOdometry::follow_bend(const UpdateResult& done) {
   const auto axis = blind_axis();
   if (!axis || !inertial_) return bend_.end();

@@ -19,6 +19,7 @@ struct RobustOdometry::StartMemory {
   degeneracy::Axes axes;
   Mat3 lidar_known;
   std::array<bool, 3> blind;
+  Bend bend;
   std::array<int, 3> seeing_scans;
   Time t_blind, t_speed_bounded;
   std::optional<Time> t_seen;
@@ -28,9 +29,25 @@ struct RobustOdometry::StartMemory {
 };
 
 RobustOdometry::StartMemory RobustOdometry::start_memory() const {
-  return {state_,  last_posterior_,   map_,       drift_,        constraints_,  refusal_,
-          axes_,   lidar_known_,      blind_,     seeing_scans_, t_blind_,      t_speed_bounded_,
-          t_seen_, fastest_seen_mps_, usual_fit_, noise_boost_,  scans_in_map_, sampler_};
+  return {state_,
+          last_posterior_,
+          map_,
+          drift_,
+          constraints_,
+          refusal_,
+          axes_,
+          lidar_known_,
+          blind_,
+          bend_,
+          seeing_scans_,
+          t_blind_,
+          t_speed_bounded_,
+          t_seen_,
+          fastest_seen_mps_,
+          usual_fit_,
+          noise_boost_,
+          scans_in_map_,
+          sampler_};
 }
 
 void RobustOdometry::take(const StartMemory& memory) {
@@ -43,6 +60,7 @@ void RobustOdometry::take(const StartMemory& memory) {
   axes_ = memory.axes;
   lidar_known_ = memory.lidar_known;
   blind_ = memory.blind;
+  bend_ = memory.bend;
   seeing_scans_ = memory.seeing_scans;
   t_blind_ = memory.t_blind;
   t_speed_bounded_ = memory.t_speed_bounded;

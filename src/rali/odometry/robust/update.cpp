@@ -97,11 +97,6 @@ class Untouched {
   Mat3 axes_v_ = Mat3::Zero();  ///< the same for the velocity
 };
 
-double bend_along(const Vec3& axis_odom, const FilterState& state, const Mat6& I) {
-  const Vec3 up_body = state.T_odom_body.R.transpose() * -state.g_odom_mps2.normalized();
-  return unseen_turn_radpm(I, axis_odom, up_body);
-}
-
 /// What was blind stays so whatever this scan seems to tell.
 void keep_blind(const std::array<bool, 3>& blind_before, UpdateResult& result) {
   for (std::size_t d = 0; d < 3; ++d) {
@@ -193,11 +188,11 @@ void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& resul
   }
 }
 
-/// Takes out of the system what the LiDAR tells by chance, of what it does not see, and of tilt.
+/// Takes out of the system what is chance, what the LiDAR does not see, and the common tilt.
 void keep_what_is_seen(const FilterState& state, const Mat3& R_odom_v,
                        const UpdateSettings& settings, bool inertial, LidarSystem& system,
                        UpdateResult& result) {
-  result.bend_radpm = bend_along(result.axes.col(0), state, system.I);
+  result.bend_radpm = unseen_turn_radpm(system.I, result.axes.col(0), state);
   degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
   if (!inertial) return;
   Untouched(result.directions, R_odom_v).clear_coupling(system);
