@@ -49,6 +49,25 @@ Mat3 PointSums::noise_in(const Mat3& C, double range_var) const {
 
 namespace {
 
+/// Unevenness of a surface [m], at least: screed, asphalt and shotcrete have more. Of 3 to 10 mm no
+/// choice matters: what it must refuse is seen at a thousandth to a tenth of a radian.
+constexpr double kUneven_m = 0.005;
+
+/// What of the spread along `across` shows the surface, not how the rays graze it [m^2].
+///
+/// Where a ray meets a surface at the angle g, an unevenness h moves the point along the ray by
+/// h / sin g; an angle that the pose is off by does the same. The points of one ring lie on its
+/// cone, whatever the surface is, so that their best plane is the cone's own: spread wide along
+/// the rays, thin, and tilted by the angle of the ring. Nobody sees a surface edge-on: by the angle
+/// at which a plane that contains its rays would be seen, nothing of its spread is left.
+/// @param rays  mean of ray ray^T
+double width_beyond_grazing(double spread_m2, const Vec3& across, const Vec3& normal,
+                            const Mat3& rays) {
+  constexpr double kLeast = 1e-8;
+  const double sine2 = std::max(kLeast, normal.dot(rays * normal));
+  return spread_m2 - kUneven_m * kUneven_m / sine2 * across.dot(rays * across);
+}
+
 /// Ten points of a round blob look four times as wide as thick in one cell of six, and a blob's
 /// normal points anywhere: along a tunnel, too. Whether two spreads that are equal in truth differ
 /// as much by chance: with W = 4 a b/(a + b)^2, W^((n - 2)/2) is uniform (Mauchly 1940, two
@@ -76,8 +95,9 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bo
   const Mat3 rays = sums.mean_ray_product();
   const Mat3 least = measured - range_var * rays;
   const double thickness_m2 = normal.dot(least * normal);
-  const double width_m2 =
-      std::min(pca.values[1], pca.vectors.col(1).dot(least * pca.vectors.col(1)));
+  const Vec3 across = pca.vectors.col(1);
+  const double spread_m2 = std::min(pca.values[1], across.dot(least * across));
+  const double width_m2 = width_beyond_grazing(spread_m2, across, normal, rays);
   const double excess = finest ? settings.excess_max_finest_m : settings.excess_max_m;
   if (thickness_m2 > excess * excess) return FitResult::kTooThick;
   const double width = settings.width_min_ratio * edge_m;

@@ -222,6 +222,44 @@ TEST(FitPlane, does_not_make_a_plane_of_one_ring) {
   EXPECT_LT(worst, 4.0);
 }
 
+/// One ring on the floor ahead, 0.5 m below, taken by scans whose pitch is off by some
+/// milliradians.
+PointSums ring_of_scans(double distance_m, int scans, Rng& rng) {
+  constexpr double kHeight_m = 0.5;
+  constexpr double kPitch_rad = 0.0015;
+  const double down = kHeight_m / distance_m;
+  const Vec3 origin(distance_m, 0.0, -kHeight_m);
+  PointSums sums;
+  for (int scan = 0; scan < scans; ++scan) {
+    // The beam is where the pose says it is; what it hits is not.
+    const double hit_m = kHeight_m / (down + kPitch_rad * rng.normal());
+    for (int i = -8; i <= 8; ++i) {
+      const Vec3 ray = Vec3(1.0, 0.4 / distance_m * i / 8.0, -down).normalized();
+      const double range_m = hit_m / ray.x() + 0.02 * rng.normal();
+      const Vec3 p = range_m * ray;
+      if (std::abs(p.x() - distance_m) < 0.4) {
+        sums.add(p - origin, ray.cast<float>(), 0.0, kEdge_m);
+      }
+    }
+  }
+  return sums;
+}
+
+TEST(FitPlane, does_not_make_a_plane_of_the_cone_of_one_ring) {
+  Rng rng(5, "cone");
+  for (const double distance_m : {6.0, 8.0, 12.0}) {
+    int planes = 0;
+    for (int k = 0; k < 100; ++k) {
+      const PointSums sums = ring_of_scans(distance_m, 10, rng);
+      Plane plane;
+      const Vec3 origin(distance_m, 0.0, -0.5);
+      const FitResult fit = fit_plane(sums, origin, kEdge_m, false, PlaneSettings{}, plane);
+      if (fit == FitResult::kPlane) ++planes;
+    }
+    EXPECT_LE(planes, 2) << distance_m;
+  }
+}
+
 PointSums grid(int side, double spacing_m, double thickness_m) {
   PointSums sums;
   for (int i = 0; i < side; ++i) {
