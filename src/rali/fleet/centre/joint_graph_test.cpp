@@ -90,7 +90,7 @@ TEST(JointGraph, without_ranges_a_blind_path_stays_as_the_filter_went) {
 }
 
 // A range that comes back moves the filter along the tunnel; the bend by which it turns the vehicle
-// and takes it aside is not known exactly. Held for motion, both would stay in the path.
+// and shifts it across is not known exactly. Held for motion, both would stay in the path.
 TEST(JointGraph, a_step_in_which_the_filter_was_corrected_is_no_motion) {
   VehiclePath path(VehicleId{0});
   const SE3 T_moved_odom{geometry::rotation_from_rpy(0.0, 0.0, 0.1), Vec3(5.0, 0.5, 0.0)};
