@@ -42,6 +42,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   const bool measured = inertial_ && !is_turned_aside(predicted.P.topLeftCorner<6, 6>());
   UpdateResult done = update(scan, measured ? 1 : kRoundsOfAGuess);
   const bool settled = has_imu_ || settle_alone(scan, predicted, done);
+  if (settled) remember_seen(done);
   watch_acceleration(settled);
   if (follows) measure_noise(done, felt);
   if (inertial_) constrain(done, findings);
@@ -142,10 +143,6 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     if (as_guessed && !inertial_) break;
   }
   done.sees[0] = done.sees[0] && !thin_;
-  axes_ = done.axes;
-  lidar_known_ = done.known;
-  remember_blindness(done);
-  follow_bend(done);
   return done;
 }
 
@@ -160,6 +157,15 @@ void RobustOdometry::bend_poses(const SE3& end) {
     pose.T_odom_body =
         geometry::boxplus(pose.T_odom_body, seconds_between(begin, pose.t) / span_s * all);
   }
+}
+
+/// What the LiDAR sees at the pose that the scan was given in the end. A registration that was not
+/// kept has few partners and sees little: remembered as well, it would forbid the right pose.
+void RobustOdometry::remember_seen(const UpdateResult& done) {
+  axes_ = done.axes;
+  lidar_known_ = done.known;
+  remember_blindness(done);
+  follow_bend(done);
 }
 
 /// A direction is blind at once, and seen again only after several scans in a row: one of many

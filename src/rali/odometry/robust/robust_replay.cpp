@@ -110,6 +110,7 @@ RobustOdometry::ReplayFit RobustOdometry::replay(std::span<const LidarScan> scan
     sampler_.sample(scan);
     predict(scan.t_end);
     const UpdateResult done = update(scan, 1);
+    remember_seen(done);
     out.nis += done.nis / n;
     out.on_planes += done.fit / n;
     constrain(done, findings);

@@ -113,6 +113,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] SweepMotion sweep_motion(const sensor::LidarScan& scan) const;
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void bend_poses(const geometry::SE3& end);
+  void remember_seen(const UpdateResult& done);
   void remember_blindness(const UpdateResult& done);
   void follow_bend(const UpdateResult& done);
   void look_around(const FilterState& predicted, UpdateResult& done);
