@@ -72,11 +72,11 @@ double width_beyond_grazing(double spread_m2, const Vec3& across, const Vec3& no
 /// normal points anywhere: along a tunnel, too. Whether two spreads that are equal in truth differ
 /// as much by chance: with W = 4 a b/(a + b)^2, W^((n - 2)/2) is uniform (Mauchly 1940, two
 /// dimensions).
-bool flat_by_chance(double wide, double thick, int n) {
+bool flat_by_chance(double wide, double thick, double n) {
   constexpr double kChance = 0.03;
   const double sum = wide + thick;
   if (!(sum > 0.0)) return true;
-  return std::pow(4.0 * wide * thick / (sum * sum), 0.5 * (n - 2)) > kChance;
+  return std::pow(4.0 * wide * thick / (sum * sum), 0.5 * (n - 2.0)) > kChance;
 }
 
 }  // namespace
@@ -104,10 +104,12 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bo
   if (width_m2 < width * width) return FitResult::kTooFew;
   const double l3 = std::max(0.0, normal.dot(measured * normal));
   if (width_m2 < 4.0 * l3) return finest ? FitResult::kTooFew : FitResult::kTooThick;
-  if (flat_by_chance(width_m2, l3, sums.n)) return FitResult::kTooFew;
+  // Three spots lie in a plane, whatever they are on.
+  const double m = sums.samples;
+  if (m < 4.0 || flat_by_chance(width_m2, l3, m)) return FitResult::kTooFew;
   const double n = sums.n;
   const double floor = settings.sigma_floor_m * settings.sigma_floor_m;
-  const double s2 = std::max(floor, l3 * n / (n - 3.0));
+  const double s2 = std::max(floor, l3 * m / (m - 3.0));
   // Scans disagree by millimetres; spread over a narrow plane that is a large tilt.
   const double between = settings.sigma_between_m * settings.sigma_between_m;
   plane.q = origin + sums.sum / n;

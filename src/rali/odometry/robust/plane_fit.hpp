@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+
 #include "rali/geometry/pca3.hpp"
 #include "rali/geometry/types.hpp"
 
@@ -12,6 +15,10 @@ struct PointSums {
   static constexpr double kShell = 0.125;
 
   int n = 0;
+  /// Points that show a part of the surface anew. A sensor that stands measures the same few spots
+  /// with each scan: that tells how noisy the points are, not what is between them.
+  int samples = 0;
+  std::uint64_t looked_at = 0;  ///< of 4 x 4 x 4 parts: where rays passed nearest to the centre
   geometry::Vec3 sum = geometry::Vec3::Zero();
   // xx xy xz yy yz zz of the points, and of the unit rays that measured them
   double products[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
@@ -23,8 +30,15 @@ struct PointSums {
   float leaving_at[9] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
 
   /// @param p relative to the cell's centre [m]  @param ray unit  @param edge_m of the cell
-  void add(const geometry::Vec3& p, const geometry::Vec3f& ray, double epoch, double edge_m) {
+  /// @param new_view seen from another place than before
+  void add(const geometry::Vec3& p, const geometry::Vec3f& ray, double epoch, double edge_m,
+           bool new_view = true) {
     ++n;
+    // Noise along the ray leaves the point of the ray that is nearest to the centre where it is.
+    const geometry::Vec3 r = ray.cast<double>();
+    const std::uint64_t part = part_of(p - p.dot(r) * r, edge_m);
+    if (new_view || (looked_at & part) == 0) ++samples;
+    looked_at |= part;
     epoch_sum += epoch;
     sum += p;
     products[0] += p.x() * p.x();
@@ -62,6 +76,13 @@ struct PointSums {
   [[nodiscard]] geometry::Mat3 noise_in(const geometry::Mat3& C, double range_var) const;
 
  private:
+  static std::uint64_t part_of(const geometry::Vec3& p, double edge_m) {
+    const auto along = [&p, edge_m](int k) {
+      return std::clamp(static_cast<int>(4.0 / edge_m * p[k] + 2.0), 0, 3);
+    };
+    return std::uint64_t{1} << (16 * along(0) + 4 * along(1) + along(2));
+  }
+
   void add_near_faces(const geometry::Vec3f& p, const geometry::Vec3f& ray, float edge_m) {
     const float inner_m = (0.5F - static_cast<float>(kShell)) * edge_m;
     float s = 0.0F;

@@ -13,6 +13,7 @@ namespace {
 using cloud::floor_to_int;
 using cloud::hash_key;
 using cloud::voxel_key;
+using geometry::SE3;
 using geometry::Vec3;
 
 struct CellIndex {
@@ -92,6 +93,16 @@ void PlaneMap::grow() {
   }
 }
 
+void PlaneMap::set_view(const SE3& T_odom_lidar) {
+  // A part of the smallest cells, and the turn that moves a point as far at 5 m.
+  constexpr double kMoved_m = 0.05;
+  constexpr double kTurned_rad = 0.01;
+  const geometry::Vec6 moved = geometry::boxminus(T_odom_lidar, T_odom_view_);
+  new_view_ =
+      empty() || moved.tail<3>().norm() / kMoved_m + moved.head<3>().norm() / kTurned_rad > 1.0;
+  if (new_view_) T_odom_view_ = T_odom_lidar;
+}
+
 void PlaneMap::insert(const Vec3& p_odom_m, const geometry::Vec3f& ray_odom, double epoch) {
   const CellIndex i = cell_of(p_odom_m, inverse_voxel_);
   const int cell = find_or_make_root(i.x, i.y, i.z);
@@ -113,7 +124,7 @@ void PlaneMap::insert_at(int index, const Vec3& origin, double half_m, int level
   }
   if (children == kFrozen) return;
   Gathered& gathered = gathered_[static_cast<std::size_t>(index)];
-  gathered.sums.add(p - center, ray, epoch, 2.0 * half_m);
+  gathered.sums.add(p - center, ray, epoch, 2.0 * half_m, new_view_);
   if (gathered.sums.n >= gathered.refit_at) refit(index, center, level);
 }
 
@@ -217,6 +228,8 @@ std::size_t PlaneMap::prune(const Vec3& center_odom_m) {
     kept.copy_tree(*this, slot.cell, kept.find_or_make_root(ix, iy, iz));
   }
   const auto roots_max = static_cast<std::size_t>(settings_.roots_max);
+  kept.T_odom_view_ = T_odom_view_;
+  kept.new_view_ = new_view_;
   kept.prune_above_ = std::max(roots_max, kept.roots_ + roots_max / 8);
   *this = std::move(kept);
   return before - roots_;

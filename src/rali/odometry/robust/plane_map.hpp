@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "rali/geometry/se3.hpp"
 #include "rali/odometry/robust/plane_fit.hpp"
 
 namespace rali::odometry {
@@ -36,6 +37,9 @@ struct PlaneMapSettings {
 class PlaneMap {
  public:
   explicit PlaneMap(const PlaneMapSettings& settings);
+
+  /// What is inserted from now on was measured from there.
+  void set_view(const geometry::SE3& T_odom_lidar);
 
   /// @param ray_odom unit vector from the sensor to the point.
   /// @param epoch generation of the pose that saw it (drift.hpp).
@@ -108,6 +112,8 @@ class PlaneMap {
   std::vector<Node> nodes_;
   std::vector<Gathered> gathered_;  ///< beside nodes_
   std::vector<Plane> planes_;
+  geometry::SE3 T_odom_view_;  ///< where the newest view began
+  bool new_view_ = true;
   std::size_t roots_ = 0;
   std::size_t prune_above_ = 0;  ///< roots
 };

@@ -55,6 +55,28 @@ TEST(PlaneMap, splits_a_cell_that_holds_floor_and_wall) {
   EXPECT_NEAR(std::abs(map.plane(wall).n.y()), 1.0, 1e-6);
 }
 
+/// Planes of four spots that are measured by ten scans.
+std::size_t planes_of_four_spots(double step_m) {
+  const Vec3 spots[] = {{0.3, 0.3, 0.5}, {0.5, 0.3, 0.5}, {0.3, 0.5, 0.5}, {0.5, 0.5, 0.5}};
+  PlaneMap map{PlaneMapSettings{}};
+  Rng rng(3, "spots");
+  for (int scan = 0; scan < 10; ++scan) {
+    const geometry::SE3 T_odom_lidar{geometry::Mat3::Identity(), {step_m * scan, 0.0, 3.0}};
+    map.set_view(T_odom_lidar);
+    for (const Vec3& spot : spots) {
+      const Vec3 ray = (spot - T_odom_lidar.p).normalized();
+      map.insert(spot + 0.01 * rng.normal() * ray, ray.cast<float>(), 0.0);
+    }
+  }
+  return map.plane_count();
+}
+
+TEST(PlaneMap, makes_no_plane_of_the_few_spots_that_one_place_shows) {
+  EXPECT_EQ(planes_of_four_spots(0.0), 0U);
+  EXPECT_EQ(planes_of_four_spots(0.002), 0U) << "all within 2 cm";
+  EXPECT_EQ(planes_of_four_spots(0.1), 1U);
+}
+
 TEST(PlaneMap, makes_few_planes_of_a_bush) {
   PlaneMap map{PlaneMapSettings{}};
   Rng rng(2, "bush");

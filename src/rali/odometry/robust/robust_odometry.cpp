@@ -204,6 +204,7 @@ void RobustOdometry::insert_points(const SE3& T_odom_body) {
   const Vec3 origin = calibration_.T_body_lidar.p;
   const double epoch = drift_.epoch();
   if (!has_imu_) recent_.add(points_, T_odom_body);
+  map_.set_view(T_odom_body * calibration_.T_body_lidar);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
     const Vec3 ray = R * (p - origin);
