@@ -78,6 +78,7 @@ constexpr std::array kRemoved{
                "settings.odometry.robust.initialisation.gyro_bias_sigma_radps bounds the bias"},
     RemovedKey{"odometry.robust.map.plane.range_sigma_m", kRangeNoise},
     RemovedKey{"odometry.robust.match.range_sigma_m", kRangeNoise},
+    RemovedKey{"odometry.robust.update.tilt_sigma_rad", kNoLimit},
     RemovedKey{"vehicle.back_end",
                "Vehicles that are joined have one graph; others keep the path "
                "of their odometry"},

@@ -14,7 +14,7 @@ struct DriftSettings {
   double growth = 1.0;           ///< variance added per generation / variance of one registration
   double start_sigma_m = 0.004;  ///< of the first pose in the map that is built from it
   double start_sigma_deg = 0.05;
-  double start_tilt_deg = 0.15;      ///< roll and pitch, seen by sparse rings, held by gravity
+  double start_tilt_deg = 0.06;      ///< roll and pitch, seen by sparse rings, held by gravity
   double start_tilt_free_deg = 0.5;  ///< the same without inertial data
   double sigma_max_m = 1.0;          ///< local sigma where the LiDAR knows nothing
 

@@ -38,11 +38,11 @@ DriftSettings from_nothing() {
 TEST(Drift, begins_with_the_doubt_about_the_first_pose) {
   Drift drift{DriftSettings{}};
   const geometry::Mat6 P = drift.update(geometry::SE3{}, 0.0, geometry::Mat6::Zero(), kFollows);
-  EXPECT_NEAR(std::sqrt(P(0, 0)), 0.15 * 3.14159265 / 180.0, 1e-9);
+  EXPECT_NEAR(std::sqrt(P(0, 0)), 0.06 * 3.14159265 / 180.0, 1e-9);
   EXPECT_NEAR(std::sqrt(P(2, 2)), 0.05 * 3.14159265 / 180.0, 1e-9);
   // 4 mm, and the tilt about a point 0.5 m above and 3 m ahead.
-  EXPECT_NEAR(std::sqrt(P(3, 3)), std::hypot(0.004, 0.5 * 0.15 * 3.14159265 / 180.0), 1e-9);
-  EXPECT_NEAR(std::sqrt(P(5, 5)), std::hypot(0.004, 3.0 * 0.15 * 3.14159265 / 180.0), 1e-9);
+  EXPECT_NEAR(std::sqrt(P(3, 3)), std::hypot(0.004, 0.5 * 0.06 * 3.14159265 / 180.0), 1e-9);
+  EXPECT_NEAR(std::sqrt(P(5, 5)), std::hypot(0.004, 3.0 * 0.06 * 3.14159265 / 180.0), 1e-9);
 }
 
 TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {

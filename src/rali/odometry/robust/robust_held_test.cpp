@@ -103,34 +103,5 @@ TEST(RangeWhileHeld, leaves_a_covariance_that_errors_can_have_when_the_hold_ends
   EXPECT_LT(std::abs(off_m), 0.1) << "as far from the vehicle as it was measured to be";
 }
 
-constexpr double kDriven_s = 12.0;
-
-/// Variance along a tunnel so long after a standstill, where a scan's tilt has this error [m^2].
-double variance_after_standstill(double tilt_sigma_rad) {
-  TestRoom room = tunnel();
-  room.rest_s = 6.0;
-  room.rings = 16;
-  room.columns = 300;
-  OdometrySettings settings;
-  settings.robust.update.tilt_sigma_rad = tilt_sigma_rad;
-  Driven driven(room, 55, true, settings);
-  EXPECT_TRUE(driven.now().at_rest);
-  while (driven.now().at_rest && driven.sweeps < 80) driven.sweep();
-  driven.room.accel_noise_mps2 = 0.1;  // it shakes, else it would count as at rest again
-  for (int k = 0; k < static_cast<int>(kDriven_s / kSweep_s); ++k) driven.sweep();
-  EXPECT_FALSE(driven.now().at_rest);
-  EXPECT_TRUE(driven.filter->blind_axis());
-  return driven.filter->position_covariance()(0, 0);
-}
-
-// As noise of each scan the tilt would add 0.1 m to the sigma instead of 0.85 m.
-TEST(EndOfHold, leaves_room_for_a_map_that_tilts_in_the_first_metres) {
-  constexpr double kTilt_rad = 0.0015;
-  const double by_tilt_m = 0.5 * 9.81 * kTilt_rad * kDriven_s * kDriven_s;
-  const double added_m2 = variance_after_standstill(kTilt_rad) - variance_after_standstill(1e-5);
-  EXPECT_GT(added_m2, 0.7 * 0.7 * by_tilt_m * by_tilt_m);
-  EXPECT_LT(added_m2, by_tilt_m * by_tilt_m);
-}
-
 }  // namespace
 }  // namespace rali::odometry

@@ -176,22 +176,11 @@ void RobustOdometry::end_hold(const FilterState& before) {
   const FilterState held = state_;
   state_ = held_states_.empty() ? before : held_states_.front();
   carry_side_states(held, state_);
-  widen_gravity();
   held_states_.clear();
   last_posterior_ = state_;
   moved_scans_ = 0;
   motion_noise_.interrupt();
   standstill_.reset();
-}
-
-/// At standstill gravity is estimated relative to the map of that place. Once the vehicle moves,
-/// the scans fit a map that is tilted against it: few rings measure pitch in the first metres, and
-/// new points inherit the tilt of the pose. This error is common to all scans that follow. Modelled
-/// as noise of each scan (share_tilt_error in update.cpp) it averages away, and a degenerate
-/// stretch would start with a force that is known too well.
-void RobustOdometry::widen_gravity() {
-  const double tilt_rad = settings_.update.tilt_sigma_rad;
-  state_.P.diagonal().segment<2>(kGravity).array() += tilt_rad * tilt_rad;
 }
 
 /// The pose is held from now on. A speed that the filter has although the wheels stand was drawn

@@ -203,11 +203,6 @@ void RobustOdometry::begin_again_at_rest() {
   state_.T_odom_body = track_.front().T_odom_body;
   decorrelate(state_, kTheta, 6);
   state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
-  // Registration on the move finds the map tilted against the rest by so much, and for good.
-  const Mat3& R = state_.T_odom_body.R;
-  const Vec3 up_body = R.transpose() * -state_.g_odom_mps2.normalized();
-  const double tilt_var = settings_.update.tilt_sigma_rad * settings_.update.tilt_sigma_rad;
-  state_.P.topLeftCorner<3, 3>() += tilt_var * (Mat3::Identity() - up_body * up_body.transpose());
   map_ = PlaneMap(settings_.map);
   recent_.clear();
   for (const BodyPoints& points : start_points_) {

@@ -35,7 +35,6 @@ struct UpdateSettings {
   double stop_deg = 0.005;
   double rematch_m = 0.02;
   int matches_min = 15;
-  double tilt_sigma_rad = 0.0015;
   double straight_m = 0.3;
   double shift_slope = 0.02;
   double jolt_nis = 40.0;
@@ -47,8 +46,6 @@ struct UpdateSettings {
     v("stop_deg", stop_deg, 1e-5, 1.0, "and turns less");
     v("rematch_m", rematch_m, 0.0, 1.0, "search correspondences again after a longer step");
     v("matches_min", matches_min, 6, 10000, "fewer matches: the scan is not used");
-    v("tilt_sigma_rad", tilt_sigma_rad, 0.0, 0.1,
-      "sigma of roll and pitch from a scan: lets gravity correct them");
     v("straight_m", straight_m, 0.0, 1000.0, "ranges may shift the pose so far along a passage");
     v("shift_slope", shift_slope, 0.0, 1.0, "and beyond it is off across by so much per metre");
     v("jolt_nis", jolt_nis, 10.0, 1e6, "LiDAR and prediction differ by so much: a jolt was missed");

@@ -30,22 +30,6 @@ void move_to_prior(const Vec3& theta, LidarSystem& system) {
   system.b.head<3>() = (J.transpose() * system.b.head<3>()).eval();
 }
 
-/// Takes out of the system what the LiDAR cannot know about roll and pitch: one scan fits the map
-/// to a fraction of a milliradian, but the next scans share its error (planes seen from afar by a
-/// few rings tilt together where a new room opens), and counted as independent they would let
-/// gravity correct nothing. Equal to adding an error of that variance to each look.
-void share_tilt_error(const FilterState& state, double sigma_rad, LidarSystem& system) {
-  const Vec3 up_body = state.T_odom_body.R.transpose() * -state.g_odom_mps2.normalized();
-  Mat6 S = Mat6::Zero();
-  S.topLeftCorner<3, 3>() =
-      sigma_rad * sigma_rad * (Mat3::Identity() - up_body * up_body.transpose());
-  // (I^-1 + S)^-1, written for a rank-deficient I; the estimate I^-1 b stays where it is.
-  const Mat6 share = (Mat6::Identity() + system.I * S).inverse();
-  system.I = (share * system.I).eval();
-  system.I = 0.5 * (system.I + system.I.transpose()).eval();
-  system.b = (share * system.b).eval();
-}
-
 /// Directions in state space that the scan must not touch: position and speed along what it cannot
 /// see. Exact zeros in its information are not enough: with a loose prior there, the axis of a
 /// tunnel that jitters by a milliradian from scan to scan, or bends, turns what the LiDAR knows
@@ -188,15 +172,12 @@ void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& resul
   }
 }
 
-/// Takes out of the system what is chance, what the LiDAR does not see, and the common tilt.
-void keep_what_is_seen(const FilterState& state, const Mat3& R_odom_v,
-                       const UpdateSettings& settings, bool inertial, LidarSystem& system,
-                       UpdateResult& result) {
+/// Takes out of the system what is chance and what the LiDAR does not see.
+void keep_what_is_seen(const FilterState& state, const Mat3& R_odom_v, bool inertial,
+                       LidarSystem& system, UpdateResult& result) {
   result.bend_radpm = unseen_turn_radpm(system.I, result.axes.col(0), state);
   degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
-  if (!inertial) return;
-  Untouched(result.directions, R_odom_v).clear_coupling(system);
-  share_tilt_error(state, settings.tilt_sigma_rad, system);
+  if (inertial) Untouched(result.directions, R_odom_v).clear_coupling(system);
 }
 
 /// @return true: partners are to be looked for again
@@ -255,7 +236,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     result.directions = degeneracy::direction_information(system.I, matcher.evidence(),
                                                           state.T_odom_body.R, result.axes, aware);
     keep_blind(blind_before, result);
-    keep_what_is_seen(state, R_odom_v, settings.update, inertial, system, result);
+    keep_what_is_seen(state, R_odom_v, inertial, system, result);
     result.information = system.I;
     result.mean_epoch = system.mean_epoch;
 

@@ -45,8 +45,7 @@ struct UpdateResult {
 /// @param axes_before the physical directions of the last scan.
 /// @param blind_before translations taken as blind whatever this scan seems to tell: one scan of
 /// many tells something by chance.
-/// @param inertial the prior comes from inertial data. If so gravity holds roll and pitch in the
-/// long run (UpdateSettings::tilt_sigma_rad). Where it is poor (without inertial data, or turned by
+/// @param inertial the prior comes from inertial data. Where it is poor (without them, or turned by
 /// an unknown angle) the first iterations look into neighbouring cells. With fewer than matches_min
 /// matches the state is left as predicted.
 [[nodiscard]] UpdateResult update_with_scan(FilterState& state, Matcher& matcher,

@@ -232,25 +232,5 @@ TEST(UpdateWithScan, trusts_a_sharp_prior_over_the_scan) {
   EXPECT_NEAR(s.T_odom_body.p.x(), kTruth.p.x() + 0.03, 1e-6);
 }
 
-TEST(UpdateWithScan, leaves_room_for_gravity_in_roll_and_pitch_only) {
-  // Many looks at one map share its tilt: counted as independent they would forbid gravity.
-  Place room(false);
-  const SE3 truth{so3_exp(Vec3(0.02, -0.03, 1.0)), Vec3(0.3, -0.2, 0.1)};
-  FilterState sure = guess_near(truth, Vec3::Zero(), Vec3::Zero());
-  FilterState open = sure;
-  room.settings.update.tilt_sigma_rad = 0.0;
-  (void)room.update(sure, truth);
-  room.settings.update.tilt_sigma_rad = 0.005;
-  (void)room.update(open, truth);
-  const Vec3 up_body = truth.R.transpose() * -open.g_odom_mps2.normalized();
-  const geometry::Mat3 P_sure = sure.P.block<3, 3>(kTheta, kTheta);
-  const geometry::Mat3 P_open = open.P.block<3, 3>(kTheta, kTheta);
-  const Vec3 level_body = up_body.unitOrthogonal();
-  EXPECT_NEAR(level_body.dot(P_open * level_body), level_body.dot(P_sure * level_body) + 2.5e-5,
-              2e-6);
-  EXPECT_NEAR(std::sqrt(up_body.dot(P_open * up_body)), std::sqrt(up_body.dot(P_sure * up_body)),
-              2e-5);
-}
-
 }  // namespace
 }  // namespace rali::odometry

@@ -162,7 +162,6 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void end_hold(const FilterState& before);
   void constrain(const UpdateResult& done, FindingList& findings);
   void bound_speed(FindingList& findings);
-  void widen_gravity();
   void widen_speed(const geometry::Vec3& axis_odom, FindingList& findings);
   [[nodiscard]] ProcessNoise process_noise() const;
   [[nodiscard]] ProcessNoise rest_noise() const;
