@@ -16,7 +16,7 @@ struct PointSums {
 
   int n = 0;
   /// Points that show a part of the surface anew. A sensor that stands measures the same few spots
-  /// with each scan: that tells how noisy the points are, not what is between them.
+  /// with each scan: that shows how noisy the points are, not what is between them.
   int samples = 0;
   std::uint64_t looked_at = 0;  ///< of 4 x 4 x 4 parts: where rays passed nearest to the centre
   geometry::Vec3 sum = geometry::Vec3::Zero();
@@ -30,7 +30,7 @@ struct PointSums {
   float leaving_at[9] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
 
   /// @param p relative to the cell's centre [m]  @param ray unit  @param edge_m of the cell
-  /// @param new_view seen from another place than before
+  /// @param new_view the sensor has moved since the view before: each point is a sample
   void add(const geometry::Vec3& p, const geometry::Vec3f& ray, double epoch, double edge_m,
            bool new_view = true) {
     ++n;

@@ -38,7 +38,8 @@ class PlaneMap {
  public:
   explicit PlaneMap(const PlaneMapSettings& settings);
 
-  /// What is inserted from now on was measured from there.
+  /// What is inserted from now on was measured from there. Until the sensor has moved by 5 cm, or
+  /// turned as far, a point is a sample of the surface only where no ray has passed before.
   void set_view(const geometry::SE3& T_odom_lidar);
 
   /// @param ray_odom unit vector from the sensor to the point.
