@@ -15,6 +15,7 @@
 #include "rali/eval/alignment.hpp"
 #include "rali/eval/consistency.hpp"
 #include "rali/eval/errors.hpp"
+#include "rali/vehicle/odom_frame.hpp"
 #include "rali/vehicle/vehicle.hpp"
 #include "recording.hpp"
 
@@ -112,15 +113,15 @@ void score_trajectory(const eval::PairList& pairs, Scores& s) {
   s.end_m = eval::absolute_errors(pairs, *T_origin).back().translation_m;
 }
 
+geometry::Mat6 odom_covariance(const vehicle::PoseEstimate& pose) {
+  return vehicle::odom_covariance(pose.covariance, pose.T_local_body, pose.T_odom_body);
+}
+
+/// The frame is that of the first pose, as a user of odometry/<v> has it.
 void score_consistency(const eval::PairList& pairs, const std::vector<SweepRow>& rows, Scores& s) {
   std::vector<geometry::Mat6> covariances;
-  for (const SweepRow& row : rows) covariances.push_back(row.pose.covariance);
-  // The frame is taken over from the pose one second after the first: an estimator that levels
-  // itself with its first sweeps is not blamed for the very first one.
-  std::size_t anchor = 0;
-  while (anchor + 1 < pairs.size() && seconds_between(pairs.front().t, pairs[anchor].t) < 1.0)
-    ++anchor;
-  const SE3 T_est_ref = pairs[anchor].est * pairs[anchor].ref.inverse();
+  for (const SweepRow& row : rows) covariances.push_back(odom_covariance(row.pose));
+  const SE3 T_est_ref = pairs.front().est * pairs.front().ref.inverse();
   const eval::Consistency six = eval::consistency(pairs, covariances, T_est_ref, 6);
   s.nees6 = six.mean;
   s.share95 = six.share_within_95;
@@ -167,7 +168,7 @@ void write_sweeps(const std::string& path, const eval::PairList& pairs,
     const SE3 E = p.ref.inverse() * (T_ref_est * p.est);
     const Vec3 turn = geometry::so3_log(E.R) * 180.0 / std::numbers::pi;
     const SE3 truth = T_ref_est.inverse() * p.ref;
-    const geometry::Mat6& P = row.pose.covariance;
+    const geometry::Mat6 P = odom_covariance(row.pose);
     fmt::print(file,
                "{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},"
                "{:.5f},{:.2f},{:.2f},{},{},{:.4f},{:.2f}\n",
