@@ -220,9 +220,13 @@ std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& trac
   const Mat3 g_cov = fit.covariance.bottomRightCorner<3, 3>();
   const double sigma_g = std::sqrt(g_cov.diagonal().maxCoeff());
   const bool late = duration_s > settings.give_up_s;
-  const bool plausible = std::abs(g.norm() - settings.gravity_mps2) < kGravityError_mps2;
-  if (!late && (sigma_g > kGravitySigmaMax_mps2 || !plausible)) return std::nullopt;
+  const auto is_gravity = [&settings](const Vec3& a_mps2) {
+    return std::abs(a_mps2.norm() - settings.gravity_mps2) < kGravityError_mps2;
+  };
+  const bool plausible = is_gravity(g);
+  if (!late && !is_gravity(g_guess)) return std::nullopt;
   InitialGuess guess;
+  guess.gravity_known = late || (sigma_g <= kGravitySigmaMax_mps2 && plausible);
   guess.gyro_bias_radps = bias;
   guess.gyro_bias_sigma_radps = std::max(0.002, 0.01 / duration_s);
   guess.g_odom_mps2 = settings.gravity_mps2 * (plausible ? g : g_guess).normalized();

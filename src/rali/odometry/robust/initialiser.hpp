@@ -13,6 +13,12 @@ namespace rali::odometry {
 /// The vehicle's own acceleration, averaged over a start: what the mean force errs by as gravity.
 inline constexpr double kMeanForceSigma_mps2 = 0.7;
 
+/// The same over `span_s`, of which the speed has changed by a metre per second or so.
+[[nodiscard]] inline double mean_force_sigma_mps2(double span_s) {
+  constexpr double kChange_mps = 1.0;
+  return kChange_mps < kMeanForceSigma_mps2 * span_s ? kChange_mps / span_s : kMeanForceSigma_mps2;
+}
+
 /// What the LiDAR alone saw while gravity was not known yet.
 struct TrackedPose {
   Time t;
@@ -33,12 +39,14 @@ struct InitialGuess {
   /// one is missing in the other, their sum is known well.
   Eigen::Matrix<double, 5, 5> bias_gravity_covariance = Eigen::Matrix<double, 5, 5>::Zero();
   bool at_rest = false;
+  /// False: the track does not show gravity and speed well enough yet.
+  bool gravity_known = true;
 };
 
 /// Gravity, velocity and gyro bias at the end of `track` from inertial samples and LiDAR poses
 /// (algorithms 1.4): at rest from means, in motion by linear least squares over the track.
 /// @param speed_usual_mps  sigma of the first speed where the LiDAR is degenerate
-/// @return empty while the data do not suffice
+/// @return empty while the data are too few
 [[nodiscard]] std::optional<InitialGuess> solve_initial(
     const std::vector<TrackedPose>& track, const InertialBuffer& imu,
     const InitialisationSettings& settings, const ImuNoiseSettings& noise,

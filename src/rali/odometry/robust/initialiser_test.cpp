@@ -184,11 +184,14 @@ TEST(Initialiser, waits_in_motion_until_gravity_shows_although_the_lidar_is_blin
     p.T_odom_body.p.x() += 0.5 * t * t;  // 1 m/s2 of which the LiDAR knows nothing
     p.covariance_m2(0, 0) = 1.0 + t * t;
   }
-  EXPECT_FALSE(solve_initial(track, imu, {}, {}).has_value());
+  const auto early = solve_initial(track, imu, {}, {});
+  ASSERT_TRUE(early.has_value());
+  EXPECT_FALSE(early->gravity_known);
   InitialisationSettings patient;
   patient.give_up_s = 2.0;
   const auto guess = solve_initial(track, imu, patient, {});
   ASSERT_TRUE(guess.has_value());
+  EXPECT_TRUE(guess->gravity_known);
   EXPECT_LT(angle(guess->g_odom_mps2, kGravity), 3.0 * tilt_sigma_rad(*guess));
 }
 
@@ -201,12 +204,20 @@ TEST(Initialiser, finds_gravity_and_speed_in_motion_within_their_sigma) {
     moving.record(3.0, imu, track);
     const auto guess = solve_initial(track, imu, {}, {});
     ASSERT_TRUE(guess.has_value()) << bias;
+    EXPECT_TRUE(guess->gravity_known) << bias;
     EXPECT_FALSE(guess->at_rest);
     EXPECT_LT(angle(guess->g_odom_mps2, kGravity), 3.0 * tilt_sigma_rad(*guess)) << bias;
     EXPECT_LT(tilt_sigma_rad(*guess), 0.1);
     EXPECT_LT((guess->v_odom_mps - moving.velocity(3.0)).norm(), 3.0 * speed_sigma_mps(*guess));
     EXPECT_LT((guess->gyro_bias_radps - kTrueBias).norm(), 3.0 * guess->gyro_bias_sigma_radps);
   }
+}
+
+TEST(Initialiser, takes_the_mean_force_for_gravity_the_more_the_longer_it_is) {
+  // Who changes speed by 1 m/s in 4 s has accelerated by 0.25 m/s2; in 1 s nobody by more than 0.7.
+  EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(4.0), 0.25);
+  EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(1.0), 0.7);
+  EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(0.0), 0.7);
 }
 
 TEST(Initialiser, waits_until_there_is_enough) {

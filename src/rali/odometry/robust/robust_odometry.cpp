@@ -242,15 +242,17 @@ Mat6 RobustOdometry::covariance(const UpdateResult& update) {
     const Vec3& d_odom = update.directions[k].direction_odom;
     if (const auto epoch = matcher_.mean_epoch(d_odom)) held.push_back({d_odom, *epoch});
   }
-  const Mat6 all = drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share,
-                                 level(), held, bend_.turned_covariance(state_));
-  if (!update.untouched.isZero(0.0)) {
-    const Mat3 released = drift_.release(state_.T_odom_body, update.untouched);
-    state_.P.block<3, 3>(kPos, kPos) += released;
-    // The end of a hold goes back to one of these.
-    for (FilterState& earlier : held_states_) earlier.P.block<3, 3>(kPos, kPos) += released;
-  }
-  return all;
+  return drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level(), held,
+                       bend_.turned_covariance(state_));
+}
+
+/// Along what the LiDAR does not see, the map's error is the filter's own.
+void RobustOdometry::release(const UpdateResult& update) {
+  if (update.untouched.isZero(0.0)) return;
+  const Mat3 released = drift_.release(state_.T_odom_body, update.untouched);
+  state_.P.block<3, 3>(kPos, kPos) += released;
+  // The end of a hold goes back to one of these.
+  for (FilterState& earlier : held_states_) earlier.P.block<3, 3>(kPos, kPos) += released;
 }
 
 /// The motion since the last scan by the LiDAR; shifts by ranges are not in it.
@@ -328,6 +330,7 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   constexpr double kDegree = std::numbers::pi / 180.0;
   out.covariance = covariance(update) + mounting_covariance(*T_odom_first_, out.T_odom_body,
                                                             kDegree * settings_.mounting_sigma_deg);
+  release(update);
   out.lidar_information = bend_.unseen_in(update.information, state_);
   out.planes = matcher_.evidence();
   if (update.matches > 0) out.directions = update.directions;

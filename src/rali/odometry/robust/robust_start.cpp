@@ -187,10 +187,15 @@ void RobustOdometry::remember_start(const LidarScan& scan, const UpdateResult& s
   Mat6 I = seen.information;
   I.diagonal().array() += 1.0 / (settings_.drift.sigma_max_m * settings_.drift.sigma_max_m);
   const Mat6 single = I.inverse();
-  const Mat3 P_travel =
-      state_.P.block<3, 3>(kPos, kPos) + kDragged_sigmas2 * single.bottomRightCorner<3, 3>();
-  start_moved_ = has_travelled(state_.T_odom_body.p - track_.front().T_odom_body.p, P_travel,
-                               settings_.initialisation.rest_travel_max_m);
+  const Mat6 P = state_.P.topLeftCorner<6, 6>() + kDragged_sigmas2 * single;
+  const SE3& first = track_.front().T_odom_body;
+  // The inertial data of a vehicle that turns slowly are as quiet as those of one that stands.
+  const Vec3 up_body = -state_.T_odom_body.R.transpose() * state_.g_odom_mps2.normalized();
+  const double turn_rad =
+      up_body.dot(geometry::so3_log(first.R.transpose() * state_.T_odom_body.R));
+  start_moved_ = has_travelled(state_.T_odom_body.p - first.p, P.bottomRightCorner<3, 3>(),
+                               settings_.initialisation.rest_travel_max_m) ||
+                 has_turned(turn_rad, up_body.dot(P.topLeftCorner<3, 3>() * up_body));
   quiet_start_ = !start_moved_ && is_quiet(blocks, settings_.initialisation.rest);
 }
 
@@ -221,36 +226,48 @@ void RobustOdometry::try_initialise(FindingList& findings) {
                     state_.P.block<3, 3>(kPos, kPos) + kUnseen_m * kUnseen_m * unseen});
   const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_,
                                    settings_.constraints.speed_usual_mps);
-  if (!guess) {
-    const Time oldest = state_.t - Duration::from_s(settings_.initialisation.give_up_s + 1.0);
-    std::erase_if(track_, [oldest](const TrackedPose& p) { return p.t < oldest; });
-    imu_.drop_before(oldest);
+  if (guess && (guess->at_rest || guess->gravity_known)) {
+    begin_inertial(*guess);
+    if (guess->at_rest && quiet_start_) {
+      begin_again_at_rest();
+    } else {
+      replay_start(*guess, findings);
+    }
+    end_start(guess->at_rest, findings);
     return;
   }
+  if (guess && begin_early(*guess, findings)) return end_start(false, findings);
+  const Time oldest = state_.t - Duration::from_s(settings_.initialisation.give_up_s + 1.0);
+  std::erase_if(track_, [oldest](const TrackedPose& p) { return p.t < oldest; });
+  imu_.drop_before(oldest);
+}
+
+/// From here on the filter runs on inertial data.
+void RobustOdometry::begin_inertial(const InitialGuess& guess) {
   inertial_ = true;
-  state_.v = guess->v_odom_mps;
-  state_.gyro_bias_radps = guess->gyro_bias_radps;
-  state_.accel_bias_mps2 = guess->accel_bias_mps2;
-  state_.g_odom_mps2 = guess->g_odom_mps2;
+  state_.v = guess.v_odom_mps;
+  state_.gyro_bias_radps = guess.gyro_bias_radps;
+  state_.accel_bias_mps2 = guess.accel_bias_mps2;
+  state_.g_odom_mps2 = guess.g_odom_mps2;
   decorrelate(state_, kVel, kStateDim - kVel);
-  const auto set = [this](int index, int n, double sigma) {
-    state_.P.diagonal().segment(index, n).setConstant(sigma * sigma);
-  };
-  state_.P.block<3, 3>(kVel, kVel) = guess->velocity_covariance;
-  set(kGyroBias, 3, guess->gyro_bias_sigma_radps);
-  state_.P.block<5, 5>(kAccelBias, kAccelBias) = guess->bias_gravity_covariance;
-  if (guess->at_rest) standstill_.learn(imu::statistics(imu_.between(track_.front().t, state_.t)));
-  if (guess->at_rest && quiet_start_) begin_again_at_rest();
-  if (!(guess->at_rest && quiet_start_)) replay_start(*guess, findings);
+  const double gyro_var = guess.gyro_bias_sigma_radps * guess.gyro_bias_sigma_radps;
+  state_.P.block<3, 3>(kVel, kVel) = guess.velocity_covariance;
+  state_.P.diagonal().segment<3>(kGyroBias).setConstant(gyro_var);
+  state_.P.block<5, 5>(kAccelBias, kAccelBias) = guess.bias_gravity_covariance;
+  if (guess.at_rest) standstill_.learn(imu::statistics(imu_.between(track_.front().t, state_.t)));
+}
+
+void RobustOdometry::end_start(bool at_rest, FindingList& findings) {
   start_points_.clear();
   start_scans_.clear();
   track_.clear();
+  next_search_s_ = 0.0;
   Finding f;
-  f.id = guess->at_rest ? "odometry.start_at_rest" : "odometry.start_in_motion";
+  f.id = at_rest ? "odometry.start_at_rest" : "odometry.start_in_motion";
   f.severity = Severity::kInfo;
   f.t = state_.t;
-  f.text = guess->at_rest ? "gravity and gyro bias estimated at standstill"
-                          : "gravity, speed and gyro bias estimated while moving";
+  f.text = at_rest ? "gravity and gyro bias estimated at standstill"
+                   : "gravity, speed and gyro bias estimated while moving";
   findings.push_back(f);
 }
 

@@ -32,6 +32,12 @@ std::vector<ImuSample> block_means(const std::vector<ImuSample>& samples) {
   return out;
 }
 
+namespace {
+
+constexpr double kSigmas = 3.0;  // beyond: it moves
+
+}  // namespace
+
 bool is_quiet(const imu::ImuStatistics& blocks, const imu::RestSettings& settings) {
   // Axis by axis: maxCoeff() passes over what is not a number.
   return (blocks.gyro_sd_radps.array() < settings.gyro_sd_max_radps).all() &&
@@ -65,10 +71,15 @@ bool is_only_noise(std::span<const ImuSample> blocks) {
 }
 
 bool has_travelled(const Vec3& displacement_m, const Mat3& covariance_m2, double limit_m) {
-  constexpr double kSigmas = 3.0;
   const Mat3 allowed_m2 = kSigmas * kSigmas * covariance_m2 + limit_m * limit_m * Mat3::Identity();
   // Written so that what is not a number counts as travelled.
   return !(displacement_m.dot(allowed_m2.ldlt().solve(displacement_m)) <= 1.0);
+}
+
+bool has_turned(double turn_rad, double variance_rad2) {
+  constexpr double kLimit_rad = 0.01;
+  // Written so that what is not a number counts as turned.
+  return !(turn_rad * turn_rad <= kSigmas * kSigmas * variance_rad2 + kLimit_rad * kLimit_rad);
 }
 
 }  // namespace rali::odometry

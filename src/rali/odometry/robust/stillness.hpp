@@ -31,4 +31,7 @@ namespace rali::odometry {
 [[nodiscard]] bool has_travelled(const geometry::Vec3& displacement_m,
                                  const geometry::Mat3& covariance_m2, double limit_m);
 
+/// The LiDAR proves a turn: by more than 0.01 rad, and more than it may be wrong.
+[[nodiscard]] bool has_turned(double turn_rad, double variance_rad2);
+
 }  // namespace rali::odometry

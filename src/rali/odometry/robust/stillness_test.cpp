@@ -92,5 +92,13 @@ TEST(Travel, counts_only_where_the_lidar_knows) {
       has_travelled(Vec3(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0), blind_along_x, 0.1));
 }
 
+TEST(Turn, counts_beyond_a_hundredth_and_beyond_what_the_lidar_may_be_wrong_by) {
+  EXPECT_FALSE(has_turned(-0.009, 0.0));
+  EXPECT_TRUE(has_turned(-0.011, 0.0));
+  EXPECT_FALSE(has_turned(0.029, 1e-4));  // 3 sigma are 0.03
+  EXPECT_TRUE(has_turned(0.033, 1e-4));
+  EXPECT_TRUE(has_turned(std::numeric_limits<double>::quiet_NaN(), 1e-4));
+}
+
 }  // namespace
 }  // namespace rali::odometry

@@ -103,6 +103,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   ScanResult start(const sensor::LidarScan& scan);
   void straighten_first(const sensor::LidarScan& second);
   void predict(Time t_end);
+  // A start in motion, gone through again: robust_replay.cpp, robust_first_speed.cpp.
   void replay_start(const InitialGuess& guess, FindingList& findings);
   void insert_at_constant_speed(const sensor::LidarScan& scan,
                                 const std::optional<geometry::Vec3>& gyro_radps);
@@ -138,22 +139,30 @@ class RobustOdometry final : public Odometry, private SideFilter {
     double sigma_mps = 0.0;
     /// Nothing: as solved for along the track that this speed continues.
     std::optional<geometry::Vec3> g_odom_mps2 = {};
-    double variance_factor = 1.0;  ///< of gravity and bias, if so
   };
 
-  /// How well the first scans fit a first speed: means over them.
+  /// How well the first scans fit a first speed.
   struct ReplayFit {
-    double nis = 0.0;
-    double on_planes = 0.0;  ///< ratio of a scan's points
+    double nis = 0.0;              ///< mean of a scan
+    double sideways = 0.0;         ///< mean square of the speed across the body's x, in sigmas
+    double on_walls = 0.0;         ///< ratio of a scan's points; half for a wall at 45 degrees
+    double on_facing = 0.0;        ///< of these, as far as they face the motion
+    double speed_sigma_mps = 0.0;  ///< at the end, along the first heading
   };
 
   [[nodiscard]] StartMemory start_memory() const;
-  void level_start(const geometry::Vec3& g_odom_mps2, FilterState& begin) const;
   void take(const StartMemory& memory);
+  void level_start(const geometry::Vec3& g_odom_mps2, double span_s, FilterState& begin) const;
   ReplayFit replay(std::span<const sensor::LidarScan> scans, const FirstSpeed& first,
                    FindingList& findings);
-  [[nodiscard]] std::optional<FirstSpeed> better_first_speed(
-      std::span<const sensor::LidarScan> scans, const FirstSpeed& guess, const StartMemory& before);
+  void add_fit(const sensor::LidarScan& scan, const UpdateResult& done,
+               const geometry::Vec3& ahead_odom, ReplayFit& fit) const;
+  [[nodiscard]] std::optional<FirstSpeed> find_first_speed(std::span<const sensor::LidarScan> scans,
+                                                           const FirstSpeed* guess,
+                                                           const StartMemory& before);
+  void begin_inertial(const InitialGuess& guess);
+  bool begin_early(const InitialGuess& guess, FindingList& findings);
+  void end_start(bool at_rest, FindingList& findings);
   void try_initialise(FindingList& findings);
   void insert(const sensor::LidarScan& scan);
   void insert_points(const geometry::SE3& T_odom_body);
@@ -174,7 +183,8 @@ class RobustOdometry final : public Odometry, private SideFilter {
                         UpdateResult& done);
   [[nodiscard]] std::array<bool, 3> closed() const;
   [[nodiscard]] std::optional<Level> level() const;
-  [[nodiscard]] geometry::Mat6 covariance(const UpdateResult& update);
+  geometry::Mat6 covariance(const UpdateResult& update);
+  void release(const UpdateResult& update);
   void refuse_biases(const geometry::Vec3& gyro_before, const geometry::Vec3& accel_before,
                      FindingList& findings);
   void end_refusal(Time now, FindingList& findings);
@@ -231,6 +241,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   std::deque<FilterState> held_states_;         ///< of the last moments of standing
   std::vector<BodyPoints> start_points_;        ///< of the first scans, until gravity is known
   std::vector<sensor::LidarScan> start_scans_;  ///< the same as measured
+  double next_search_s_ = 0.0;                  ///< of the first speed, after so much of a start
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::array<bool, 3> blind_{};  ///< translations along axes_ that the LiDAR does not see

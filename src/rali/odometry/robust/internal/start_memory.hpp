@@ -1,0 +1,26 @@
+#pragma once
+
+#include "rali/odometry/robust/internal/robust_filter.hpp"
+
+namespace rali::odometry::internal {
+
+/// What going through the start once more changes.
+struct RobustOdometry::StartMemory {
+  FilterState state, last_posterior;
+  PlaneMap map;
+  Drift drift;
+  VehicleConstraints constraints;
+  std::optional<Refusal> refusal;
+  degeneracy::Axes axes;
+  Mat3 lidar_known;
+  std::array<bool, 3> blind;
+  Bend bend;
+  std::array<int, 3> seeing_scans;
+  Time t_blind, t_speed_bounded;
+  std::optional<Time> t_seen;
+  double fastest_seen_mps, usual_fit, noise_boost;
+  int scans_in_map;
+  ScanSampler sampler;
+};
+
+}  // namespace rali::odometry::internal

@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "rali/odometry/robust/internal/start_memory.hpp"
+
+namespace rali::odometry::internal {
+
+using geometry::Mat3;
+using geometry::Vec3;
+using sensor::LidarScan;
+
+namespace {
+
+constexpr double kHonestNis = 6.0;  // of six degrees of freedom
+
+/// The higher, the better. Only surfaces that face a motion tell it from another, the ground of a
+/// vehicle none: rings that drive along with the vehicle fill ever new cells of it. Walls beside
+/// the way are counted as well, since there may be no others. A tenth more points outweigh a mean
+/// NIS higher by one.
+double value_of(double nis, double sideways, double on_walls, double on_facing) {
+  constexpr double kFacing = 3.0;
+  constexpr double kNis = 10.0;
+  constexpr double kNoPoint = 1e-6;
+  return std::log(kNoPoint + on_walls + kFacing * on_facing) - (nis + sideways) / kNis;
+}
+
+}  // namespace
+
+/// Adds what a scan says, as gone through.
+void RobustOdometry::add_fit(const LidarScan& scan, const UpdateResult& done,
+                             const Vec3& ahead_odom, ReplayFit& fit) const {
+  constexpr double kSlipSigma_mps = 0.1;
+  constexpr double kSlipPerRate_m = 0.3;  // as for VehicleConstraints
+  fit.nis += done.nis;
+  if (settings_.constraints.non_holonomic) {
+    const Vec3 rate = gyro_rate(scan.t_begin, scan.t_end).value_or(state_.gyro_bias_radps);
+    const double sigma = kSlipSigma_mps + kSlipPerRate_m * (rate - state_.gyro_bias_radps).norm();
+    const Vec3 v_body = state_.T_odom_body.R.transpose() * state_.v;
+    fit.sideways += v_body.tail<2>().squaredNorm() / (sigma * sigma);
+  }
+  if (done.matches == 0) return;
+  const Vec3 up = -state_.g_odom_mps2.normalized();
+  const double share = 1.0 / static_cast<double>(matcher_.size());
+  for (const degeneracy::PlaneEvidence& plane : matcher_.evidence()) {
+    const double upright = plane.n_odom.dot(up);
+    const double facing = plane.n_odom.dot(ahead_odom);
+    fit.on_walls += share * plane.points * (1.0 - upright * upright);
+    fit.on_facing += share * plane.points * facing * facing;
+  }
+}
+
+/// The LiDAR alone may have found another first speed than the true one: the rings that it draws on
+/// the floor drive along, and in a young map nothing else weighs more. The first scans are gone
+/// through at speeds along the body, as ground vehicles drive, with gravity as the mean force has
+/// it. One that leaves the speed as open as it was assumed has not been seen to be true.
+/// @param guess  its speed is tried as well; may be null
+/// @return nothing: the scans show none
+std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
+    std::span<const LidarScan> scans, const FirstSpeed* guess, const StartMemory& before) {
+  constexpr std::size_t kEnough = 40;
+  constexpr double kStep_mps = 0.4;
+  constexpr double kSigma_mps = 0.2;
+  constexpr int kSteps = 8;
+  constexpr double kSeen = 0.5;  // of the sigma assumed
+  const auto few = scans.first(std::min(kEnough, scans.size()));
+  const Vec3 force =
+      imu::statistics(imu_.between(scans.front().t_end, scans.back().t_end)).accel_mean_mps2;
+  const Mat3 R = track_.front().T_odom_body.R;
+  const Vec3 g = -settings_.initialisation.gravity_mps2 * (R * force).normalized();
+  std::optional<FirstSpeed> best;
+  double most = 0.0;
+  FindingList unsaid;
+  const auto consider = [&](const FirstSpeed& first) {
+    take(before);
+    const ReplayFit fit = replay(few, first, unsaid);
+    if (fit.speed_sigma_mps > kSeen * kSigma_mps) return;
+    const double value = value_of(fit.nis, fit.sideways, fit.on_walls, fit.on_facing);
+    if (best && value <= most) return;
+    best = first;
+    most = value;
+  };
+  if (guess != nullptr) consider({guess->v_odom_mps, guess->sigma_mps, g});
+  for (int k = -kSteps; k <= kSteps; ++k) consider({k * kStep_mps * R.col(0), kSigma_mps, g});
+  take(before);
+  return best;
+}
+
+/// A vehicle that drove when the recording began: its first scans were undistorted and registered
+/// without knowing how it moved. Now that speed, gravity and biases are known, they are gone
+/// through once more, and the map is free of what the first second got wrong. The first pose stays.
+/// Where no first speed is seen to be true and the LiDAR is degenerate, a map of few scans drags
+/// the pose along: once is enough. Where scans and prediction disagree on that way, something was
+/// felt that was no motion: all stays as it was.
+void RobustOdometry::replay_start(const InitialGuess& guess, FindingList& findings) {
+  if (start_scans_.size() < 2) return;
+  const std::vector<LidarScan> scans = std::move(start_scans_);
+  start_scans_.clear();
+  const StartMemory before = start_memory();
+  const FirstSpeed guessed{guess.v_first_mps, guess.v_first_sigma_mps};
+  if (const auto first = find_first_speed(scans, &guessed, before)) {
+    replay(scans, *first, findings);
+    return;
+  }
+  if (blind_axis()) return;
+  const ReplayFit fit = replay(scans, guessed, findings);
+  if (!(fit.nis < kHonestNis)) take(before);
+}
+
+/// Before the LiDAR's track shows gravity, a first speed may already be seen to be true.
+/// @return false: all stays as it was
+bool RobustOdometry::begin_early(const InitialGuess& guess, FindingList& findings) {
+  const double span_s = seconds_between(track_.front().t, state_.t);
+  if (quiet_start_ || start_scans_.size() < 2 || span_s < next_search_s_) return false;
+  next_search_s_ = 2.0 * std::max(span_s, settings_.initialisation.window_s);
+  const StartMemory before = start_memory();
+  begin_inertial(guess);
+  const auto first = find_first_speed(start_scans_, nullptr, start_memory());
+  if (!first) {
+    take(before);
+    inertial_ = false;
+    return false;
+  }
+  const std::vector<LidarScan> scans = std::move(start_scans_);
+  start_scans_.clear();
+  replay(scans, *first, findings);
+  return true;
+}
+
+}  // namespace rali::odometry::internal
