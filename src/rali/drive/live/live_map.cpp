@@ -26,6 +26,9 @@ constexpr double kWait_s = 5.0;
 /// Gravity is waited for as long. What inertial data do not tell by then they may never tell.
 constexpr double kWaitLevel_s = 10.0;
 
+/// What odom leaves out of the filter's corrections (vehicle/odom_frame.hpp) is decimetres.
+constexpr double kContradiction_m = 0.3;
+
 constexpr double kStep_m = 0.01, kStep_rad = 0.5 * std::numbers::pi / 180.0;
 
 /// How an error of a pose moves another that hangs on it rigidly (geometry::boxplus).
@@ -82,7 +85,8 @@ bool LiveMap::is_due(Time now) {
       std::count_if(paths.begin(), paths.end(), [](const auto& path) { return path.levelled(); }));
   const bool came = paths.size() != std::exchange(paths_, paths.size());
   const bool rose = levelled != std::exchange(levelled_, levelled);
-  return came || rose || !due_ || now >= *due_;
+  const bool contradicted = contradicted_ && (now - t_table_).s() >= kFirst_s;
+  return came || rose || contradicted || !due_ || now >= *due_;
 }
 
 void LiveMap::advance(Time now, Executor& executor) {
@@ -95,6 +99,8 @@ void LiveMap::advance(Time now, Executor& executor) {
   solve(now, executor);
   const double age_s = std::max(kFirst_s, kGrowth * (now - *begin_).s());
   due_ = *begin_ + Duration::from_s(age_s);
+  t_table_ = now;
+  contradicted_ = false;
 }
 
 void LiveMap::solve(Time now, Executor& executor) {
@@ -118,6 +124,7 @@ void LiveMap::take(const fleet::FleetEstimate& estimate, Time now) {
     }
     Member& member = members_[frame.vehicle.value];
     member.entry = entry_of(estimate, frame);
+    member.T_map_odom_table.reset();
     if (!member.t_joined) member.t_joined = now;
     ++member.tables;
   }
@@ -187,7 +194,29 @@ std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
       positive(pose.covariance - J_local * from.covariance_local * J_local.transpose());
   const Mat6 J_map = carried_by(from.T_map_body, live.T_map_body);
   live.covariance = J_map * from.covariance_map * J_map.transpose() + turned(R, gathered) + level;
+  if (const auto moved = contradiction(pose, live)) {
+    live.covariance += *moved * moved->transpose();
+    live.contradicted = true;
+  }
   return live;
+}
+
+/// A range that comes after a long stretch without any moves the filter by what it had not known;
+/// the keyframe from which a live pose goes on has it as the table has, with or without that error.
+std::optional<geometry::Vec6> LiveMap::contradiction(const vehicle::PoseEstimate& pose,
+                                                     const LivePose& live) const {
+  constexpr double kSigmas = 3.0;
+  const auto& T_map_odom = members_[pose.vehicle.value].T_map_odom_table;
+  if (!T_map_odom) return std::nullopt;
+  const SE3 T_without = *T_map_odom * pose.T_odom_body;
+  geometry::Vec6 moved;
+  moved << geometry::so3_log(live.T_map_body.R.transpose() * T_without.R),
+      T_without.p - live.T_map_body.p;
+  const Vec3 shift_m = moved.tail<3>();
+  const double variance_m2 = shift_m.dot(live.covariance.bottomRightCorner<3, 3>() * shift_m) /
+                             std::max(1e-12, shift_m.squaredNorm());
+  const bool beyond = shift_m.squaredNorm() > kSigmas * kSigmas * variance_m2;
+  return beyond && shift_m.norm() > kContradiction_m ? std::optional(moved) : std::nullopt;
 }
 
 std::optional<FrameStep> LiveMap::step(const vehicle::PoseEstimate& pose, const LivePose& live) {
@@ -195,6 +224,8 @@ std::optional<FrameStep> LiveMap::step(const vehicle::PoseEstimate& pose, const 
   const SE3 T_map_odom = live.T_map_body * pose.T_odom_body.inverse();
   const bool new_table = member.tables != std::exchange(member.tables_seen, member.tables);
   const auto before = std::exchange(member.T_map_odom, T_map_odom);
+  if (!member.T_map_odom_table) member.T_map_odom_table = T_map_odom;
+  contradicted_ = contradicted_ || live.contradicted;
   FrameStep step;
   step.t = pose.t;
   if (!before) {

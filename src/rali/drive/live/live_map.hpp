@@ -16,6 +16,7 @@ struct LivePose {
   Time t;
   geometry::SE3 T_map_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
+  bool contradicted = false;                           ///< the table, by the vehicle's own filter
 };
 
 /// T_map_odom changed under a vehicle's feet.
@@ -37,7 +38,9 @@ struct Withdrawal {
 /// now and then, which says where each vehicle's frame `local` lies in the map; in between, a
 /// vehicle goes on from its last keyframe in the table. The map is that of the first vehicle:
 /// origin and heading of its first pose, z up. A vehicle that a table no longer holds in this map
-/// has no live pose until one does again.
+/// has no live pose until one does again. Where its own filter has meanwhile been corrected by more
+/// than both may be wrong, either may be right: a live pose states the difference until a new table
+/// is solved, which is due then.
 class LiveMap {
  public:
   /// @param vehicles of the fleet, with a path or not
@@ -79,7 +82,8 @@ class LiveMap {
     std::size_t tables = 0;  ///< with an entry
     std::optional<Time> t_joined;
     std::optional<geometry::SE3> T_map_odom;
-    std::size_t tables_seen = 0;  ///< when T_map_odom was
+    std::size_t tables_seen = 0;                    ///< when T_map_odom was
+    std::optional<geometry::SE3> T_map_odom_table;  ///< with the first pose after the last table
   };
 
   [[nodiscard]] bool is_due(Time now);
@@ -87,6 +91,9 @@ class LiveMap {
   void take(const fleet::FleetEstimate& estimate, Time now);
   void withdraw(const fleet::VehicleFrame& frame, Time now);
   [[nodiscard]] geometry::Mat6 of_level(const geometry::SE3& T_map_body, double sigma_rad) const;
+  /// How far the filter's corrections since the last table have moved the live pose.
+  [[nodiscard]] std::optional<geometry::Vec6> contradiction(const vehicle::PoseEstimate& pose,
+                                                            const LivePose& live) const;
   [[nodiscard]] Entry entry_of(const fleet::FleetEstimate& estimate,
                                const fleet::VehicleFrame& frame) const;
   [[nodiscard]] std::optional<VehicleId> reference(Time now) const;
@@ -96,6 +103,8 @@ class LiveMap {
   std::vector<Member> members_;
   std::vector<Withdrawal> withdrawals_;
   std::optional<Time> begin_, due_;
+  Time t_table_;                          ///< of the last table
+  bool contradicted_ = false;             ///< since then
   std::size_t paths_ = 0, levelled_ = 0;  ///< when the last table was solved
   VehicleId reference_;
 };

@@ -125,6 +125,37 @@ TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
   EXPECT_NEAR(step->shift_m, 0.5, 1e-9);
 }
 
+// After a stretch without ranges the filter goes 20 m back at once, the table follows later.
+TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew) {
+  fleet::RoundsForTest options;
+  options.vehicles = 2;
+  FleetForTest fleet(options);
+  Heard heard(fleet.knowledge());
+  for (int round = 0; round < 2; ++round) heard.hear(fleet.round());
+  ASSERT_TRUE(heard.last[1]);
+  SerialExecutor executor;
+  vehicle::PoseEstimate pose = pose_of(1, fleet.now(), {});
+  const auto look = [&] {
+    LivePose live = *heard.map.pose(pose);
+    static_cast<void>(heard.map.step(pose, live));
+    return live;
+  };
+  look();
+  const LivePose before = look();
+  EXPECT_FALSE(before.contradicted);
+  pose.T_local_body.p.x() -= 20.0;  // local moves, odom does not
+  const LivePose moved = look();
+  EXPECT_TRUE(moved.contradicted);
+  const geometry::Vec3 shift = moved.T_map_body.p - before.T_map_body.p;
+  EXPECT_NEAR(shift.norm(), 20.0, 1e-6);
+  EXPECT_GT(shift.normalized().dot(moved.covariance.bottomRightCorner<3, 3>() * shift),
+            20.0 * 20.0);
+  // The next table would be due much later.
+  heard.map.advance(pose.t + Duration::from_s(6.0), executor);
+  EXPECT_FALSE(look().contradicted)
+      << "a new table has been solved, and the difference begins anew";
+}
+
 // Gravity is known better with time: each table may turn the map about its first pose.
 TEST(LiveMap, what_is_far_away_states_how_well_gravity_levels_the_map) {
   fleet::FleetSettings settings;
