@@ -132,11 +132,11 @@ TEST(HardStarts, people_and_an_open_yard_do_not_hide_the_first_speed) {
   // Few surfaces face the motion, and the ground shows none: at a wrong first speed more points lie
   // on it, since its rings fill ever new cells. Points on the ground counted, and the vehicle was
   // up to 30 m off after 12 s while it stated centimetres.
-  const std::vector<Start> starts = {{sim::Scene::kYard, 83, 0.0, 12},
-                                     {sim::Scene::kYard, 85, 0.0, 12},
-                                     {sim::Scene::kYard, 88, 0.0, 12},
-                                     {sim::Scene::kYard, 95, 0.0, 12},
-                                     {sim::Scene::kLoop, 87, 0.0, 12}};
+  const std::vector<Start> starts = {
+      {sim::Scene::kYard, 83, 0.0, 12},  {sim::Scene::kYard, 85, 0.0, 12},
+      {sim::Scene::kYard, 88, 0.0, 12},  {sim::Scene::kYard, 95, 0.0, 12},
+      {sim::Scene::kYard, 91, 0.0, 12},  {sim::Scene::kYard, 101, 0.0, 12},
+      {sim::Scene::kGarage, 82, 0.0, 4}, {sim::Scene::kLoop, 87, 0.0, 12}};
   for (const Start& start : starts) {
     const Outcome out = drive(start, 12.0);
     EXPECT_FALSE(out.diverged) << start.seed;

@@ -17,12 +17,16 @@ constexpr double kHonestNis = 6.0;  // of six degrees of freedom
 /// The higher, the better. Only surfaces that face a motion tell it from another, the ground of a
 /// vehicle none: rings that drive along with the vehicle fill ever new cells of it. Walls beside
 /// the way are counted as well, since there may be no others. A tenth more points outweigh a mean
-/// NIS higher by one.
-double value_of(double nis, double sideways, double on_walls, double on_facing) {
+/// NIS higher by one, or a speed known half as well: what is seen again from scan to scan, and not
+/// dragged along, makes it known.
+double value_of(double nis, double sideways, double on_walls, double on_facing,
+                double speed_sigma_mps) {
   constexpr double kFacing = 3.0;
   constexpr double kNis = 10.0;
+  constexpr double kSigma = 0.15;
   constexpr double kNoPoint = 1e-6;
-  return std::log(kNoPoint + on_walls + kFacing * on_facing) - (nis + sideways) / kNis;
+  return std::log(kNoPoint + on_walls + kFacing * on_facing) - (nis + sideways) / kNis -
+         kSigma * std::log(speed_sigma_mps);
 }
 
 }  // namespace
@@ -74,14 +78,23 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
   const auto consider = [&](const FirstSpeed& first) {
     take(before);
     const ReplayFit fit = replay(few, first, unsaid);
-    if (fit.speed_sigma_mps > kSeen * kSigma_mps) return;
-    const double value = value_of(fit.nis, fit.sideways, fit.on_walls, fit.on_facing);
-    if (best && value <= most) return;
+    if (!(fit.speed_sigma_mps <= kSeen * kSigma_mps)) return;
+    const double value =
+        value_of(fit.nis, fit.sideways, fit.on_walls, fit.on_facing, fit.speed_sigma_mps);
+    if (!(std::isfinite(value) && (!best || value > most))) return;
     best = first;
     most = value;
   };
   if (guess != nullptr) consider({guess->v_odom_mps, guess->sigma_mps, g});
   for (int k = -kSteps; k <= kSteps; ++k) consider({k * kStep_mps * R.col(0), kSigma_mps, g});
+  // Begun beside the truth, the first innovations pull speed and gravity past it.
+  for (const double finer_mps : {0.5 * kStep_mps, 0.25 * kStep_mps}) {
+    if (!best) break;
+    const Vec3 middle = best->v_odom_mps;
+    for (const double side : {-1.0, 1.0}) {
+      consider({middle + side * finer_mps * R.col(0), kSigma_mps, g});
+    }
+  }
   take(before);
   return best;
 }
