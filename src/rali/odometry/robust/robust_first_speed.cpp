@@ -14,26 +14,11 @@ namespace {
 
 constexpr double kHonestNis = 6.0;  // of six degrees of freedom
 
-/// The higher, the better. Only surfaces that face a motion tell it from another, the ground of a
-/// vehicle none: rings that drive along with the vehicle fill ever new cells of it. Walls beside
-/// the way are counted as well, since there may be no others. A tenth more points outweigh a mean
-/// NIS higher by one, or a speed known half as well: what is seen again from scan to scan, and not
-/// dragged along, makes it known.
-double value_of(double nis, double sideways, double on_walls, double on_facing,
-                double speed_sigma_mps) {
-  constexpr double kFacing = 3.0;
-  constexpr double kNis = 10.0;
-  constexpr double kSigma = 0.15;
-  constexpr double kNoPoint = 1e-6;
-  return std::log(kNoPoint + on_walls + kFacing * on_facing) - (nis + sideways) / kNis -
-         kSigma * std::log(speed_sigma_mps);
-}
-
 }  // namespace
 
 /// Adds what a scan says, as gone through.
 void RobustOdometry::add_fit(const LidarScan& scan, const UpdateResult& done,
-                             const Vec3& ahead_odom, ReplayFit& fit) const {
+                             const Vec3& ahead_odom, FirstSpeedFit& fit) const {
   constexpr double kSlipSigma_mps = 0.1;
   constexpr double kSlipPerRate_m = 0.3;  // as for VehicleConstraints
   fit.nis += done.nis;
@@ -77,10 +62,9 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
   FindingList unsaid;
   const auto consider = [&](const FirstSpeed& first) {
     take(before);
-    const ReplayFit fit = replay(few, first, unsaid);
+    const FirstSpeedFit fit = replay(few, first, unsaid);
     if (!(fit.speed_sigma_mps <= kSeen * kSigma_mps)) return;
-    const double value =
-        value_of(fit.nis, fit.sideways, fit.on_walls, fit.on_facing, fit.speed_sigma_mps);
+    const double value = value_of(fit);
     if (!(std::isfinite(value) && (!best || value > most))) return;
     best = first;
     most = value;
@@ -116,7 +100,7 @@ void RobustOdometry::replay_start(const InitialGuess& guess, FindingList& findin
     return;
   }
   if (blind_axis()) return;
-  const ReplayFit fit = replay(scans, guessed, findings);
+  const FirstSpeedFit fit = replay(scans, guessed, findings);
   if (!(fit.nis < kHonestNis)) take(before);
 }
 

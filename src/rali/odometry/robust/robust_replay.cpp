@@ -65,8 +65,8 @@ void RobustOdometry::level_start(const Vec3& g_odom_mps2, double span_s, FilterS
 }
 
 /// Goes through the first scans from the first pose on, at a first speed.
-RobustOdometry::ReplayFit RobustOdometry::replay(std::span<const LidarScan> scans,
-                                                 const FirstSpeed& first, FindingList& findings) {
+FirstSpeedFit RobustOdometry::replay(std::span<const LidarScan> scans, const FirstSpeed& first,
+                                     FindingList& findings) {
   FilterState begin = state_;
   begin.t = scans.front().t_end;
   begin.T_odom_body = track_.front().T_odom_body;
@@ -83,7 +83,7 @@ RobustOdometry::ReplayFit RobustOdometry::replay(std::span<const LidarScan> scan
   drift_.establish_all();
   insert_at_constant_speed(scans.front(), gyro_rate(scans.front().t_begin, scans.front().t_end));
   const Vec3 ahead = begin.T_odom_body.R.col(0);
-  ReplayFit fit;
+  FirstSpeedFit fit;
   for (const LidarScan& scan : scans.subspan(1)) {
     poses_.clear();
     sampler_.sample(scan);

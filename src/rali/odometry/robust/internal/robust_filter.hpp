@@ -13,6 +13,7 @@
 #include "rali/odometry/robust/acceleration.hpp"
 #include "rali/odometry/robust/bend.hpp"
 #include "rali/odometry/robust/drift.hpp"
+#include "rali/odometry/robust/first_speed.hpp"
 #include "rali/odometry/robust/inertial.hpp"
 #include "rali/odometry/robust/initialiser.hpp"
 #include "rali/odometry/robust/keyframer.hpp"
@@ -141,22 +142,13 @@ class RobustOdometry final : public Odometry, private SideFilter {
     std::optional<geometry::Vec3> g_odom_mps2 = {};
   };
 
-  /// How well the first scans fit a first speed.
-  struct ReplayFit {
-    double nis = 0.0;              ///< mean of a scan
-    double sideways = 0.0;         ///< mean square of the speed across the body's x, in sigmas
-    double on_walls = 0.0;         ///< ratio of a scan's points; half for a wall at 45 degrees
-    double on_facing = 0.0;        ///< of these, as far as they face the motion
-    double speed_sigma_mps = 0.0;  ///< at the end, along the first heading
-  };
-
   [[nodiscard]] StartMemory start_memory() const;
   void take(const StartMemory& memory);
   void level_start(const geometry::Vec3& g_odom_mps2, double span_s, FilterState& begin) const;
-  ReplayFit replay(std::span<const sensor::LidarScan> scans, const FirstSpeed& first,
-                   FindingList& findings);
+  FirstSpeedFit replay(std::span<const sensor::LidarScan> scans, const FirstSpeed& first,
+                       FindingList& findings);
   void add_fit(const sensor::LidarScan& scan, const UpdateResult& done,
-               const geometry::Vec3& ahead_odom, ReplayFit& fit) const;
+               const geometry::Vec3& ahead_odom, FirstSpeedFit& fit) const;
   [[nodiscard]] std::optional<FirstSpeed> find_first_speed(std::span<const sensor::LidarScan> scans,
                                                            const FirstSpeed* guess,
                                                            const StartMemory& before);

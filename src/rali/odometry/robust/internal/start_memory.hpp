@@ -12,7 +12,7 @@ struct RobustOdometry::StartMemory {
   VehicleConstraints constraints;
   std::optional<Refusal> refusal;
   degeneracy::Axes axes;
-  Mat3 lidar_known;
+  geometry::Mat3 lidar_known;
   std::array<bool, 3> blind;
   Bend bend;
   std::array<int, 3> seeing_scans;
