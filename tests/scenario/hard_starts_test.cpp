@@ -124,7 +124,7 @@ TEST(HardStarts, rings_on_the_floor_that_drive_along_do_not_hide_the_first_speed
   for (const Start& start : starts) {
     const Outcome out = drive(start, 42.0);
     EXPECT_FALSE(out.diverged) << start.seed;
-    EXPECT_LT(out.end_error_m, 0.4) << start.seed;  // 0.35 m; 7 m with the first speed alone
+    EXPECT_LT(out.end_error_m, 0.4) << start.seed;  // 7 m with the first speed alone
   }
 }
 

@@ -85,8 +85,7 @@ bool LiveMap::is_due(Time now) {
       std::count_if(paths.begin(), paths.end(), [](const auto& path) { return path.levelled(); }));
   const bool came = paths.size() != std::exchange(paths_, paths.size());
   const bool rose = levelled != std::exchange(levelled_, levelled);
-  const bool contradicted = contradicted_ && (now - t_table_).s() >= kFirst_s;
-  return came || rose || contradicted || !due_ || now >= *due_;
+  return came || rose || !due_ || now >= *due_;
 }
 
 void LiveMap::advance(Time now, Executor& executor) {
@@ -100,7 +99,6 @@ void LiveMap::advance(Time now, Executor& executor) {
   const double age_s = std::max(kFirst_s, kGrowth * (now - *begin_).s());
   due_ = *begin_ + Duration::from_s(age_s);
   t_table_ = now;
-  contradicted_ = false;
 }
 
 void LiveMap::solve(Time now, Executor& executor) {
@@ -225,7 +223,7 @@ std::optional<FrameStep> LiveMap::step(const vehicle::PoseEstimate& pose, const 
   const bool new_table = member.tables != std::exchange(member.tables_seen, member.tables);
   const auto before = std::exchange(member.T_map_odom, T_map_odom);
   if (!member.T_map_odom_table) member.T_map_odom_table = T_map_odom;
-  contradicted_ = contradicted_ || live.contradicted;
+  if (live.contradicted && due_) due_ = std::min(*due_, t_table_ + Duration::from_s(kFirst_s));
   FrameStep step;
   step.t = pose.t;
   if (!before) {

@@ -104,7 +104,6 @@ class LiveMap {
   std::vector<Withdrawal> withdrawals_;
   std::optional<Time> begin_, due_;
   Time t_table_;                          ///< of the last table
-  bool contradicted_ = false;             ///< since then
   std::size_t paths_ = 0, levelled_ = 0;  ///< when the last table was solved
   VehicleId reference_;
 };

@@ -19,11 +19,11 @@ vehicle::PoseEstimate pose_of(std::size_t v, Time t, const fleet::Increment& ste
   return pose;
 }
 
-/// A live map that hears a fleet of two, as its vehicles tell.
-struct Heard {
-  explicit Heard(const fleet::FleetKnowledge& known) : map(2, fleet::FleetSettings{}, known) {}
+/// A live map that receives a fleet of two, as its vehicles tell.
+struct Received {
+  explicit Received(const fleet::FleetKnowledge& known) : map(2, fleet::FleetSettings{}, known) {}
 
-  void hear(const std::vector<fleet::Fact>& facts) {
+  void receive(const std::vector<fleet::Fact>& facts) {
     SerialExecutor executor;
     for (const fleet::Fact& fact : facts) {
       map.add(fact);
@@ -49,29 +49,29 @@ TEST(LiveMap, a_vehicle_is_in_the_map_from_the_moment_that_a_prior_joins_it) {
   options.vehicles = 2;
   options.step_sigma_m = 0.0;
   FleetForTest fleet(options);
-  Heard heard(fleet.knowledge());
-  for (int round = 0; round < 3; ++round) heard.hear(fleet.round());
-  ASSERT_TRUE(heard.last[0] && heard.last[1]);
-  const Vec3 between = heard.last[1]->T_map_body.p - heard.last[0]->T_map_body.p;
+  Received received(fleet.knowledge());
+  for (int round = 0; round < 3; ++round) received.receive(fleet.round());
+  ASSERT_TRUE(received.last[0] && received.last[1]);
+  const Vec3 between = received.last[1]->T_map_body.p - received.last[0]->T_map_body.p;
   EXPECT_LT((between - (fleet.p_m(1) - fleet.p_m(0))).norm(), 0.2);
-  EXPECT_GT(heard.last[1]->covariance(3, 3), 0.0);
-  ASSERT_FALSE(heard.steps.empty());
-  EXPECT_EQ(heard.steps.front().reason, "joined");
+  EXPECT_GT(received.last[1]->covariance(3, 3), 0.0);
+  ASSERT_FALSE(received.steps.empty());
+  EXPECT_EQ(received.steps.front().reason, "joined");
 }
 
 TEST(LiveMap, a_vehicle_that_nothing_joins_has_no_pose_in_the_map) {
   fleet::RoundsForTest options;
   options.vehicles = 2;
   FleetForTest fleet(options);
-  Heard heard{fleet::FleetKnowledge{}};
+  Received received{fleet::FleetKnowledge{}};
   std::vector<fleet::Fact> facts = fleet.round();
   std::erase_if(facts, [](const fleet::Fact& fact) {
     return !std::holds_alternative<fleet::Increment>(fact.body) &&
            !std::holds_alternative<fleet::EpochStart>(fact.body);
   });
-  heard.hear(facts);
-  EXPECT_TRUE(heard.last[0]);
-  EXPECT_FALSE(heard.last[1]);
+  received.receive(facts);
+  EXPECT_TRUE(received.last[0]);
+  EXPECT_FALSE(received.last[1]);
 }
 
 // A start pose that ranges contradict: the table of the prior comes first, later ones deny it.
@@ -81,14 +81,14 @@ TEST(LiveMap,
   options.vehicles = 2;
   options.step_sigma_m = 0.0;
   FleetForTest fleet(options);
-  Heard heard(fleet.knowledge());
-  for (int round = 0; round < 2; ++round) heard.hear(fleet.round());
-  ASSERT_TRUE(heard.last[1]);
-  EXPECT_TRUE(heard.map.take_withdrawals().empty());
+  Received received(fleet.knowledge());
+  for (int round = 0; round < 2; ++round) received.receive(fleet.round());
+  ASSERT_TRUE(received.last[1]);
+  EXPECT_TRUE(received.map.take_withdrawals().empty());
   // Ranges of a place ten metres away, for longer than the good ones were.
   SerialExecutor executor;
   Time t_last;
-  for (int round = 0; round < 12 && !heard.withdrawn; ++round) {
+  for (int round = 0; round < 12 && !received.withdrawn; ++round) {
     std::vector<fleet::Fact> facts = fleet.round();
     for (fleet::Fact& fact : facts) {
       if (auto* ranges = std::get_if<fleet::RangeBlock>(&fact.body)) {
@@ -96,13 +96,13 @@ TEST(LiveMap,
       }
       t_last = fact.t;
     }
-    heard.hear(facts);
-    for (const Withdrawal& w : heard.map.take_withdrawals()) heard.withdrawn = w;
+    received.receive(facts);
+    for (const Withdrawal& w : received.map.take_withdrawals()) received.withdrawn = w;
   }
-  ASSERT_TRUE(heard.withdrawn);
-  EXPECT_EQ(heard.withdrawn->vehicle, FleetForTest::id(1));
-  EXPECT_LT(heard.withdrawn->t_joined, heard.withdrawn->t_withdrawn);
-  EXPECT_LE(heard.withdrawn->t_withdrawn, t_last);
+  ASSERT_TRUE(received.withdrawn);
+  EXPECT_EQ(received.withdrawn->vehicle, FleetForTest::id(1));
+  EXPECT_LT(received.withdrawn->t_joined, received.withdrawn->t_withdrawn);
+  EXPECT_LE(received.withdrawn->t_withdrawn, t_last);
 }
 
 TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
@@ -130,14 +130,14 @@ TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew)
   fleet::RoundsForTest options;
   options.vehicles = 2;
   FleetForTest fleet(options);
-  Heard heard(fleet.knowledge());
-  for (int round = 0; round < 2; ++round) heard.hear(fleet.round());
-  ASSERT_TRUE(heard.last[1]);
+  Received received(fleet.knowledge());
+  for (int round = 0; round < 2; ++round) received.receive(fleet.round());
+  ASSERT_TRUE(received.last[1]);
   SerialExecutor executor;
   vehicle::PoseEstimate pose = pose_of(1, fleet.now(), {});
   const auto look = [&] {
-    LivePose live = *heard.map.pose(pose);
-    static_cast<void>(heard.map.step(pose, live));
+    LivePose live = *received.map.pose(pose);
+    static_cast<void>(received.map.step(pose, live));
     return live;
   };
   look();
@@ -151,7 +151,7 @@ TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew)
   EXPECT_GT(shift.normalized().dot(moved.covariance.bottomRightCorner<3, 3>() * shift),
             20.0 * 20.0);
   // The next table would be due much later.
-  heard.map.advance(pose.t + Duration::from_s(6.0), executor);
+  received.map.advance(pose.t + Duration::from_s(6.0), executor);
   EXPECT_FALSE(look().contradicted)
       << "a new table has been solved, and the difference begins anew";
 }

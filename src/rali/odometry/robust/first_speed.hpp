@@ -11,7 +11,7 @@ struct FirstSpeedFit {
   double speed_sigma_mps = 0.0;  ///< at the end, along the first heading
 };
 
-/// Of two first speeds the one with the higher value is believed. Only surfaces that face a motion
+/// Of two first speeds the one with the higher value is taken. Only surfaces that face a motion
 /// tell it from another, the ground of a vehicle none: rings that drive along with the vehicle fill
 /// ever new cells of it. Walls beside the way are counted as well, since there may be no others. A
 /// tenth more points outweigh a mean NIS higher by one, or a speed known half as well: what is seen

@@ -21,7 +21,7 @@ TEST(FirstSpeed, more_points_on_walls_do_not_outweigh_a_motion_that_no_vehicle_m
   EXPECT_GT(value_of(kTrue), value_of(kDrifting));
 }
 
-TEST(FirstSpeed, of_two_that_explain_the_scans_alike_the_better_known_is_believed) {
+TEST(FirstSpeed, of_two_that_explain_the_scans_alike_the_better_known_is_worth_more) {
   FirstSpeedFit known = kTrue;
   known.speed_sigma_mps *= 0.5;
   EXPECT_GT(value_of(known), value_of(kTrue));

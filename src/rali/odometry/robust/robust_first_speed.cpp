@@ -20,7 +20,6 @@ constexpr double kHonestNis = 6.0;  // of six degrees of freedom
 void RobustOdometry::add_fit(const LidarScan& scan, const UpdateResult& done,
                              const Vec3& ahead_odom, FirstSpeedFit& fit) const {
   constexpr double kSlipSigma_mps = 0.1;
-  constexpr double kSlipPerRate_m = 0.3;  // as for VehicleConstraints
   fit.nis += done.nis;
   if (settings_.constraints.non_holonomic) {
     const Vec3 rate = gyro_rate(scan.t_begin, scan.t_end).value_or(state_.gyro_bias_radps);

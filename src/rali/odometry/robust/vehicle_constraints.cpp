@@ -19,7 +19,6 @@ constexpr double kWeightNeeded = 40.0;    // scans before a constraint is believ
 constexpr double kSpeedNeeded_mps = 0.3;  // slower motion has no direction
 constexpr double kShareNeeded = 0.995;    // of motion along one body direction: within 4 degrees
 constexpr double kSlipSigma_mps = 0.05;
-constexpr double kSlipPerRate_m = 0.3;  // a turning vehicle slips at the sensor
 constexpr double kHeightSigmaMax_m = 0.02;
 constexpr double kHeightSigma_m = 0.06;  // one plane serves many scans: its error is not averaged
 constexpr double kSearchDepth_m = 2.5;

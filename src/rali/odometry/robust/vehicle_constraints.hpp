@@ -6,6 +6,9 @@
 
 namespace rali::odometry {
 
+/// A turning vehicle slips at the sensor: speed sideways per turn rate.
+inline constexpr double kSlipPerRate_m = 0.3;
+
 /// Non-holonomic motion and constant height above ground (algorithms 2.6), both learnt from the
 /// vehicle's own well-known motion and used only while the data agree: a cart earns them, a
 /// drone, a hand or stairs never do. Each is applied only where the filter knows less than the
