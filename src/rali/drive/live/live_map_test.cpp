@@ -127,33 +127,36 @@ TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
 
 // After a stretch without ranges the filter goes 20 m back at once, the table follows later.
 TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew) {
+  constexpr int kRounds = 16;  // so many that the next table is not due for 6 s
   fleet::RoundsForTest options;
   options.vehicles = 2;
   FleetForTest fleet(options);
   Received received(fleet.knowledge());
-  for (int round = 0; round < 2; ++round) received.receive(fleet.round());
+  for (int round = 0; round < kRounds; ++round) received.receive(fleet.round());
   ASSERT_TRUE(received.last[1]);
   SerialExecutor executor;
   vehicle::PoseEstimate pose = pose_of(1, fleet.now(), {});
-  const auto look = [&] {
-    LivePose live = *received.map.pose(pose);
-    static_cast<void>(received.map.step(pose, live));
+  const auto look = [&pose](LiveMap& map) {
+    LivePose live = *map.pose(pose);
+    static_cast<void>(map.step(pose, live));
     return live;
   };
-  look();
-  const LivePose before = look();
+  look(received.map);
+  const LivePose before = look(received.map);
   EXPECT_FALSE(before.contradicted);
+  LiveMap calm = received.map;      // sees the pose that has moved only later
   pose.T_local_body.p.x() -= 20.0;  // local moves, odom does not
-  const LivePose moved = look();
+  const LivePose moved = look(received.map);
   EXPECT_TRUE(moved.contradicted);
   const geometry::Vec3 shift = moved.T_map_body.p - before.T_map_body.p;
   EXPECT_NEAR(shift.norm(), 20.0, 1e-6);
   EXPECT_GT(shift.normalized().dot(moved.covariance.bottomRightCorner<3, 3>() * shift),
             20.0 * 20.0);
-  // The next table would be due much later.
-  received.map.advance(pose.t + Duration::from_s(6.0), executor);
-  EXPECT_FALSE(look().contradicted)
-      << "a new table has been solved, and the difference begins anew";
+  const Time later = pose.t + Duration::from_s(6.0);
+  received.map.advance(later, executor);
+  EXPECT_FALSE(look(received.map).contradicted) << "a new table, and the difference begins anew";
+  calm.advance(later, executor);
+  EXPECT_TRUE(look(calm).contradicted) << "without a contradiction no table is due yet";
 }
 
 // Gravity is known better with time: each table may turn the map about its first pose.
