@@ -71,7 +71,10 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
       lidar_saw_motion(window, settings.rest_travel_max_m)) {
     return std::nullopt;
   }
-  const imu::ImuStatistics all = imu::statistics(raw);
+  // Whether it stands, the end of the track says; how well gravity is known, all that was quiet.
+  std::vector<ImuSample> quiet = imu.between(track.front().t, track.back().t);
+  if (!is_quiet(imu::statistics(block_means(quiet)), settings.rest)) quiet = raw;
+  const imu::ImuStatistics all = imu::statistics(quiet);
   // Along a blind direction the LiDAR cannot prove that nothing moves. Wheels that do not shake do.
   Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
   if ((all.accel_sd_mps2.array() < settings.still_accel_sd_max_mps2).all()) displacement.setZero();
@@ -79,7 +82,7 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   if (unseen_m > settings.rest_travel_max_m) return std::nullopt;
   InitialGuess guess;
   guess.at_rest = true;
-  const double duration_s = (window.back().t - window.front().t).s();
+  const double duration_s = (quiet.back().t - quiet.front().t).s();
   guess.gyro_bias_radps = all.gyro_mean_radps;
   guess.gyro_bias_sigma_radps =
       std::max(1e-4, noise.vibration_factor * noise.gyro_radps_rthz / std::sqrt(duration_s));
@@ -89,7 +92,8 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   // from a tilt, which is what the covariance of gravity says.
   guess.accel_bias_mps2 =
       (all.accel_mean_mps2.norm() - settings.gravity_mps2) * all.accel_mean_mps2.normalized();
-  const double mean_var = blocks.accel_sd_mps2.cwiseAbs2().maxCoeff() / blocks.samples;
+  const imu::ImuStatistics quiet_blocks = imu::statistics(block_means(quiet));
+  const double mean_var = quiet_blocks.accel_sd_mps2.cwiseAbs2().maxCoeff() / quiet_blocks.samples;
   guess.bias_gravity_covariance =
       bias_gravity_covariance(track.back().T_odom_body.R, guess.g_odom_mps2,
                               settings.accel_bias_sigma_mps2, mean_var * Mat3::Identity());

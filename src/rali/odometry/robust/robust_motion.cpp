@@ -19,13 +19,16 @@ namespace {
 /// So many scans of driving, and its noise is measured.
 constexpr int kDriven = 10;
 
+/// What a sensor shows at standstill within a second is no less than this part of what is typical
+/// while driving, whatever its samples say: its bias wanders as well.
+constexpr double kLeast = 1.0 / 3.0;
+
 }  // namespace
 
 ProcessNoise RobustOdometry::process_noise() const {
   imu::NoiseDensity density = motion_noise_.density();
   if (driven_scans_ < kDriven) {
     // What was measured at standstill lacks what driving adds, and the start comes without notice.
-    constexpr double kLeast = 1.0 / 3.0;  // of what is typical
     const imu::NoiseDensity rest = standstill_.rest_density().value_or(imu::NoiseDensity{0.0, 0.0});
     const imu::MotionNoiseSettings& typical = settings_.motion_noise;
     density.gyro_radps_rthz = std::max(
@@ -41,16 +44,22 @@ ProcessNoise RobustOdometry::process_noise() const {
   return noise;
 }
 
-/// At standstill only the sensor itself is left, whatever driving adds: typical noise at most, or
-/// what was measured there.
+/// At standstill only the sensor itself is left, whatever driving adds: what was measured there.
 ProcessNoise RobustOdometry::rest_noise() const {
   ProcessNoise noise = process_noise();
-  const imu::NoiseDensity rest = standstill_.rest_density().value_or(imu::NoiseDensity{0.0, 0.0});
   const imu::MotionNoiseSettings& typical = settings_.motion_noise;
-  noise.gyro_radps_rthz = std::min(noise.gyro_radps_rthz,
-                                   std::max(typical.gyro_typical_radps_rthz, rest.gyro_radps_rthz));
-  noise.accel_mps2_rthz = std::min(noise.accel_mps2_rthz,
-                                   std::max(typical.accel_typical_mps2_rthz, rest.accel_mps2_rthz));
+  const auto rest = standstill_.rest_density();
+  if (!rest) {
+    noise.gyro_radps_rthz = std::min(noise.gyro_radps_rthz, typical.gyro_typical_radps_rthz);
+    noise.accel_mps2_rthz = std::min(noise.accel_mps2_rthz, typical.accel_typical_mps2_rthz);
+    return noise;
+  }
+  noise.gyro_radps_rthz =
+      std::min(noise.gyro_radps_rthz,
+               std::max(kLeast * typical.gyro_typical_radps_rthz, rest->gyro_radps_rthz));
+  noise.accel_mps2_rthz =
+      std::min(noise.accel_mps2_rthz,
+               std::max(kLeast * typical.accel_typical_mps2_rthz, rest->accel_mps2_rthz));
   return noise;
 }
 

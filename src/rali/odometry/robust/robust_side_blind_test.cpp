@@ -36,7 +36,8 @@ TEST(RobustSideFilter, widens_place_and_speed_along_the_blind_axis_of_a_tunnel_a
   }
   const Eigen::MatrixXd after = driven.filter->covariance(unit_rows(*driven.filter));
   // What is seen of a bend in straight walls is noise; it turns by less than a milliradian.
-  EXPECT_LT((after - expected).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((after - expected).cwiseAbs().maxCoeff(),
+            1e-3 * (after - before).cwiseAbs().maxCoeff());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(after);
   EXPECT_GT(solver.eigenvalues().minCoeff(), -1e-15);
   EXPECT_EQ(driven.filter->position_covariance(), Mat3(after.block<3, 3>(3, 3)));

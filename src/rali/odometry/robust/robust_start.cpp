@@ -207,7 +207,10 @@ void RobustOdometry::begin_again_at_rest() {
   state_.g_odom_mps2 = back * state_.g_odom_mps2;
   state_.T_odom_body = track_.front().T_odom_body;
   decorrelate(state_, kTheta, 6);
+  // Motion shows late: a vehicle that starts is held for so long as it has gone a centimetre.
+  constexpr double kUnnoticed_m = 0.01;
   state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
+  state_.P.diagonal().segment<3>(kPos).setConstant(kUnnoticed_m * kUnnoticed_m);
   map_ = PlaneMap(settings_.map);
   recent_.clear();
   for (const BodyPoints& points : start_points_) {
@@ -230,6 +233,7 @@ void RobustOdometry::try_initialise(FindingList& findings) {
     begin_inertial(*guess);
     if (guess->at_rest && quiet_start_) {
       begin_again_at_rest();
+      standstill_.stood_since(track_.front().t, state_.T_odom_body);
     } else {
       replay_start(*guess, findings);
     }

@@ -35,6 +35,11 @@ bool beyond(double chi2, int dof, double chance) {
 
 void StandstillDetector::learn(const imu::ImuStatistics& at_rest) { at_rest_ = at_rest; }
 
+void StandstillDetector::stood_since(Time t, const geometry::SE3& T_odom_body) {
+  recent_.assign(1, {t, T_odom_body});
+  stands_since_ = t;
+}
+
 std::optional<imu::NoiseDensity> StandstillDetector::rest_density() const {
   if (!at_rest_ || at_rest_->period_s <= 0.0) return std::nullopt;
   const auto density = [this](const Vec3& sd) {

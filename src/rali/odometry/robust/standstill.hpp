@@ -36,6 +36,9 @@ class StandstillDetector {
   /// What the sensor measures while the wheels stand.
   void learn(const imu::ImuStatistics& at_rest);
 
+  /// The vehicle has stood at this pose since then: no window of standing is waited for.
+  void stood_since(Time t, const geometry::SE3& T_odom_body);
+
   /// Call after each scan. @param blind_axis unit direction in odom along which the LiDAR cannot
   /// see motion, if there is one. @param gyro_radps_rthz density of the gyro's noise, at least.
   /// @return true while the vehicle stands.

@@ -78,6 +78,22 @@ bool stands_after(Recording& r, int scans, const Vec3& step_m = Vec3::Zero()) {
   return stands;
 }
 
+TEST(Standstill, of_a_vehicle_that_is_known_to_have_stood_needs_no_further_window) {
+  Recording r;
+  r.state.P.diagonal().setConstant(1e-8);
+  r.advance(1.0);
+  StandstillDetector waits({}, {}), knows({}, {});
+  for (StandstillDetector* detector : {&waits, &knows}) {
+    detector->learn(imu::statistics(r.imu.between(Time{}, r.state.t)));
+  }
+  knows.stood_since(Time{}, r.state.T_odom_body);
+  EXPECT_FALSE(waits.update(r.state, r.imu, std::nullopt, kGyroNoise));
+  EXPECT_TRUE(knows.update(r.state, r.imu, std::nullopt, kGyroNoise));
+  r.push_mps2 = 1.0;
+  r.advance(0.5);
+  EXPECT_FALSE(knows.update(r.state, r.imu, std::nullopt, kGyroNoise)) << "it starts";
+}
+
 TEST(StandstillDetector, gives_the_density_of_the_noise_at_standstill) {
   StandstillDetector detector({}, {});
   EXPECT_FALSE(detector.rest_density());
