@@ -1,10 +1,12 @@
 #include "rali/degeneracy/information.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 
 namespace rali::degeneracy {
 
@@ -43,16 +45,37 @@ Category category_of(double sigma, double full, double none) {
   return sigma > none ? Category::kNone : Category::kPartial;
 }
 
+/// What uncertain normals tell of a direction by chance: a sum of squares, one of each plane.
+class Chance {
+ public:
+  double mean = 0.0;
+
+  void add(double expected) {
+    mean += expected;
+    squares_ += expected * expected;
+  }
+
+  /// One plane tells kappa times its expectation at most, which is (kappa - 1)/sqrt(2) sigma above
+  /// it; so many sigma above its own mean the sum of many is nearer to it. A young map with
+  /// inertial data, whose planes are wrong in common at a wrong speed, needs the factor.
+  [[nodiscard]] double at_most(double kappa, bool independent) const {
+    return independent ? mean + (kappa - 1.0) * std::sqrt(squares_) : kappa * mean;
+  }
+
+ private:
+  double squares_ = 0.0;
+};
+
 /// Information along v in a decoupled block, with the expected noise contribution removed.
 DirectionInfo direction(const Vec3& direction_odom, const Vec3& v, const Mat3& decoupled_block,
-                        const Mat3& full_block, double noise, double kappa) {
+                        const Mat3& full_block, double noise, double noise_most) {
   DirectionInfo info;
   info.direction_odom = direction_odom;
   info.raw = std::max(0.0, v.dot(decoupled_block * v));
   const double coupled = v.dot(full_block * v);
   const double share = coupled > 0.0 ? info.raw / coupled : 0.0;
   info.noise = noise * share;
-  info.information = std::max(0.0, info.raw - kappa * info.noise);
+  info.information = std::max(0.0, info.raw - noise_most * share);
   info.sigma = info.information > 0.0 ? 1.0 / std::sqrt(info.information)
                                       : std::numeric_limits<double>::infinity();
   return info;
@@ -93,14 +116,13 @@ std::array<DirectionInfo, 6> direction_information(const Mat6& I,
                                                    const Mat3& R_odom_body, const Axes& axes,
                                                    const AwareSettings& settings) {
   // Normals are only known to their covariance: a plane adds w v^T S v along v by chance alone.
-  Vec3 noise_t = Vec3::Zero();
-  Vec3 noise_r = Vec3::Zero();
+  std::array<Chance, 3> chance_t, chance_r;
   for (const PlaneEvidence& plane : planes) {
-    for (int k = 0; k < 3; ++k) {
-      const Vec3 d = axes.col(k);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 d = axes.col(static_cast<int>(k));
       const Vec3 arm = d.cross(plane.lever_odom_m);
-      noise_t[k] += plane.weight * d.dot(plane.normal_covariance * d);
-      noise_r[k] += plane.weight * arm.dot(plane.normal_covariance * arm);
+      chance_t[k].add(plane.weight * d.dot(plane.normal_covariance * d));
+      chance_r[k].add(plane.weight * arm.dot(plane.normal_covariance * arm));
     }
   }
   const Mat3 I_t = decoupled(I, 3, 0);
@@ -110,17 +132,22 @@ std::array<DirectionInfo, 6> direction_information(const Mat6& I,
     const Vec3 axis = axes.col(static_cast<int>(k));
     const Vec3 axis_body = R_odom_body.transpose() * axis;
     const Support support = support_along(axis, planes, settings.cluster_m);
-    const bool supported = support.planes >= settings.support_planes &&
-                           support.clusters >= settings.support_clusters;
+    const bool supported =
+        support.planes >= settings.support_planes && support.clusters >= settings.support_clusters;
     const double kappa = supported ? settings.kappa_supported : settings.kappa;
-    out[k] = direction(axis, axis, I_t, I.block<3, 3>(3, 3), noise_t[static_cast<int>(k)], kappa);
+    out[k] = direction(axis, axis, I_t, I.block<3, 3>(3, 3), chance_t[k].mean,
+                       chance_t[k].at_most(kappa, settings.lidar_alone));
+    if (settings.lidar_alone && !supported) {
+      out[k].information = 0.0;
+      out[k].sigma = std::numeric_limits<double>::infinity();
+    }
     out[k].planes = support.planes;
     out[k].clusters = support.clusters;
     out[k].category = category_of(out[k].sigma, settings.full_m, settings.none_m);
-    out[k + 3] = direction(axis, axis_body, I_r, I.block<3, 3>(0, 0),
-                           noise_r[static_cast<int>(k)], settings.kappa);
-    out[k + 3].category = category_of(out[k + 3].sigma, settings.full_deg * kDegree,
-                                      settings.none_deg * kDegree);
+    out[k + 3] = direction(axis, axis_body, I_r, I.block<3, 3>(0, 0), chance_r[k].mean,
+                           chance_r[k].at_most(settings.kappa, settings.lidar_alone));
+    out[k + 3].category =
+        category_of(out[k + 3].sigma, settings.full_deg * kDegree, settings.none_deg * kDegree);
   }
   return out;
 }
@@ -132,7 +159,8 @@ void remove_spurious(Mat6& I, Vec6& b, const Mat3& R_odom_body,
     if (info.raw <= 0.0 || info.information >= info.raw) continue;
     const int block = k < 3 ? 3 : 0;
     const int other = 3 - block;
-    const Vec3 v = k < 3 ? info.direction_odom : Vec3(R_odom_body.transpose() * info.direction_odom);
+    const Vec3 v =
+        k < 3 ? info.direction_odom : Vec3(R_odom_body.transpose() * info.direction_odom);
     Vec6 u;
     u.segment<3>(block) = v;
     u.segment<3>(other) =
@@ -157,8 +185,8 @@ void CategoryFilter::apply(Report& report) {
     } else {
       const bool worse = now > track.category;
       const int needed = worse ? settings_.scans_to_worse : settings_.scans_to_better;
-      track.pending = (track.pending > 0) == worse ? track.pending + (worse ? 1 : -1)
-                                                   : (worse ? 1 : -1);
+      track.pending =
+          (track.pending > 0) == worse ? track.pending + (worse ? 1 : -1) : (worse ? 1 : -1);
       if (std::abs(track.pending) >= needed) track = {now, 0, true};
     }
     report.directions[k].category = track.category;

@@ -21,6 +21,10 @@ struct AwareSettings {
   double full_deg = 0.1, none_deg = 0.5;
   int scans_to_worse = 2, scans_to_better = 5;
   double axis_ratio_min = 4.0;
+  /// No inertial data tell a person who walks along a corridor from a wall: a translation without
+  /// support is not known at all. And many planes come from one scan, with normals known to a
+  /// degree: what they tell by chance is the sum of many chances (Chance).
+  bool lidar_alone = false;
 
   template <class V>
   void visit(V& v) {

@@ -95,6 +95,40 @@ TEST(DirectionInformation, does_not_take_noise_of_normals_for_knowledge) {
   EXPECT_EQ(out[0].category, Category::kNone);
 }
 
+TEST(DirectionInformation, of_a_lidar_alone_takes_chances_of_many_planes_as_a_sum) {
+  // 100 planes along the corridor tell w 1e-4 = 0.943 each by chance: 94.3 in all, and four times
+  // the root of their squares above it 132. Five times the mean are 472.
+  std::vector<PlaneEvidence> planes(100, plane(Vec3::UnitY(), 100));
+  for (const int end_planes : {0, 4}) {
+    for (int k = 0; k < end_planes; ++k) {
+      PlaneEvidence wall = plane(Vec3::UnitX(), 4);
+      wall.weight = 50.0;
+      wall.lever_odom_m = Vec3(20.0, 3.0 * k, 0.0);
+      planes.push_back(wall);
+    }
+    AwareSettings settings;
+    settings.kappa_supported = settings.kappa = 5.0;
+    settings.lidar_alone = true;
+    const auto alone = direction_information(information_of(planes), planes, Mat3::Identity(),
+                                             Axes::Identity(), settings);
+    settings.lidar_alone = false;
+    const auto inertial = direction_information(information_of(planes), planes, Mat3::Identity(),
+                                                Axes::Identity(), settings);
+    EXPECT_EQ(inertial[0].information, 0.0) << "0 or 200, and 472 may be chance";
+    EXPECT_NEAR(alone[0].information, end_planes > 0 ? 200.0 - 94.3396 - 4.0 * 9.43396 : 0.0, 1e-3);
+  }
+}
+
+TEST(DirectionInformation, of_a_lidar_alone_one_plane_in_one_place_may_be_a_person) {
+  const auto planes = corridor(true);
+  AwareSettings settings;
+  settings.lidar_alone = true;
+  const auto out = direction_information(information_of(planes), planes, Mat3::Identity(),
+                                         Axes::Identity(), settings);
+  EXPECT_EQ(out[0].information, 0.0);
+  EXPECT_EQ(out[0].category, Category::kNone);
+}
+
 TEST(DirectionInformation, keeps_weak_structure_that_several_planes_in_several_places_show) {
   // Long walls whose normals are uncertain, and four sides of niches that show 75 1/m^2 each.
   std::vector<PlaneEvidence> planes;

@@ -171,11 +171,28 @@ int PlaneMap::descend(int index, const Vec3& origin, const Vec3& p) const {
   return node.plane;
 }
 
+void PlaneMap::set_scan(const ViewPlanes& scan) {
+  scan_ = scan;
+  for (std::size_t k = 0; k < scan.planes().size(); ++k) {
+    if (k == scan_planes_.size()) {
+      scan_planes_.push_back(static_cast<int>(planes_.size()));
+      planes_.emplace_back();
+    }
+    planes_[static_cast<std::size_t>(scan_planes_[k])] = scan.planes()[k];
+  }
+}
+
+int PlaneMap::in_scan(const Vec3& p_odom_m) const {
+  const int k = scan_ ? scan_->find(p_odom_m) : -1;
+  return k < 0 ? -1 : scan_planes_[static_cast<std::size_t>(k)];
+}
+
 int PlaneMap::find(const Vec3& p_odom_m) const {
   const CellIndex i = cell_of(p_odom_m, inverse_voxel_);
   const int root = root_cell(i.x, i.y, i.z);
-  if (root < 0) return -1;
-  return descend(root, center_of(i.x, i.y, i.z, settings_.voxel_m), p_odom_m);
+  const int index =
+      root < 0 ? -1 : descend(root, center_of(i.x, i.y, i.z, settings_.voxel_m), p_odom_m);
+  return index < 0 ? in_scan(p_odom_m) : index;
 }
 
 void PlaneMap::consider(int ix, int iy, int iz, const Vec3& p, int& best, double& best_m) const {
@@ -207,7 +224,7 @@ int PlaneMap::find_near(const Vec3& p_odom_m) const {
     consider(i.x + ((k & 1) ? sx : 0), i.y + ((k & 2) ? sy : 0), i.z + ((k & 4) ? sz : 0), p_odom_m,
              best, best_m);
   }
-  return best;
+  return best < 0 ? in_scan(p_odom_m) : best;
 }
 
 std::size_t PlaneMap::prune(const Vec3& center_odom_m) {
@@ -227,6 +244,7 @@ std::size_t PlaneMap::prune(const Vec3& center_odom_m) {
     if ((center - center_odom_m).squaredNorm() > radius2) continue;
     kept.copy_tree(*this, slot.cell, kept.find_or_make_root(ix, iy, iz));
   }
+  if (scan_) kept.set_scan(*scan_);
   const auto roots_max = static_cast<std::size_t>(settings_.roots_max);
   kept.T_odom_view_ = T_odom_view_;
   kept.new_view_ = new_view_;

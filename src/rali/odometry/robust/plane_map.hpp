@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "rali/geometry/se3.hpp"
 #include "rali/odometry/robust/plane_fit.hpp"
+#include "rali/odometry/robust/view_planes.hpp"
 
 namespace rali::odometry {
 
@@ -46,7 +48,15 @@ class PlaneMap {
   /// @param epoch generation of the pose that saw it (drift.hpp).
   void insert(const geometry::Vec3& p_odom_m, const geometry::Vec3f& ray_odom, double epoch);
 
-  /// Index of the plane in whose cell the point lies, -1 if none.
+  /// Where no cell holds a plane, those of this scan count, until the next takes its place.
+  void set_scan(const ViewPlanes& scan);
+
+  /// Whether it is time for another one.
+  [[nodiscard]] bool wants_scan(const geometry::SE3& T_odom_lidar) const {
+    return !scan_ || scan_->is_left(T_odom_lidar);
+  }
+
+  /// Index of the plane in whose cell the point lies, else of that in its direction; -1 if none.
   [[nodiscard]] int find(const geometry::Vec3& p_odom_m) const;
 
   /// As find(), but also looks into the root cells beyond the nearest faces and takes the plane
@@ -96,6 +106,7 @@ class PlaneMap {
     int cell = -1;
   };
 
+  [[nodiscard]] int in_scan(const geometry::Vec3& p_odom_m) const;
   int root_cell(int ix, int iy, int iz) const;
   int add_cells(std::size_t n);
   int find_or_make_root(int ix, int iy, int iz);
@@ -113,6 +124,9 @@ class PlaneMap {
   std::vector<Node> nodes_;
   std::vector<Gathered> gathered_;  ///< beside nodes_
   std::vector<Plane> planes_;
+  std::optional<ViewPlanes> scan_;
+  std::vector<int>
+      scan_planes_;            ///< index into planes_ of each plane of it: taken over by the next
   geometry::SE3 T_odom_view_;  ///< where the newest view began
   bool new_view_ = true;
   std::size_t roots_ = 0;
