@@ -45,7 +45,7 @@ Category category_of(double sigma, double full, double none) {
   return sigma > none ? Category::kNone : Category::kPartial;
 }
 
-/// What uncertain normals tell of a direction by chance: a sum of squares, one of each plane.
+/// Information that uncertain normals give by chance: a sum of squares, one of each plane.
 class Chance {
  public:
   double mean = 0.0;
@@ -55,7 +55,7 @@ class Chance {
     squares_ += expected * expected;
   }
 
-  /// One plane tells kappa times its expectation at most, which is (kappa - 1)/sqrt(2) sigma above
+  /// One plane gives kappa times its expectation at most, which is (kappa - 1)/sqrt(2) sigma above
   /// it; so many sigma above its own mean the sum of many is nearer to it. A young map with
   /// inertial data, whose planes are wrong in common at a wrong speed, needs the factor.
   [[nodiscard]] double at_most(double kappa, bool independent) const {

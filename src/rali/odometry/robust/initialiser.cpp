@@ -73,7 +73,11 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   }
   // Whether it stands, the end of the track says; how well gravity is known, all that was quiet.
   std::vector<ImuSample> quiet = imu.between(track.front().t, track.back().t);
-  if (!is_quiet(imu::statistics(block_means(quiet)), settings.rest)) quiet = raw;
+  imu::ImuStatistics quiet_blocks = imu::statistics(block_means(quiet));
+  if (!is_quiet(quiet_blocks, settings.rest)) {
+    quiet = raw;
+    quiet_blocks = blocks;
+  }
   const imu::ImuStatistics all = imu::statistics(quiet);
   // Along a blind direction the LiDAR cannot prove that nothing moves. Wheels that do not shake do.
   Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
@@ -92,7 +96,6 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   // from a tilt, which is what the covariance of gravity says.
   guess.accel_bias_mps2 =
       (all.accel_mean_mps2.norm() - settings.gravity_mps2) * all.accel_mean_mps2.normalized();
-  const imu::ImuStatistics quiet_blocks = imu::statistics(block_means(quiet));
   const double mean_var = quiet_blocks.accel_sd_mps2.cwiseAbs2().maxCoeff() / quiet_blocks.samples;
   guess.bias_gravity_covariance =
       bias_gravity_covariance(track.back().T_odom_body.R, guess.g_odom_mps2,

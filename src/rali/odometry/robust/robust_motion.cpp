@@ -44,22 +44,19 @@ ProcessNoise RobustOdometry::process_noise() const {
   return noise;
 }
 
-/// At standstill only the sensor itself is left, whatever driving adds: what was measured there.
+/// At standstill only the sensor itself is left, whatever driving adds: what was measured there,
+/// typical noise before.
 ProcessNoise RobustOdometry::rest_noise() const {
   ProcessNoise noise = process_noise();
   const imu::MotionNoiseSettings& typical = settings_.motion_noise;
-  const auto rest = standstill_.rest_density();
-  if (!rest) {
-    noise.gyro_radps_rthz = std::min(noise.gyro_radps_rthz, typical.gyro_typical_radps_rthz);
-    noise.accel_mps2_rthz = std::min(noise.accel_mps2_rthz, typical.accel_typical_mps2_rthz);
-    return noise;
-  }
+  const imu::NoiseDensity rest = standstill_.rest_density().value_or(
+      imu::NoiseDensity{typical.gyro_typical_radps_rthz, typical.accel_typical_mps2_rthz});
   noise.gyro_radps_rthz =
       std::min(noise.gyro_radps_rthz,
-               std::max(kLeast * typical.gyro_typical_radps_rthz, rest->gyro_radps_rthz));
+               std::max(kLeast * typical.gyro_typical_radps_rthz, rest.gyro_radps_rthz));
   noise.accel_mps2_rthz =
       std::min(noise.accel_mps2_rthz,
-               std::max(kLeast * typical.accel_typical_mps2_rthz, rest->accel_mps2_rthz));
+               std::max(kLeast * typical.accel_typical_mps2_rthz, rest.accel_mps2_rthz));
   return noise;
 }
 

@@ -205,17 +205,20 @@ void RobustOdometry::insert_points(const SE3& T_odom_body) {
   const double epoch = drift_.epoch();
   const SE3 T_odom_lidar = T_odom_body * calibration_.T_body_lidar;
   if (!has_imu_) recent_.add(points_, T_odom_body);
-  std::vector<Vec3> points_odom;
   map_.set_view(T_odom_lidar);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
     const Vec3 ray = R * (p - origin);
     const double inverse = 1.0 / std::max(1e-6, ray.norm());
-    points_odom.push_back(R * p + T_odom_body.p);
-    map_.insert(points_odom.back(), (inverse * ray).cast<float>(), epoch);
+    map_.insert(R * p + T_odom_body.p, (inverse * ray).cast<float>(), epoch);
   }
   // With inertial data pitch and height are known until the vehicle has driven.
   if (!has_imu_ && map_.wants_scan(T_odom_lidar)) {
+    std::vector<Vec3> points_odom;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
+      points_odom.push_back(R * p + T_odom_body.p);
+    }
     map_.set_scan(ViewPlanes(points_odom, T_odom_lidar, epoch, settings_.map.plane));
   }
 }

@@ -14,7 +14,7 @@ namespace {
 constexpr int kRows = 30, kColumns = 60;  // three rings of a LiDAR with 16
 constexpr double kCell_rad = std::numbers::pi / kRows;
 constexpr double kRangeMin_m = 0.3;
-/// Of 0.2, 0.5 and 2 m the middle was best; beyond it the rings have swept the map's cells.
+/// Farther away the rings have swept the map's cells. One choice: others were not measured.
 constexpr double kReach_m = 0.5;
 constexpr double kReach_rad = 0.17;
 
