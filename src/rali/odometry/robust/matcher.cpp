@@ -66,15 +66,19 @@ double Matcher::point_variance(const Point& p, double cos_incidence, double plan
   return std::max(model, plane_var_m2);
 }
 
-void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_pose, bool wide) {
+void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_pose, Reach reach) {
   const Mat3& R = T_odom_body.R;
   for (Point& point : points_) {
     const Vec3 p_body = point.p_body();
     const Vec3 x = R * p_body + T_odom_body.p;
-    point.plane = wide ? map.find_near(x) : map.find(x);
+    point.plane = reach == Reach::kNear ? map.find_near(x) : map.find(x);
     if (point.plane < 0) continue;
     const Plane& plane = map.plane(point.plane);
     const Vec3 d = x - plane.q;
+    if (reach == Reach::kPoints && !plane.reaches(d)) {
+      point.plane = -1;
+      continue;
+    }
     const double r = plane.n.dot(d);
     // Most points are so near that they match whatever the gate is: it costs more than the rest.
     if (!(std::abs(r) > settings_.gate_min_m)) continue;

@@ -50,6 +50,13 @@ struct Hold {
   double elsewhere = 0.0;  ///< were the pose a step ahead or behind: the larger
 };
 
+/// Which planes may be partners of a point.
+enum class Reach {
+  kNear,    ///< the nearest, in this cell or the next: for a guess that may be half a cell off
+  kCell,    ///< that of its cell
+  kPoints,  ///< that of its cell, where its own points surround it: beyond, nobody measured it
+};
+
 /// Matches the points of a scan with the planes of the map and sums what they tell.
 class Matcher {
  public:
@@ -63,9 +70,8 @@ class Matcher {
   [[nodiscard]] std::size_t size() const { return points_.size(); }
 
   /// Finds a plane for each point. @param P_pose covariance of the pose, for the gate.
-  /// @param wide look also into neighbouring cells: for a poor guess.
   void match(const PlaneMap& map, const geometry::SE3& T_odom_body, const geometry::Mat6& P_pose,
-             bool wide);
+             Reach reach);
 
   /// Sums residuals at the given pose over the matches of the last match().
   [[nodiscard]] LidarSystem accumulate(const PlaneMap& map, const geometry::SE3& T_odom_body);

@@ -56,7 +56,7 @@ TEST(Matcher, has_the_residual_and_jacobian_of_the_worked_example) {
   Matcher matcher(settings);
   matcher.set_points(points_of({Vec3(4.0, 2.0, -0.5)}), Vec3::Zero());
   const SE3 T{so3_exp(Vec3(0.1, -0.2, 0.7)), Vec3(53.0, 49.0, 50.4)};
-  matcher.match(map, T, 100.0 * Mat6::Identity(), false);
+  matcher.match(map, T, 100.0 * Mat6::Identity(), Reach::kCell);  // it lies beyond the patch
   const LidarSystem system = matcher.accumulate(map, T);
   ASSERT_EQ(system.matches, 1);
   // One point: I = W H^T H and b = W H^T r, with dr/dp = n of length one.
@@ -101,7 +101,7 @@ struct CorrelatedPlane {
       }
     }
     matcher.set_points(points_of(points), Vec3::Zero());
-    matcher.match(map, T, Mat6::Zero(), false);
+    matcher.match(map, T, Mat6::Zero(), Reach::kCell);  // the corners lie beyond the patch
     return matcher.accumulate(map, T);
   }
 };
@@ -222,7 +222,7 @@ TEST(Matcher, system_is_that_of_brute_force_with_planes_as_unknowns) {
   }
   Matcher matcher(settings);
   matcher.set_points(cloud, Vec3::Zero());
-  matcher.match(map, T, Mat6::Zero(), false);
+  matcher.match(map, T, Mat6::Zero(), Reach::kPoints);
   const LidarSystem system = matcher.accumulate(map, T);
   ASSERT_EQ(system.matches, static_cast<int>(wanted.size()));
   Mat6 I;
@@ -236,19 +236,29 @@ TEST(Matcher, system_is_that_of_brute_force_with_planes_as_unknowns) {
 TEST(Matcher, refuses_points_outside_the_gate_and_without_plane) {
   CorrelatedPlane setup;
   setup.matcher.set_points(
-      points_of({Vec3(1.0, 0.0, 0.04), Vec3(1.0, 0.0, 0.2), Vec3(50.0, 0.0, 0.0)}), Vec3::Zero());
-  setup.matcher.match(setup.map, setup.T, Mat6::Zero(), false);
+      points_of({Vec3(0.5, 0.0, 0.04), Vec3(0.5, 0.0, 0.2), Vec3(50.0, 0.0, 0.0)}), Vec3::Zero());
+  setup.matcher.match(setup.map, setup.T, Mat6::Zero(), Reach::kPoints);
   EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 1);
   // A pose known to 10 cm opens the gate for the second.
-  setup.matcher.match(setup.map, setup.T, 0.01 * Mat6::Identity(), false);
+  setup.matcher.match(setup.map, setup.T, 0.01 * Mat6::Identity(), Reach::kPoints);
   EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 2);
+}
+
+TEST(Matcher, a_plane_tells_nothing_beyond_its_points_unless_it_is_only_looked_for) {
+  CorrelatedPlane setup;  // 0.4 m sd along both axes: 2 sd and 5 cm
+  setup.matcher.set_points(
+      points_of({Vec3(0.84, 0.0, 0.0), Vec3(0.86, 0.0, 0.0), Vec3(0.6, -0.86, 0.0)}), Vec3::Zero());
+  setup.matcher.match(setup.map, setup.T, Mat6::Zero(), Reach::kPoints);
+  EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 1);
+  setup.matcher.match(setup.map, setup.T, Mat6::Zero(), Reach::kCell);
+  EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 3);
 }
 
 TEST(Matcher, weighs_an_outlier_down) {
   CorrelatedPlane setup;
   const auto pull = [&setup](double height_m) {
     setup.matcher.set_points(points_of({Vec3(0.5, 0.5, height_m)}), Vec3::Zero());
-    setup.matcher.match(setup.map, setup.T, Mat6::Identity(), false);
+    setup.matcher.match(setup.map, setup.T, Mat6::Identity(), Reach::kPoints);
     return setup.matcher.accumulate(setup.map, setup.T).b[5];
   };
   EXPECT_GT(pull(0.04), pull(0.02));
@@ -276,7 +286,7 @@ struct AcrossTheWay {
   [[nodiscard]] Matcher matched() const {
     Matcher matcher{MatchSettings{}};
     matcher.set_points(points_of(points), Vec3::Zero());
-    matcher.match(map, SE3{}, 1e-4 * Mat6::Identity(), false);
+    matcher.match(map, SE3{}, 1e-4 * Mat6::Identity(), Reach::kPoints);
     return matcher;
   }
 
@@ -345,7 +355,7 @@ TEST(Matcher, noise_along_the_rays_does_not_turn_a_wall_seen_obliquely) {
   for (int k = 0; k < kScans; ++k) {
     Matcher matcher(settings);
     matcher.set_points(points_of(cut_from_a_wall(settings.range_sigma_m, rng)), Vec3::Zero());
-    matcher.match(map, T, 1e-4 * Mat6::Identity(), false);
+    matcher.match(map, T, 1e-4 * Mat6::Identity(), Reach::kPoints);
     const LidarSystem system = matcher.accumulate(map, T);
     // Turning about the patch itself: heading, and the shift across that keeps its middle.
     Vec6 about_patch = Vec6::Zero();
@@ -359,11 +369,11 @@ TEST(Matcher, noise_along_the_rays_does_not_turn_a_wall_seen_obliquely) {
 TEST(Matcher, works_without_points_and_without_map) {
   CorrelatedPlane setup;
   setup.matcher.set_points(BodyPoints{}, Vec3::Zero());
-  setup.matcher.match(setup.map, setup.T, Mat6::Zero(), true);
+  setup.matcher.match(setup.map, setup.T, Mat6::Zero(), Reach::kNear);
   EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 0);
   const PlaneMap empty{PlaneMapSettings{}};
   setup.matcher.set_points(points_of({Vec3(1.0, 0.0, 0.0)}), Vec3(1.0, 0.0, 0.0));
-  setup.matcher.match(empty, setup.T, Mat6::Zero(), true);
+  setup.matcher.match(empty, setup.T, Mat6::Zero(), Reach::kNear);
   const LidarSystem system = setup.matcher.accumulate(empty, setup.T);
   EXPECT_EQ(system.matches, 0);
   EXPECT_EQ(system.I, Mat6(Mat6::Zero()));

@@ -68,6 +68,16 @@ double width_beyond_grazing(double spread_m2, const Vec3& across, const Vec3& no
   return spread_m2 - kUneven_m * kUneven_m / sine2 * across.dot(rays * across);
 }
 
+/// How far from their mean the points of a plane reach: sqrt(3) sigma if they lie evenly, and a
+/// margin for a patch that grows while the vehicle drives. Beyond, a plane of a whole cell says
+/// what nobody measured: two rings on two surfaces, wall and ceiling, say, span a plane that is
+/// 10 degrees off, and far from both it tells of pitch by decimetres.
+double reach(double spread_m2) {
+  constexpr double kSigmas = 2.0;  // 3: half of the gain
+  constexpr double kMargin_m = 0.05;
+  return kSigmas * std::sqrt(spread_m2) + kMargin_m;
+}
+
 /// Ten points of a round blob look four times as wide as thick in one cell of six, and a blob's
 /// normal points anywhere: along a tunnel, too. Whether two spreads that are equal in truth differ
 /// as much by chance: with W = 4 a b/(a + b)^2, W^((n - 2)/2) is uniform (Mauchly 1940, two
@@ -128,6 +138,8 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bo
   plane.var_tilt2 = var_tilt(plane.e2, pca.values[1]);
   plane.var_offset = s2 / n + settings.sigma_systematic_m * settings.sigma_systematic_m;
   plane.var_normal = s2;
+  plane.reach1_m = reach(pca.values[0]);
+  plane.reach2_m = reach(pca.values[1]);
   plane.epoch = sums.epoch_sum / n;
   return FitResult::kPlane;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "rali/geometry/pca3.hpp"
@@ -137,7 +138,8 @@ struct PlaneSettings {
 };
 
 /// A plane with the covariance of its three parameters: tilt about the axes (n rises by a along
-/// e1, by b along e2) and offset c along n. Source: algorithms 2.3.
+/// e1, by b along e2) and offset c along n. Source: algorithms 2.3. It is known where its points
+/// are; what lies beyond them in the same cell may be another surface.
 struct Plane {
   geometry::Vec3 q = geometry::Vec3::Zero();  ///< mean of its points [m]
   geometry::Vec3 n = geometry::Vec3::UnitZ();
@@ -146,8 +148,15 @@ struct Plane {
   double var_tilt1 = 0.0;   ///< [rad^2], along e1
   double var_tilt2 = 0.0;   ///< [rad^2], along e2
   double var_offset = 0.0;  ///< [m^2]
+  double reach1_m = 0.0;    ///< so far from q along e1 there are points of it
+  double reach2_m = 0.0;    ///< the same along e2
   double epoch = 0.0;       ///< mean generation of its points
   double var_normal = 0.0;  ///< measured noise of its points along n [m^2]
+
+  /// Its points surround the place.
+  [[nodiscard]] bool reaches(const geometry::Vec3& from_q_m) const {
+    return std::abs(e1.dot(from_q_m)) <= reach1_m && std::abs(e2.dot(from_q_m)) <= reach2_m;
+  }
 };
 
 enum class FitResult {

@@ -196,6 +196,48 @@ void tell_fit(const LidarSystem& system, const Matcher& matcher, UpdateResult& r
   }
 }
 
+/// From a poor guess the pose is first looked for with all planes that may be meant, and then
+/// measured: with those only that surround the points. Where there are too few of them, in a map
+/// one scan old, say, it stays as it was found.
+class Stages {
+ public:
+  Stages(bool poor, int iterations_max)
+      : searching_(poor), end_(iterations_max), iterations_max_(iterations_max) {}
+
+  /// Planes that count in iteration k.
+  [[nodiscard]] Reach reach(int k) const {
+    if (!searching_) return few_ ? Reach::kCell : Reach::kPoints;
+    return k + 2 < iterations_max_ ? Reach::kNear : Reach::kCell;
+  }
+
+  [[nodiscard]] bool goes_on(int k) const { return k < end_; }
+
+  /// After iteration k. @return true: the next stage begins, with other partners
+  bool next(int k, bool converged) {
+    if (searching_ && (converged || k + 1 == end_)) {
+      searching_ = false;
+      found_ = true;
+      end_ = k + 1 + kMeasuring;
+      return true;
+    }
+    if (converged) end_ = k + 1;
+    return false;
+  }
+
+  /// Too few partners in iteration k. @return true: it goes on with more of them
+  bool has_few(int k) {
+    if (!found_ || few_) return false;
+    few_ = true;
+    end_ = k + 2;
+    return true;
+  }
+
+ private:
+  static constexpr int kMeasuring = 2;
+  bool searching_, found_ = false, few_ = false;
+  int end_, iterations_max_;
+};
+
 }  // namespace
 
 bool is_turned_aside(const Mat6& P_pose) {
@@ -211,7 +253,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   const Mat6 P66 = predicted.P.topLeftCorner<6, 6>();
   const Mat3 R_odom_v = inertial ? Mat3::Identity() : predicted.T_odom_body.R;
   const degeneracy::AwareSettings aware = belief(settings.aware, predicted, inertial);
-  const bool poor = !inertial || is_turned_aside(P66);
+  Stages stages(!inertial || is_turned_aside(P66), settings.update.iterations_max);
   UpdateResult result;
   result.axes = axes_before;
   StateVec delta = StateVec::Zero();
@@ -220,15 +262,14 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   LidarSystem system;
   Vec6 y_lidar = Vec6::Zero();
   bool rematch = true;
-  for (int k = 0; k < settings.update.iterations_max; ++k) {
-    if (k < 2 || rematch) {
-      const bool wide = poor && k + 2 < settings.update.iterations_max;
-      matcher.match(map, state.T_odom_body, P66, wide);
-    }
+  for (int k = 0; stages.goes_on(k); ++k) {
+    if (k < 2 || rematch) matcher.match(map, state.T_odom_body, P66, stages.reach(k));
     system = matcher.accumulate(map, state.T_odom_body);
     result.iterations = k + 1;
     result.matches = system.matches;
     if (system.matches < settings.update.matches_min) {
+      rematch = stages.has_few(k);
+      if (rematch) continue;
       state = predicted;
       return result;
     }
@@ -254,7 +295,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
       state.side.mean += predicted.P_side.topRows<6>().transpose() * y;
     }
     rematch = moved_on(delta, before, settings.update, result);
-    if (result.converged && k > 0) break;
+    rematch = stages.next(k, result.converged && k > 0) || rematch;
   }
   finish(predicted, system.I, delta.segment<3>(kTheta), Untouched(result.directions, R_odom_v),
          state, result);
