@@ -105,13 +105,17 @@ TEST(HardStarts, a_start_in_motion_in_a_blind_corridor_does_not_run_away) {
 TEST(HardStarts, a_start_in_motion_is_held_by_walls_that_few_points_see) {
   // A tenth of a scan faces the weakest direction. The map of a start in motion counted as young,
   // so it was refused, and the vehicle drove off by metres on an inertial sensor that nobody knew
-  // yet.
-  for (const sim::Scene scene : {sim::Scene::kHall, sim::Scene::kGarage, sim::Scene::kMine}) {
-    for (const std::uint64_t seed : {1, 2}) {
-      const Outcome out = drive({scene, seed, 0.0, 0}, 12.0);
-      EXPECT_FALSE(out.diverged) << seed;
-      EXPECT_LT(out.end_error_m, 0.1) << static_cast<int>(scene) << ' ' << seed;
-    }
+  // yet. In the last start gravity is off at first, what walls on all sides say contradicts it, and
+  // was refused for that.
+  using sim::Scene;
+  const std::vector<Start> starts = {{Scene::kHall, 1, 0.0, 0},    {Scene::kHall, 2, 0.0, 0},
+                                     {Scene::kGarage, 1, 0.0, 0},  {Scene::kGarage, 2, 0.0, 0},
+                                     {Scene::kMine, 1, 0.0, 0},    {Scene::kMine, 2, 0.0, 0},
+                                     {Scene::kGarage, 135, 0.0, 4}};
+  for (const Start& start : starts) {
+    const Outcome out = drive(start, 12.0);
+    EXPECT_FALSE(out.diverged) << start.seed;
+    EXPECT_LT(out.end_error_m, 0.1) << static_cast<int>(start.scene) << ' ' << start.seed;
   }
 }
 

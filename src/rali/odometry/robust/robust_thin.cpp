@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "rali/degeneracy/support.hpp"
 #include "rali/odometry/robust/internal/robust_filter.hpp"
 
 namespace rali::odometry::internal {
@@ -26,10 +27,11 @@ bool contradicts(const FilterState& predicted, const geometry::Vec3& axis,
 
 }  // namespace
 
-/// Where little holds the vehicle along its weakest direction it may be a cart or a person that
-/// drives along, or the trail of one in the map. Walls and niches were there before the vehicle
-/// had driven on from where it saw them first, fit in one place only, and do not contradict the
-/// inertial sensor. What does counts as nothing: the direction is degenerate in this scan.
+/// Where little holds the vehicle along its weakest direction, and not in many places, it may be a
+/// cart or a person that drives along, or the trail of one in the map. Walls and niches were there
+/// before the vehicle had driven on from where it saw them first, fit in one place only, and do not
+/// contradict the inertial sensor. What does counts as nothing: the direction is degenerate in this
+/// scan.
 void RobustOdometry::refuse_thin_hold(const FilterState& predicted, const SE3& start,
                                       UpdateResult& done) {
   constexpr double kMany = 0.1;       // of the scan's points: no cart fills as much of it
@@ -39,6 +41,7 @@ void RobustOdometry::refuse_thin_hold(const FilterState& predicted, const SE3& s
   const geometry::Vec3 axis = done.axes.col(0);
   const auto facing = static_cast<double>(matcher_.points_facing(map_, axis));
   if (facing > kMany * static_cast<double>(matcher_.size())) return;
+  if (done.directions[0].clusters >= degeneracy::kClustersMost) return;
   const Hold hold =
       matcher_.hold_along(map_, state_.T_odom_body, axis, kStep_m, drift_.newest_established());
   const double none_m = settings_.aware.none_m;
