@@ -71,7 +71,7 @@ double width_beyond_grazing(double spread_m2, const Vec3& across, const Vec3& no
 /// How far from their mean the points of a plane reach: sqrt(3) sigma if they lie evenly, and a
 /// margin for a patch that grows while the vehicle drives. Beyond, a plane of a whole cell says
 /// what nobody measured: two rings on two surfaces, wall and ceiling, say, span a plane that is
-/// 10 degrees off, and far from both it tells of pitch by decimetres.
+/// 10 degrees off, and half a metre from both the error is a decimetre.
 double reach(double spread_m2) {
   constexpr double kSigmas = 2.0;  // 3: half of the gain
   constexpr double kMargin_m = 0.05;

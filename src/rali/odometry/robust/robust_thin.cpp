@@ -34,14 +34,15 @@ bool contradicts(const FilterState& predicted, const geometry::Vec3& axis,
 /// scan.
 void RobustOdometry::refuse_thin_hold(const FilterState& predicted, const SE3& start,
                                       UpdateResult& done) {
-  constexpr double kMany = 0.1;       // of the scan's points: no cart fills as much of it
-  constexpr double kStep_m = 0.4;     // half a cell of the map
-  constexpr double kElsewhere = 0.5;  // of what holds here
+  constexpr double kMany = 0.1;  // of the scan's points: no cart fills as much of it
+  constexpr int kPlaces = degeneracy::kClustersMost;  // in so many no cart or person is
+  constexpr double kStep_m = 0.4;                     // half a cell of the map
+  constexpr double kElsewhere = 0.5;                  // of what holds here
   if (!done.sees[0] || done.matches < settings_.update.matches_min) return;
   const geometry::Vec3 axis = done.axes.col(0);
   const auto facing = static_cast<double>(matcher_.points_facing(map_, axis));
   if (facing > kMany * static_cast<double>(matcher_.size())) return;
-  if (done.directions[0].clusters >= degeneracy::kClustersMost) return;
+  if (done.directions[0].clusters >= kPlaces) return;
   const Hold hold =
       matcher_.hold_along(map_, state_.T_odom_body, axis, kStep_m, drift_.newest_established());
   const double none_m = settings_.aware.none_m;

@@ -140,6 +140,51 @@ TEST(UpdateWithScan, finds_the_pose_where_walls_stand_on_all_sides) {
   }
 }
 
+/// A plane through few points in the middle of a cell, as a young map has them.
+Patch small_patch(const Vec3& center, const Vec3& n) {
+  Patch patch;
+  patch.center = center;
+  patch.n = n;
+  patch.spacing_m = 0.04;  // reaches 0.28 m
+  return patch;
+}
+
+TEST(UpdateWithScan, a_poor_guess_is_measured_without_planes_that_do_not_surround_the_points) {
+  Place place(false);
+  const std::size_t walls = place.surface.size();
+  // A ceiling, and a plane in one of its cells that is 10 degrees off.
+  const Vec3 center(2.0, 0.4, 2.0);
+  const double tilt = 0.17;
+  insert_patch(place.map, small_patch(center, Vec3(std::sin(tilt), 0.0, std::cos(tilt))));
+  for (int k = 0; k < 60; ++k) place.surface.emplace_back(center + Vec3(0.33, 0.005 * k - 0.15, 0));
+  FilterState s = guess_near(kTruth, Vec3(0.01, -0.02, 0.03), Vec3(0.05, -0.06, 0.04));
+  const UpdateResult done = place.update(s, kTruth);
+  EXPECT_EQ(done.matches, static_cast<int>(walls));
+  EXPECT_LT((s.T_odom_body.p - kTruth.p).norm(), 2e-3);
+  EXPECT_LT(geometry::so3_log(kTruth.R.transpose() * s.T_odom_body.R).norm(), 1e-3);
+}
+
+TEST(UpdateWithScan, a_map_whose_planes_surround_too_few_points_still_finds_the_pose) {
+  Place place(false);
+  place.map = PlaneMap(PlaneMapSettings{});
+  place.surface.clear();
+  for (int k = -2; k < 3; ++k) {
+    for (const Vec3& n : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitZ())}) {
+      const Vec3 along(n.y(), n.z(), n.x());
+      const Vec3 up = n.cross(along);
+      const Vec3 center = 0.8 * (4.5 * n + (k + 0.5) * (along + up));
+      insert_patch(place.map, small_patch(center, n));
+      for (int i = 0; i < 30; ++i) {
+        place.surface.emplace_back(center + 0.33 * along + (0.01 * i - 0.15) * up);
+      }
+    }
+  }
+  FilterState s = guess_near(kTruth, Vec3(0.005, -0.005, 0.005), Vec3(0.02, -0.02, 0.02));
+  const UpdateResult done = place.update(s, kTruth);
+  EXPECT_EQ(done.matches, static_cast<int>(place.surface.size()));
+  EXPECT_LT((s.T_odom_body.p - kTruth.p).norm(), 2e-3);
+}
+
 TEST(UpdateWithScan, leaves_the_blind_direction_exactly_as_predicted) {
   Place place(true);
   const Vec3 shift(0.05, -0.06, 0.04);
