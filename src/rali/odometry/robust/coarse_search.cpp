@@ -194,6 +194,21 @@ void RecentPoints::add(const BodyPoints& points, const SE3& T_odom_body) {
   }
 }
 
+PoseGuess guess_from(const SE3& T_odom_body, const geometry::Mat6& P, std::span<const Vec3> unseen,
+                     const Vec3& up_odom) {
+  geometry::Mat6 rest = P;  // as if the place along what is unseen were known
+  for (const Vec3& axis : unseen) {
+    const geometry::Vec6 along = rest.rightCols<3>() * axis;
+    const double variance_m2 = axis.dot(along.tail<3>());
+    if (variance_m2 > 0.0) rest -= (along * along.transpose() / variance_m2).eval();
+  }
+  const Vec3 up_body = T_odom_body.R.transpose() * up_odom;
+  const double variance_m2 = rest.block<2, 2>(3, 3).diagonal().maxCoeff();
+  const double variance_rad2 = up_body.dot(rest.topLeftCorner<3, 3>() * up_body);
+  return {T_odom_body, std::sqrt(std::max(0.0, variance_m2)),
+          std::sqrt(std::max(0.0, variance_rad2))};
+}
+
 bool needs_search(const PoseGuess& guess, const CoarseSearchSettings& settings) {
   constexpr double kRadian = std::numbers::pi / 180.0;
   return guess.sigma_m >= settings.sigma_min_m ||

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <span>
 #include <vector>
 
 #include "rali/odometry/deskew.hpp"
@@ -45,6 +46,13 @@ struct PoseGuess {
   double sigma_m = 0.0;
   double sigma_rad = 0.0;
 };
+
+/// The guess that a prediction of covariance P (boxplus order) is. How uncertain it is along
+/// `unseen` translations (unit, odom), and what turns with that, counts for nothing: no scan
+/// decides it, and with every metre along a tunnel ever more places would be tried.
+[[nodiscard]] PoseGuess guess_from(const geometry::SE3& T_odom_body, const geometry::Mat6& P,
+                                   std::span<const geometry::Vec3> unseen,
+                                   const geometry::Vec3& up_odom);
 
 /// Whether a guess is so poor that the nearest solution of the registration may be a wrong one.
 [[nodiscard]] bool needs_search(const PoseGuess& guess, const CoarseSearchSettings& settings);

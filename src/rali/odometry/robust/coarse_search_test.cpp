@@ -1,5 +1,7 @@
 #include "rali/odometry/robust/coarse_search.hpp"
 
+#include <array>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -53,6 +55,25 @@ struct CoarseSearchTest : testing::Test {
   BodyPoints now;
   CoarseSearchSettings settings;
 };
+
+TEST(PoseGuess, leaves_out_what_is_uncertain_along_unseen_translations_and_turns_with_it) {
+  // 50 m along x, where a metre turns by 0.01 rad, and 0.02 rad, 0.1 m across that it does not.
+  geometry::Mat6 P = geometry::Mat6::Zero();
+  geometry::Vec6 slide = geometry::Vec6::Zero();
+  slide[3] = 50.0;
+  slide[2] = 0.5;
+  P += slide * slide.transpose();
+  P(2, 2) += 0.02 * 0.02;
+  P(4, 4) += 0.1 * 0.1;
+  const PoseGuess all = guess_from(SE3{}, P, {}, kUp);
+  EXPECT_NEAR(all.sigma_m, 50.0, 1e-9);
+  EXPECT_NEAR(all.sigma_rad, std::hypot(0.5, 0.02), 1e-9);
+  const PoseGuess rest = guess_from(SE3{}, P, std::array{Vec3(Vec3::UnitX())}, kUp);
+  EXPECT_NEAR(rest.sigma_m, 0.1, 1e-9);
+  EXPECT_NEAR(rest.sigma_rad, 0.02, 1e-6);
+  EXPECT_TRUE(needs_search(all, {}));
+  EXPECT_FALSE(needs_search(rest, {}));
+}
 
 TEST_F(CoarseSearchTest, a_turn_of_45_degrees_and_a_step_of_60_cm_are_found) {
   const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};

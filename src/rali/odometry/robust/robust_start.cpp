@@ -126,11 +126,12 @@ void RobustOdometry::turn_with_gyro(Time t_end) {
 void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& done) {
   if (has_imu_) return;
   const Vec3 up = -state_.g_odom_mps2.normalized();
-  const Vec3 up_body = predicted.T_odom_body.R.transpose() * up;
-  PoseGuess guess;
-  guess.T_odom_body = predicted.T_odom_body;
-  guess.sigma_m = std::sqrt(predicted.P.block<2, 2>(kPos, kPos).diagonal().maxCoeff());
-  guess.sigma_rad = std::sqrt(up_body.dot(predicted.P.block<3, 3>(kTheta, kTheta) * up_body));
+  std::vector<Vec3> unseen;
+  for (int k = 0; k < 3; ++k) {
+    if (blind_[static_cast<std::size_t>(k)]) unseen.emplace_back(axes_.col(k));
+  }
+  const PoseGuess guess =
+      guess_from(predicted.T_odom_body, predicted.P.topLeftCorner<6, 6>(), unseen, up);
   if (!needs_search(guess, settings_.search)) return;
   for (const SE3& start : search_pose(recent_, points_, guess, up, settings_.search)) {
     FilterState other = predicted;
