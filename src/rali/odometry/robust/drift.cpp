@@ -71,7 +71,10 @@ MapShare MapShare::of(const Mat6& P_predicted, const Mat6& information) {
 }
 
 Drift::Drift(const DriftSettings& settings, bool levelled)
-    : settings_(settings), D_(1, Mat6::Zero()), begun_odom_m_(1, Vec3::Zero()) {
+    : settings_(settings),
+      D_(1, Mat6::Zero()),
+      begun_odom_m_(1, Vec3::Zero()),
+      middle_odom_m_(1, Vec3::Zero()) {
   // Sparse rings at rest see pitch and roll poorly: the map grows on a frame that is turned
   // against the first pose by about this much.
   const double tilt =
@@ -84,14 +87,30 @@ Drift::Drift(const DriftSettings& settings, bool levelled)
   carried_ = D_[0];
 }
 
+namespace {
+
 /// Of a generation, or between two.
-Mat6 Drift::error_at(double epoch) const {
-  const double last = static_cast<double>(D_.size() - 1);
-  const double at = std::clamp(epoch, 0.0, last);
+template <class M>
+M between(const std::vector<M>& of, double epoch) {
+  const double at = std::clamp(epoch, 0.0, static_cast<double>(of.size() - 1));
   const auto below = static_cast<std::size_t>(at);
-  const std::size_t above = std::min(below + 1, D_.size() - 1);
+  const std::size_t above = std::min(below + 1, of.size() - 1);
   const double f = at - static_cast<double>(below);
-  return (1.0 - f) * D_[below] + f * D_[above];
+  return (1.0 - f) * of[below] + f * of[above];
+}
+
+}  // namespace
+
+Mat6 Drift::error_at(double epoch) const { return between(D_, epoch); }
+
+/// Error of a pose (boxplus) that is registered with planes of `mean_epoch`. A tilt that has grown
+/// evenly along a path turns its end about the middle of the path.
+Vec6 Drift::bent(const SE3& T_odom_body, double mean_epoch, const Level& level) const {
+  const Vec3 turn(level.tilt_rad.x(), level.tilt_rad.y(), 0.0);
+  Vec6 out;
+  out.head<3>() = T_odom_body.R.transpose() * turn;
+  out.tail<3>() = turn.cross(T_odom_body.p - between(middle_odom_m_, mean_epoch));
+  return out;
 }
 
 /// Whether the pose is much less certain than the newest planes, at whatever estimated place: while
@@ -136,12 +155,15 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
     unmade_ = true;
   }
   carried_ = A * map_error_ * A.transpose();
-  return map_error_ + P_local + turned;
+  const Vec6 known = level ? bent(T_odom_body, mean_epoch, *level) : Vec6(Vec6::Zero());
+  return map_error_ + P_local + turned + known * known.transpose();
 }
 
 void Drift::begin_epoch(const SE3& T_odom_body, const Mat6& error) {
   ++epoch_;
   D_.push_back(error);
+  const auto n = static_cast<double>(middle_odom_m_.size());
+  middle_odom_m_.emplace_back((n * middle_odom_m_.back() + T_odom_body.p) / (n + 1.0));
   begun_odom_m_.push_back(T_odom_body.p);
 }
 

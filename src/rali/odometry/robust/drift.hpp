@@ -34,6 +34,8 @@ struct DriftSettings {
 struct Level {
   Eigen::Matrix<double, 3, 2> axes_odom;  ///< two horizontal unit vectors
   Eigen::Matrix2d covariance;             ///< of the tilts about them [rad^2]
+  /// Rotation of odom against the horizontal since the first pose, about x and y (MapTilt).
+  Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();
 };
 
 /// Of which generation the planes are that hold a translation.
@@ -68,6 +70,8 @@ struct MapShare {
 /// the LiDAR tells nothing the pose keeps the error of the map that it hung on last; what it has
 /// gathered since, the filter knows, and new planes inherit both. Roll and pitch do not wander
 /// where gravity is known: there the map's error is bounded, and what it did to positions with it.
+/// How far the map has tilted by gravity (Level) is an error of known sign, and grows evenly with
+/// the distance: with what it does to positions its square is part of what is stated.
 /// Covariances of a common left perturbation T' = Exp(phi, rho) T about odom's origin, so that they
 /// add without lever arms. Order rotation, translation.
 class Drift {
@@ -122,6 +126,8 @@ class Drift {
   void hold_level(const geometry::SE3& T_odom_body, const Level& level);
   void begin_epoch(const geometry::SE3& T_odom_body, const geometry::Mat6& error);
   void end_turned();
+  [[nodiscard]] geometry::Vec6 bent(const geometry::SE3& T_odom_body, double mean_epoch,
+                                    const Level& level) const;
   void establish(const geometry::Vec3& p_odom_m);
 
   DriftSettings settings_;
@@ -133,11 +139,12 @@ class Drift {
     geometry::Mat6 P;  ///< as a left perturbation
   };
 
-  std::vector<Turned> turned_;                ///< of the degenerate stretch that has not ended
-  std::vector<geometry::Vec3> begun_odom_m_;  ///< by generation: where the vehicle was
-  std::size_t established_ = 1;               ///< so many of the first generations are
-  bool unmoved_ = true;                       ///< the vehicle has not left where it began
-  bool unmade_ = false;                       ///< the newest generation has no planes yet
+  std::vector<Turned> turned_;                 ///< of the degenerate stretch that has not ended
+  std::vector<geometry::Vec3> begun_odom_m_;   ///< by generation: where the vehicle was
+  std::vector<geometry::Vec3> middle_odom_m_;  ///< by generation: mean of these up to it
+  std::size_t established_ = 1;                ///< so many of the first generations are
+  bool unmoved_ = true;                        ///< the vehicle has not left where it began
+  bool unmade_ = false;                        ///< the newest generation has no planes yet
   geometry::Mat6 map_error_ = geometry::Mat6::Zero();
   geometry::Mat6 carried_;  ///< the same as a left perturbation
 };

@@ -301,6 +301,24 @@ TEST(Drift, gravity_bounds_roll_and_pitch_but_not_heading) {
   EXPECT_GT(bounded.ldlt().vectorD().minCoeff(), 0.0);
 }
 
+TEST(Drift, a_tilt_that_gravity_shows_counts_with_the_height_it_has_cost) {
+  // Evenly over 51 m, up to 0.01 rad about y: half of 51 m times 0.01.
+  Drift straight{from_nothing()}, bent{from_nothing()};
+  const Mat6 P = local(1e-4, 0.005);
+  Mat6 without = P, with = P;
+  for (int k = 1; k <= 100; ++k) {
+    Level shown = level(0.001);
+    without = straight.update(at(0.51 * k), straight.epoch(), P, kFollows, shown);
+    shown.tilt_rad.y() = 1e-4 * k;
+    with = bent.update(at(0.51 * k), bent.epoch(), P, kFollows, shown);
+  }
+  const Mat6 more = with - without;
+  EXPECT_NEAR(more(1, 1), 1e-4, 1e-9);
+  EXPECT_NEAR(std::sqrt(more(5, 5)), 0.01 * 0.5 * 51.0, 0.003);
+  EXPECT_LT(more(1, 5), 0.0) << "nose down, and lower";
+  EXPECT_LT(std::abs(more(0, 0)) + std::abs(more(3, 3)) + std::abs(more(4, 4)), 1e-12);
+}
+
 TEST(Drift, a_bound_is_no_measurement) {
   Drift drift{DriftSettings{}};
   const Mat6 P = local(1e-4, 0.005);

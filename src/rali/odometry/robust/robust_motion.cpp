@@ -79,6 +79,21 @@ void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialInteg
   noise_boost_ = 1.0 + kForget * (noise_boost_ - 1.0);
 }
 
+/// Where the LiDAR measures the whole motion, what the accelerometer adds to it is gravity.
+void RobustOdometry::measure_tilt(const UpdateResult& seen, const InertialIntegral& felt) {
+  if (!seen.rotation_known || !seen.known.isIdentity(1e-6)) return map_tilt_.interrupt();
+  TiltStep step;
+  step.span_s = seconds_between(last_posterior_.t, state_.t);
+  step.travelled_m = (state_.T_odom_body.p - last_posterior_.T_odom_body.p).norm();
+  step.R_odom_body = state_.T_odom_body.R;
+  const Vec3 bias_odom = step.R_odom_body * last_posterior_.accel_bias_mps2;
+  step.gravity_dv_mps = state_.v - last_posterior_.v - felt.dv_mps +
+                        step.span_s * (last_posterior_.g_odom_mps2 - bias_odom);
+  step.speed_sigma_mps = std::sqrt(state_.P.diagonal().segment<2>(kVel).maxCoeff());
+  step.accel_noise_mps2_rthz = process_noise().accel_mps2_rthz;
+  map_tilt_.add(step);
+}
+
 /// The prediction with room for a step of the body that the inertial sensor did not feel.
 /// @param where  projector on the translations that may step
 FilterState RobustOdometry::with_step(const FilterState& predicted, double size,

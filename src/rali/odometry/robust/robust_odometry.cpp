@@ -44,7 +44,10 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   const bool settled = has_imu_ || settle_alone(scan, predicted, done);
   if (settled) remember_seen(done);
   watch_acceleration(settled);
-  if (follows) measure_noise(done, felt);
+  if (follows) {
+    measure_noise(done, felt);
+    measure_tilt(done, felt);
+  }
   if (inertial_) constrain(done, findings);
   if (settled) judge(done, findings);
   if (!settled) stray(predicted, findings);
@@ -233,7 +236,7 @@ std::optional<Level> RobustOdometry::level() const {
   H.block<2, 3>(0, kAccelBias) =
       -axes.transpose() * geometry::skew(g) * state_.T_odom_body.R / g.squaredNorm();
   H.block<2, 2>(0, kGravity).setIdentity();
-  return Level{axes, H * state_.P * H.transpose()};
+  return Level{axes, H * state_.P * H.transpose(), map_tilt_.tilt_rad()};
 }
 
 /// What the filter says about this scan, as much again as one registration brings in (the filter

@@ -10,25 +10,11 @@ using geometry::Vec3;
 using sensor::LidarScan;
 
 RobustOdometry::StartMemory RobustOdometry::start_memory() const {
-  return {state_,
-          last_posterior_,
-          map_,
-          drift_,
-          constraints_,
-          refusal_,
-          axes_,
-          lidar_known_,
-          blind_,
-          bend_,
-          seeing_scans_,
-          t_blind_,
-          t_speed_bounded_,
-          t_seen_,
-          fastest_seen_mps_,
-          usual_fit_,
-          noise_boost_,
-          scans_in_map_,
-          sampler_};
+  return {state_,       last_posterior_,  map_,          drift_,
+          map_tilt_,    constraints_,     refusal_,      axes_,
+          lidar_known_, blind_,           bend_,         seeing_scans_,
+          t_blind_,     t_speed_bounded_, t_seen_,       fastest_seen_mps_,
+          usual_fit_,   noise_boost_,     scans_in_map_, sampler_};
 }
 
 void RobustOdometry::take(const StartMemory& memory) {
@@ -36,6 +22,7 @@ void RobustOdometry::take(const StartMemory& memory) {
   last_posterior_ = memory.last_posterior;
   map_ = memory.map;
   drift_ = memory.drift;
+  map_tilt_ = memory.map_tilt;
   constraints_ = memory.constraints;
   refusal_ = memory.refusal;
   axes_ = memory.axes;

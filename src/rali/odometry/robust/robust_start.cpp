@@ -259,6 +259,7 @@ void RobustOdometry::begin_inertial(const InitialGuess& guess) {
   state_.P.block<3, 3>(kVel, kVel) = guess.velocity_covariance;
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(gyro_var);
   state_.P.block<5, 5>(kAccelBias, kAccelBias) = guess.bias_gravity_covariance;
+  map_tilt_ = MapTilt(settings_.initialisation.accel_bias_sigma_mps2);
   if (guess.at_rest) standstill_.learn(imu::statistics(imu_.between(track_.front().t, state_.t)));
 }
 

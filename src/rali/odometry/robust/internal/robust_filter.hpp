@@ -17,6 +17,7 @@
 #include "rali/odometry/robust/inertial.hpp"
 #include "rali/odometry/robust/initialiser.hpp"
 #include "rali/odometry/robust/keyframer.hpp"
+#include "rali/odometry/robust/map_tilt.hpp"
 #include "rali/odometry/robust/scan_sampler.hpp"
 #include "rali/odometry/robust/scan_view.hpp"
 #include "rali/odometry/robust/standstill.hpp"
@@ -43,6 +44,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
         map_(settings.robust.map),
         keyframer_(settings.robust.keyframe),
         drift_(settings.robust.drift, has_imu),
+        map_tilt_(settings.robust.initialisation.accel_bias_sigma_mps2),
         standstill_(settings.robust.constraints, settings.robust.initialisation.rest),
         constraints_(settings.robust.constraints),
         motion_noise_(driving_noise(settings.imu_noise), settings.robust.motion_noise) {}
@@ -167,6 +169,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] ProcessNoise process_noise() const;
   [[nodiscard]] ProcessNoise rest_noise() const;
   void measure_noise(const UpdateResult& seen, const InertialIntegral& felt);
+  void measure_tilt(const UpdateResult& seen, const InertialIntegral& felt);
   [[nodiscard]] FilterState with_step(const FilterState& predicted, double size,
                                       const geometry::Mat3& where) const;
   void look_again(const FilterState& predicted, UpdateResult& done);
@@ -206,6 +209,7 @@ class RobustOdometry final : public Odometry, private SideFilter {
   std::unique_ptr<sensor::LidarScan> first_scan_;  ///< until the second tells how fast it was taken
   Keyframer keyframer_;
   Drift drift_;
+  MapTilt map_tilt_;
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
   imu::MotionNoise motion_noise_;
